@@ -15,7 +15,7 @@ from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import RestSolution
 from fenics_mech.response.static.small_motions import REST, RestSearch
 from fenics_mech.response.transient.free_state import FreeState, States
-from fenics_mech.response.transient.rigid_motion import RigidMotion, instants_of, part_of
+from fenics_mech.response.transient.rigid_motion import RigidMotion, instants_of, part_of, stated_start
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.scene import Friction, Scene
 
@@ -51,17 +51,6 @@ def without_friction(scene: Scene) -> Scene:
     """
     laws = {name: law for name, law in scene.joint_laws.items() if not isinstance(law, Friction)}
     return scene.model_copy(update={"joint_laws": laws})
-
-
-def places_of(scene: Scene) -> Array:
-    """Angles and strokes from which freedoms start, ``(freedoms,)``.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
-    return np.array([part.start for part in scene.freedoms.values()], dtype=float)
 
 
 def resting(scene: Scene, places: Array) -> Scene:
@@ -102,7 +91,7 @@ def rigid_rest(scene: Scene) -> RigidMotion:
     search = RestSearch(
         state, tuple(scene.freedoms), lambda places: state.move_on(states(places)), scene.analysis.allow_unstable
     )
-    places, vibrations = search.found_from(places_of(scene))
+    places, vibrations = search.found_from(stated_start(scene).displacement)
     dynamics = RigidDynamics(scene, state.linkage.loops, state.linkage.start)
     found = part_of(instants_of(dynamics, states(places), dynamics.all_closed()), slice(None))
     return RigidMotion(scene, [found], [places[None]], [still], vibrations=vibrations)
@@ -133,7 +122,7 @@ def by_rest(scene: Scene, system: System) -> RestSolution:
 
     names, allowed = tuple(scene.freedoms), analysis.allow_unstable
     search = RestSearch(BentEquation(state), names, move_on, allowed, min(n, REST.basis * modes))
-    y, motions = search.found_from(np.append(np.zeros(n), places_of(scene)))
+    y, motions = search.found_from(np.append(np.zeros(n), stated_start(scene).displacement))
     states = y[None], np.zeros((1, len(y))), np.zeros((1, len(y)))
     here = state.system_at(time, states)
     response = state.response(here, states)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -137,12 +138,12 @@ class Condensed:
         bend = -np.linalg.solve(stiffness[:n, :n], np.column_stack([left[:n], stiffness[:n, n:]]))
         return cls(left, tangents[0], tangents[1], stiffness, bend)
 
-    @property
+    @cached_property
     def _moved(self) -> Array:
         """How all coordinates move with each freedom, ``(coordinates, freedoms)``."""
         return np.vstack([self.bend[:, 1:], np.eye(self.bend.shape[1] - 1)])
 
-    @property
+    @cached_property
     def _own(self) -> tuple[Array, Array, Array]:
         """What is left of the freedoms' equations, their mass and their stiffness."""
         n, moved = len(self.bend), self._moved
