@@ -102,28 +102,29 @@ def test_a_bushing_is_that_of_rigid_links():
     assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 1e-5, "law_effort": 1e-5})
 
 
+def by_itself(modulus, time_tolerance, **parts):
+    """Result of bars that move by themselves for 0.1 s: rigid ones, or with a modulus (Pa) those that bend."""
+    bar = fm.RectangleSection(width="20 mm", height="10 mm")
+    steps = {"duration": 0.1, "sub_intervals": 10, "time_tolerance": time_tolerance, "error_estimates": False}
+    parts |= {"analysis": fm.Analysis(method="transient", start="smooth", **steps)}
+    if modulus:
+        material = fm.Material(modulus=modulus, density=DENSITY)
+        parts |= {"materials": {"stiff": material}, "sections": {"bar": bar}, "mesh": fm.Mesh(elements=1)}
+        parts |= {"effects": ("coupling",)}
+    return fm.analyse(fm.Scene(name="bars", **parts)).data
+
+
 def geared_bars(bends: bool):
     """Result of two bars on pins that a soft gear pair couples; one of them starts with 5 rad/s."""
-    stiff = {"materials": {"stiff": fm.Material(modulus=2e16, density=DENSITY)}, "effects": ("coupling",)}
-    stiff |= {"sections": {"bar": fm.RectangleSection(width="20 mm", height="10 mm")}, "mesh": fm.Mesh(elements=1)}
-    scene = fm.Scene(
-        name="geared bars",
+    return by_itself(
+        2e16 if bends else None,
+        1e-6,
         ground=fm.Ground(points={"O": (0, 0), "C": (0.1, 0)}),
         links={"first": link("O", "A", 0.3, bends), "second": link("C", "D", 0.2, bends)},
         joints={"O": fm.Revolute(connect=("ground.O", "first.O")), "C": fm.Revolute(connect=("ground.C", "second.C"))},
         freedoms={"O": fm.Freedom(start=0.3, speed=5.0), "C": fm.Freedom(start=-0.2)},
         joint_laws={"teeth": fm.GearPair(joint="O", drives="C", ratio=-2.0, stiffness=40.0, damping=0.05)},
-        analysis=fm.Analysis(
-            method="transient",
-            start="smooth",
-            duration=0.1,
-            sub_intervals=10,
-            time_tolerance=1e-6,
-            error_estimates=False,
-        ),
-        **(stiff if bends else {}),
     )
-    return fm.analyse(scene).data
 
 
 @pytest.mark.slow
@@ -136,26 +137,15 @@ def test_gears_between_links_that_bend_are_those_of_rigid_links():
 
 def bar_on_a_stop(bends: bool):
     """Result of a bar that turns at 2 rad/s about its end and meets a stop, which gives 1.2 rad/s back."""
-    steel = {"materials": {"stiff": fm.Material(modulus=2.1e11, density=DENSITY)}, "effects": ("coupling",)}
-    steel |= {"sections": {"bar": fm.RectangleSection(width="20 mm", height="10 mm")}, "mesh": fm.Mesh(elements=1)}
-    scene = fm.Scene(
-        name="bar on a stop",
+    return by_itself(
+        2.1e11 if bends else None,
+        1e-4,
         ground=fm.Ground(points={"O": (0, 0)}),
         links={"bar": link("O", "A", 0.3, bends)},
         joints={"O": fm.Revolute(connect=("ground.O", "bar.O"))},
         freedoms={"O": fm.Freedom(start=0.0, speed=2.0)},
         joint_laws={"stop": fm.Stop(joint="O", upper=0.1, contact={"stiffness": 1e3, "restitution": 0.6})},
-        analysis=fm.Analysis(
-            method="transient",
-            start="smooth",
-            duration=0.1,
-            sub_intervals=10,
-            time_tolerance=1e-4,
-            error_estimates=False,
-        ),
-        **(steel if bends else {}),
     )
-    return fm.analyse(scene).data
 
 
 @pytest.mark.slow
