@@ -75,22 +75,8 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _COMMANDS = (
-    *(
-        run,
-        modes,
-        check,
-        effects,
-        sweep,
-        optimise,
-        balance,
-        synthesise,
-        follow,
-        compare,
-        refine,
-        fatigue,
-        cost,
-        scaling,
-    ),
+    *(run, modes, check, effects, sweep, optimise, balance, synthesise),
+    *(follow, compare, refine, fatigue, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _QUICK = check, import_scene, schema

@@ -184,11 +184,7 @@ class Collocation:
         with np.errstate(over="ignore", invalid="ignore"):
             try:
                 found = self._accelerations(start, length, z, rate)
-            except (
-                AssemblyError,
-                SolverError,
-                np.linalg.LinAlgError,
-            ) as fault:  # the step is too long for its first guess
+            except (AssemblyError, SolverError, np.linalg.LinAlgError) as fault:  # too long a step to guess
                 found, self._fault = None, str(fault)
             if found is not None:
                 made, tangents = found
