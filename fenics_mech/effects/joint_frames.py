@@ -96,7 +96,7 @@ class JointFrames:
         return LinkStates(pose, rates)
 
     def on_nodes(self, motion: Motion, v: Array, forces: Array) -> Array:
-        """Give forces on the frames as forces on the nodal dofs, which do the same work, ``(angles, nodal dofs)``.
+        """Give forces on the frames as forces on the nodal dofs, which do the same work, ``(..., angles, nodal dofs)``.
 
         Parameters
         ----------
@@ -105,12 +105,12 @@ class JointFrames:
         v
             Elastic displacement in link axes, ``(angles, nodal dofs)``.
         forces
-            Force along X and Y (N) and moment (N m) on each frame, ``(angles, frames, 3)``.
+            Force along X and Y (N) and moment (N m) on each frame, ``(..., angles, frames, 3)``.
         """
         own = turned(forces[..., :2], -motion.angle[:, self.links])
-        on_dofs = np.einsum("fij,tfi->tfj", self.shifts, own)
+        on_dofs = np.einsum("fij,...fi->...fj", self.shifts, own)
         on_dofs[..., 2] += forces[..., 2] / self._cosine(v[:, self.dofs[:, 2]])
-        return summed(on_dofs.reshape(len(v), -1), self.dofs.ravel(), v.shape[1])
+        return summed(on_dofs.reshape(*forces.shape[:-2], -1), self.dofs.ravel(), v.shape[1])
 
     def reach(self, motion: Motion, v: Array, moved: Array) -> Array:
         """Give how the frames move by coordinates that move the nodes, ``(angles, 3 frames, coordinates)``.

@@ -58,6 +58,25 @@ class LawSlopes:
 
 
 @dataclass(frozen=True)
+class Acting:
+    """What the laws exert at states.
+
+    Parameters
+    ----------
+    exerted
+        Forces on the frames but for dry friction, ``(states, 3 frames)``.
+    units
+        The same by dry friction of size 1, ``(states, 3 frames, laws)``.
+    friction
+        What the friction has to fulfil; None where nothing rubs.
+    """
+
+    exerted: Array
+    units: Array
+    friction: FrictionBalance | None
+
+
+@dataclass(frozen=True)
 class BentJoints:
     """The joint laws of a scene of which links bend.
 
@@ -184,7 +203,7 @@ class BentJoints:
         return np.stack(units, axis=-1), np.stack(shares, axis=-1)
 
     def pressing(self, system: System, links: LinkStates, forces: Array) -> Array:
-        """Give the joints' forces that press bodies against each other, ``(states, rows)`` (N).
+        """Give the joints' forces that press bodies against each other, ``(..., states, rows)`` (N).
 
         Two rows are those of a pin, and one is that of a slider, across its guide.
 
@@ -195,7 +214,7 @@ class BentJoints:
         links
             The frames.
         forces
-            Forces of the joints on the nodal dofs in link axes, ``(states, nodal dofs)``.
+            Forces of the joints on the nodal dofs in link axes, ``(..., states, nodal dofs)``.
         """
         found, rows = reactions(system, forces), []
         for law in self.rubbing.values():
@@ -205,7 +224,7 @@ class BentJoints:
             if law.joint.slides:
                 force = np.sum(quarter(law.joint.state(links).along) * force, axis=-1, keepdims=True)
             rows.append(force)
-        return np.concatenate(rows, axis=1) if rows else np.zeros((len(forces), 0))
+        return np.concatenate(rows, axis=-1) if rows else np.zeros((*forces.shape[:-1], 0))
 
     @cached_property
     def rows(self) -> list[Index]:
@@ -253,17 +272,30 @@ class BentJoints:
             found[name] = LawForces(law.joint.name, law.joint.bodies, law.cause, self.frames, value, nodal)
         return found
 
+    def acting(self, system: System, response: ElasticResponse, contacts: Contacts) -> Acting:
+        """Give what the laws exert, with friction yet to be found.
+
+        Parameters
+        ----------
+        system, response, contacts
+            As of `forces`.
+        """
+        links = self.states(system, response)
+        whole = _whole(self.exerted(system.motion.time, links, contacts))
+        exerted = whole[:, :-1].reshape(len(whole), -1)
+        if not self.rubbing:
+            return Acting(exerted, np.zeros((*exerted.shape, 0)), None)
+        units = self._rubbed(links)[0][:, :-1].reshape(*exerted.shape, -1)
+        return Acting(exerted, units, self._balance(system, response, links, whole))
+
     def _balance(self, system: System, response: ElasticResponse, links: LinkStates, exerted: Array) -> FrictionBalance:
         """What the friction has to fulfil, beside what the other laws exert on the frames."""
         shape = system.motion, system.to_links(response.displacement)
         units, shares = self._rubbed(links)
         others = self.frames.on_nodes(*shape, exerted[:, :-1])
         alone = self.pressing(system, links, nodal_forces(system, response) - others)
-        taken = [
-            self.pressing(system, links, self.frames.on_nodes(*shape, units[:, :-1, :, k]))
-            for k in range(units.shape[-1])
-        ]
-        return FrictionBalance(alone, np.stack(taken, axis=-1), shares, self.rows)
+        taken = self.pressing(system, links, self.frames.on_nodes(*shape, np.moveaxis(units[:, :-1], -1, 0)))
+        return FrictionBalance(alone, np.moveaxis(taken, 0, -1), shares, self.rows)
 
     def slopes(self, system: System, response: ElasticResponse, contacts: Contacts) -> LawSlopes:
         """Give what the laws exert by small changes, about a motion.
@@ -275,13 +307,11 @@ class BentJoints:
         """
         links, time, count = self.states(system, response), system.motion.time, 3 * len(self.frames)
         by_place, by_rate = self._differences(time, links, contacts)
-        if not self.rubbing:
+        acting = self.acting(system, response, contacts)
+        if (balance := acting.friction) is None:
             return LawSlopes(by_place[:, :count], by_rate[:, :count], np.zeros((len(time), count, 0)))
-        exerted = _whole(self.exerted(time, links, contacts))
-        balance = self._balance(system, response, links, exerted)
         friction, _ = balance.solve()
         sizes, along = balance.sizes(friction)
-        units = self._rubbed(links)[0][:, :-1].reshape(len(time), count, -1)
         # F = share |l| changes by d(share) |l| + share e.(d(pressing) - taken d(exerted) - by_friction dF)
         shared = balance.shares[..., None] * along
         factor = np.linalg.inv(np.eye(len(self.rubbing)) + shared @ balance.by_friction)
@@ -290,16 +320,14 @@ class BentJoints:
         for part in (by_place, by_rate):
             exerted_by, share_by = part[:, :count], part[:, count:]
             change = factor @ (sizes[..., None] * share_by - shared @ taken @ exerted_by)
-            found.append(exerted_by + units @ change)
-        return LawSlopes(found[0], found[1], units @ factor @ shared)
+            found.append(exerted_by + acting.units @ change)
+        return LawSlopes(found[0], found[1], acting.units @ factor @ shared)
 
     def _taken(self, system: System, response: ElasticResponse, links: LinkStates) -> Array:
         """What forces on the frames take off the joints' forces, ``(states, rows, 3 frames)``."""
-        v, columns = system.to_links(response.displacement), []
-        for unit in np.eye(3 * len(self.frames)).reshape(-1, len(self.frames), 3):
-            forces = np.broadcast_to(unit, (len(v), *unit.shape))
-            columns.append(self.pressing(system, links, self.frames.on_nodes(system.motion, v, forces)))
-        return np.stack(columns, axis=-1)
+        v, count = system.to_links(response.displacement), 3 * len(self.frames)
+        units = np.broadcast_to(np.eye(count)[:, None], (count, len(v), count)).reshape(count, len(v), -1, 3)
+        return np.moveaxis(self.pressing(system, links, self.frames.on_nodes(system.motion, v, units)), 0, -1)
 
     def _differences(self, time: Array, links: LinkStates, contacts: Contacts) -> tuple[Array, Array]:
         """Forces on the frames, then the shares of friction, by places and velocities of the frames."""

@@ -62,7 +62,7 @@ class ImpulseWork:
     def efforts(self) -> Array:
         """Impulse of each drive's effort (N m s, or N s along a guide), ``(impulses, drives)``."""
         units = drive_influences(self.scene, self.struck.system.motion)
-        works = (self._of_impulses(rates) + self._of_inertia(rates) for rates in map(self._forces.rates_of, units))
+        works = (self._of_impulses(rates) + self._of_inertia(rates) for rates in self._forces.rates_of(units))
         return -np.stack(list(works), axis=1)
 
     @property

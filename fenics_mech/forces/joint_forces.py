@@ -73,19 +73,19 @@ def reactions(system: System, forces: Array) -> Reactions:
     system
         The mechanism.
     forces
-        Forces of the joints on the nodal dofs in link axes, ``(angles, nodal dofs)``.
+        Forces of the joints on the nodal dofs in link axes, ``(..., angles, nodal dofs)``.
 
     Returns
     -------
     dict
-        By (joint, body, number of components): forces in the fixed frame (N), ``(angles, 2)``, and moments (N m),
-        ``(angles, 1)``.
+        By (joint, body, number of components): forces in the fixed frame (N), ``(..., angles, 2)``, and moments
+        (N m), ``(..., angles, 1)``.
     """
     found: Reactions = {}
     for group, multipliers in _multipliers(system, forces):
         start = 0
         for equation in group.equations:
-            value = multipliers[:, start : start + equation.rows]
+            value = multipliers[..., start : start + equation.rows]
             start += equation.rows
             if equation.rows == 2 and equation.frame != GROUND:
                 value = turned(value, system.motion.angle[:, equation.frame])
@@ -94,12 +94,12 @@ def reactions(system: System, forces: Array) -> Reactions:
 
 
 def _multipliers(system: System, forces: Array) -> Iterator[tuple[Group, Array]]:
-    """Groups of the joints' equations with their multipliers, ``(angles, rows)``."""
+    """Groups of the joints' equations with their multipliers, ``(..., angles, rows)``."""
     forces = system.transformation.on_unknowns(forces)
     for group in system.transformation.groups:
         nodal = group.dependent < system.transformation.height
-        residual = np.zeros((len(forces), len(group.dependent)))
-        residual[:, nodal] = forces[:, group.dependent[nodal]]
+        residual = np.zeros((*forces.shape[:-1], len(group.dependent)))
+        residual[..., nodal] = forces[..., group.dependent[nodal]]
         yield group, group.multipliers(system.motion, residual)
 
 

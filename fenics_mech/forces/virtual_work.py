@@ -8,6 +8,7 @@ work at a held drive: efforts and equation together make the balance of energy, 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -136,35 +137,34 @@ class Forces:
         """Torque (N m), or force along the guide (N), of each drive on the second body of its joint, ``(angles,)``."""
         work = self._on_bent if self.bent else self._on_undeformed
         units = drive_influences(self.scene, self.system.motion)
-        return {joint: work(unit) for joint, unit in zip(self.scene.moved_joints, units)}
+        return {joint: work(rates) for joint, rates in zip(self.scene.moved_joints, self.rates_of(units))}
 
-    def _on_bent(self, unit: Motion) -> Array:
+    def _on_bent(self, rates: Rates) -> Array:
         """Effort of the drive that moves the links so, ``(angles,)``."""
-        rates = self.rates_of(unit)
-        shorter = None if self.shortening is None else self.shortening.by_drive(unit, rates.deformation)
+        shorter = None if self.shortening is None else self.shortening.by_drive(rates.motion, rates.deformation)
         shifted = None if self.shift is None else self.shift.by_change(rates.deformation)
         return -np.sum(list(self._works(rates, shorter, shifted).values()), axis=0)
 
-    def rates_of(self, unit: Motion) -> Rates:
-        """Rates of the mechanism as one drive moves the links so and q is held; of its undeformed shape if not bent.
+    def rates_of(self, units: Sequence[Motion]) -> list[Rates]:
+        """Rates of the mechanism as a drive moves the links so and q is held; of its undeformed shape if not bent.
 
         Parameters
         ----------
-        unit
-            Motion of the links at the same positions as one drive moves at unit rate.
+        units
+            Motions of the links at the same positions as a drive moves at unit rate.
         """
+        system, q = self.system, self.response.displacement
         if not self.bent:
-            return Rates.of(self.system, unit, self.still)
-        rate = self.system.transformation.derivatives(unit)[0]
-        swung = self.system.on_nodes(self.system.transformation.forward(rate, self.response.displacement))
-        return Rates.of(self.system, unit, swung)
+            return [Rates.of(system, unit, self.still) for unit in units]
+        swung = [system.on_nodes(system.transformation.forward(p, q)) for p in system.transformation.rates_in(units)]
+        return [Rates.of(system, unit, deformation) for unit, deformation in zip(units, swung)]
 
-    def _on_undeformed(self, unit: Motion) -> Array:
+    def _on_undeformed(self, rates: Rates) -> Array:
         """Effort of the drive that moves the links so, by the forces that the nodes need, ``(angles,)``."""
         forces = nodal_forces(self.system, self.response.undamped)
         if self.response.by_modal_damping is not None:
             forces = forces + nodal_forces(replace(self.system, terms=NOTHING), self.response.by_modal_damping)
-        return np.asarray(np.sum(forces * self.rates_of(unit).rigid, axis=1))
+        return np.asarray(np.sum(forces * rates.rigid, axis=1))
 
     def powers(self) -> dict[str, Array]:
         """Power of each cause of force in the motion itself (W), ``(angles,)`` each."""

@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics.linkage import Linkage, Path
+from fenics_mech.kinematics.linkage import Path
 from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import Motion, coordinates
+from fenics_mech.kinematics.motion import Motion, as_motion, coordinates
 from fenics_mech.scene import Scene
 
 
@@ -35,17 +35,24 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
         return []
     path = motion.path
     if path is None:
-        q = coordinates(motion.position, motion.angle)
-        path = Path(Linkage(scene), motion.theta, q, np.zeros_like(q), np.zeros_like(q))
-    return path.once("influences", (), partial(_influences, path))
+        loops, q = Loops.of(scene), coordinates(motion.position, motion.angle)
+        still = np.zeros_like(q)
+        return [as_motion(loops, motion.theta, motion.theta, q, rates, still) for rates in _influences(loops, q)]
+    return path.once("influences", (), partial(_of_path, path))
 
 
-def _influences(path: Path) -> list[Motion]:
-    loops = path.linkage.loops
-    unit = np.broadcast_to(np.eye(loops.drives), (len(path.theta), loops.drives, loops.drives))
+def _of_path(path: Path) -> list[Motion]:
+    still = np.zeros_like(path.q)
+    return [
+        replace(path, slope=rates, curvature=still).motion(1.0) for rates in _influences(path.linkage.loops, path.q)
+    ]
+
+
+def _influences(loops: Loops, q: Array) -> Array:
+    """Derivatives of the coordinates by each drive, ``(drives, angles, 3 links)``."""
+    unit = np.broadcast_to(np.eye(loops.drives), (len(q), loops.drives, loops.drives))
     sides = np.stack([loops.driven(unit[:, i]) for i in range(loops.drives)], axis=-1)
-    found = np.moveaxis(np.linalg.solve(loops.jacobian(path.q), sides), -1, 0)
-    return [replace(path, slope=rates, curvature=np.zeros_like(rates)).motion(1.0) for rates in found]
+    return np.asarray(np.moveaxis(np.linalg.solve(loops.jacobian(q), sides), -1, 0), dtype=float)
 
 
 def drive_rates(scene: Scene, motion: Motion) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
@@ -121,6 +122,20 @@ def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array
         omega=rates[..., 2],
         alpha=seconds[..., 2],
     )
+
+
+def joined(motions: Sequence[Motion]) -> Motion:
+    """Give motions of the same links one after the other, as one.
+
+    Parameters
+    ----------
+    motions
+        The motions, of links that joints and drives lead.
+    """
+    whole = ("links", "free")
+    names = [f.name for f in fields(Motion) if f.init and f.name not in whole]
+    arrays = {name: np.concatenate([getattr(motion, name) for motion in motions]) for name in names}
+    return replace(motions[0], **arrays)
 
 
 def coordinates(vectors: Array, angles: Array) -> Array:

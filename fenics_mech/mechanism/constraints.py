@@ -76,10 +76,10 @@ class ConstraintEquation:
         matrices = [np.zeros((count, self.rows, len(columns))) for _ in range(orders)]
         angles, rows = np.arange(count)[:, None, None], np.arange(self.rows)[None, :, None]
         for term in self.terms:
-            where, values = term(motion, orders)
-            place = np.searchsorted(columns, np.broadcast_to(where, (count, where.shape[-1])))[:, None, :]
+            where, values = term(motion, orders)  # of which no column comes twice
+            place = np.searchsorted(columns, where)[:, None, :]
             for matrix, value in zip(matrices, values):
-                np.add.at(matrix, (angles, rows, place), value)
+                matrix[angles, rows, place] += value
         return matrices
 
 

@@ -135,14 +135,14 @@ class Group:
         return solved(lead[0], np.concatenate(wanted, axis=1))
 
     def multipliers(self, motion: Motion, residual: Array) -> Array:
-        """Forces of the equations on their bodies, ``(angles, rows)``: they balance the residual.
+        """Forces of the equations on their bodies, ``(..., angles, rows)``: they balance the residual.
 
         Parameters
         ----------
         motion
             The motion at the angles.
         residual
-            Forces that the dependent unknowns need from outside, ``(angles, dependent)``.
+            Forces that the dependent unknowns need from outside, ``(..., angles, dependent)``.
         """
         lead, _ = self.jets(motion, 1)
         return solved(lead[0].transpose(0, 2, 1), residual)

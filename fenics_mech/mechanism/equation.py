@@ -153,7 +153,10 @@ class Equation:
     @cached_property
     def modal(self) -> ModalForces | NonlinearModalForces | None:
         """Forces of modal damping, of the whole strain."""
-        law, linear, p, damping = self.system.terms.law, self.linear.modal, self.jets[0], self.modal_damping
+        law, damping = self.system.terms.law, self.modal_damping
+        if damping is None:  # then nothing has to be assembled
+            return None
+        linear, p = self.linear.modal, self.jets[0]
         if law is None or linear is None:
             return linear
         transformation = self.system.transformation

@@ -6,7 +6,7 @@ dofs. What is left is q: nodal dofs in link axes, displacements of pins along th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.motion import joined
 from fenics_mech.mechanism.constraints import Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
 from fenics_mech.mechanism.inextensibility import Inextensible
@@ -144,6 +145,18 @@ class Transformation:
         _, slope, curvature = path.once("P by theta", (self,), lambda: self._jets(path.motion(1.0), 3))
         return rate * slope, rate**2 * curvature
 
+    def rates_in(self, motions: Sequence[Motion]) -> list[Array]:
+        """Nonzeros of the first time derivative of P in several motions of as many angles (1/s).
+
+        Parameters
+        ----------
+        motions
+            The motions.
+        """
+        if len(motions) < 2 or any(motion.path is not None for motion in motions):  # paths keep what is made of them
+            return [self.derivatives(motion)[0] for motion in motions]
+        return np.split(self._jets(joined(motions), 3)[1], len(motions))
+
     def _jets(self, motion: Motion, orders: int) -> Jets:
         count = len(motion.theta)
         ones = [np.ones((count, len(self.free))), *(np.zeros((count, len(self.free))),) * (orders - 1)]
@@ -210,14 +223,17 @@ class Transformation:
         return found
 
     def on_unknowns(self, force: Array) -> Array:
-        """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(angles, nodal dofs)``.
+        """Forces on the unknowns of the joints' equations, ``B^T force``, both ``(..., nodal dofs)``.
 
         Parameters
         ----------
         force
-            Forces on the nodal dofs, ``(angles, nodal dofs)``.
+            Forces on the nodal dofs, ``(..., nodal dofs)``.
         """
-        return force if self.base is None else force @ self.base[: self.height, : self.height]
+        if self.base is None:
+            return force
+        carried = force.reshape(-1, self.height) @ self.base[: self.height, : self.height]
+        return np.asarray(carried, dtype=float).reshape(force.shape)
 
 
 def build_transformation(

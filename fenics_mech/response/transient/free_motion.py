@@ -23,7 +23,7 @@ from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, PointsInside, StartState
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.integration import INTEGRATION
-from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes
+from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
 from fenics_mech.scene import Scene
 
 
@@ -37,7 +37,6 @@ class FreeLimits:
     converged: float = 1e-10  # of its accelerations
     least: float = 1e-30  # (rad/s)^2, for the energy of freedoms that nothing moves
     spacing: float = 1e-4  # s, over the time in which a freedom moves by its unit: differences of a smooth start
-    quadrature: int = 5  # points of a step at which powers are integrated
     peaks: int = 20  # points of a step at which the peaks of contacts are looked for
 
 
@@ -267,12 +266,13 @@ class _Record:
 
         return coordinates
 
-    def keep(self, end: float, curve: Curve) -> bool:
+    def keep(self, end: float, curve: StepCurve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
         known = int(np.searchsorted(self.times, end + TRANSIENT.rounding * self.times[-1]))
         if known > self.known:
             self._take(known, *self._unscaled(curve)(self.times[self.known : known]))
-        self.inside.take(self.reached, end, self._unscaled(curve))
+        points, weights = curve.points
+        self.inside.take(points, weights, (*self._unscaled(curve)(points), curve.made / self.weight))
         y, rate = (part[0] for part in self._unscaled(curve)(np.array([end])))
         if self.events.laws:
             self.exerted.note_contacts(self.reached, end, self._unscaled(curve))
@@ -293,23 +293,18 @@ class _Record:
 
 @dataclass
 class _Inside:
-    """Keeps a motion at the points of a quadrature of its steps."""
+    """Keeps a motion at the collocation points of its steps, where it fulfils the equation."""
 
     state: FreeState
 
     def __post_init__(self) -> None:
-        points, weights = np.polynomial.legendre.leggauss(FREE.quadrature)
-        self.share, self.weight = (points + 1) / 2, weights / 2
         self.exerted, self.parts = _Exerted(self.state), list[tuple[Array, ...]]()
 
-    def take(self, start: float, end: float, curve: Curve) -> None:
+    def take(self, time: Array, weight: Array, states: States) -> None:
         """Take the points inside a step, before the equation is taken on to its end."""
-        time = start + (end - start) * self.share
-        y, rate = curve(time)
-        second = self.state.accelerations(time, y, rate)
-        self.parts.append((time, (end - start) * self.weight, y, rate, second, self.state.positions(time, y)))
+        self.parts.append((time, weight, *states, self.state.positions(time, states[0])))
         if self.state.laws:
-            self.exerted.take(time, (y, rate, second))
+            self.exerted.take(time, states)
 
     def points(self) -> PointsInside:
         """Give what was kept."""
@@ -332,9 +327,9 @@ class _Exerted:
 
     def take(self, time: Array, states: States) -> None:
         """Take samples near to where the equation is."""
-        joints, links = self.state.joints, self.state.joint_links(time, *states[:2])
+        joints, (links, found) = self.state.joints, self.state.exerted(time, states)
         assert joints is not None
-        forces = {name: law.values for name, law in self.state.exerted(time, states).items()}
+        forces = {name: law.values for name, law in found.items()}
         efforts = {name: joints.size_of(name, links, values) for name, values in forces.items()}
         depths = {
             name: law.depths(law.joint.state(links))[0].max(axis=0) for name, law in joints.laws.items() if law.contacts

@@ -7,15 +7,13 @@ virtual work on the bent mechanism: the effort that a drive there would need is 
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array
-from fenics_mech._constants import TINY
+from fenics_mech._arrays import Array, solved, times
 from fenics_mech.effects.joint_frames import LawForces
-from fenics_mech.errors import SolverError
 from fenics_mech.forces.bent_joints import BentJoints
 from fenics_mech.forces.elastic_response import ElasticResponse, response_at
 from fenics_mech.forces.joint_forces import nodal_forces
@@ -44,8 +42,6 @@ class DifferenceSteps:
     elastic: float = 1e-6  # m or rad
     elastic_rate: float = 1e-3  # m/s or rad/s
     second: float = 1.0  # rad/s^2: the equation is linear in them, but for friction
-    most_iterations: int = 30  # for the accelerations with friction
-    converged: float = 1e-10  # of what the joint laws exert, by which friction may still change
 
 
 DIFFERENCES = DifferenceSteps()
@@ -241,27 +237,22 @@ class FreeState:
         time, states
             As of `system_at`.
         """
-        count, n, size = len(time), self.size, self.size + self.freedoms
+        n, size = self.size, self.size + self.freedoms
         system = self.system_at(time, states)
         equation = Equation(system, modal_damping(self.scene.damping.ratio, system))
         by_q = equation.about(states[0][:, :n], states[1][:, :n]).full
-        found = [np.zeros((count, size, size)) for _ in range(3)]
         fastest = max(1.0, float(np.abs(states[1][:, n:]).max(initial=0.0)))
-        steps = {2: DIFFERENCES.second, 1: DIFFERENCES.rate * fastest, 0: DIFFERENCES.place}
-        by_r = self._differences(time, states, steps, range(n, size))
-        for whole, elastic, columns in zip(found, by_q, by_r):
-            whole[:, :n, :n], whole[:, :, n:] = elastic, columns[:, :size]
+        of_freedoms = DIFFERENCES.second, DIFFERENCES.rate * fastest, DIFFERENCES.place
+        of_links = DIFFERENCES.second if self._rubs else 0.0, DIFFERENCES.elastic_rate, DIFFERENCES.elastic
+        steps = [np.repeat([elastic, free], (n, size - n)) for elastic, free in zip(of_links, of_freedoms)]
+        columns = self._differences(time, states, steps)
+        found = [part[:, :size].copy() for part in columns]
+        for whole, elastic in zip(found, by_q):
+            whole[:, :n, :n] = elastic
         found[0][:, n:, :n] = found[0][:, :n, n:].transpose(0, 2, 1)
-        steps = {2: DIFFERENCES.second} if self._rubs else {}
-        steps |= {1: DIFFERENCES.elastic_rate, 0: DIFFERENCES.elastic}
-        pressing = []
-        if n:
-            by_elastic = self._differences(time, states, steps, range(n))
-            for whole, columns in zip(found[1:], by_elastic[-2:]):
-                whole[:, n:, :n] = columns[:, n:size]
-            pressing = [np.concatenate(pair, axis=2)[:, size:] for pair in zip(by_elastic, by_r)]
         if self.joints is not None:
-            self._add_laws(found, pressing if self._rubs else None, system, states)
+            pressing = [part[:, size:] for part in columns] if self._rubs else None
+            self._add_laws(found, pressing, system, states)
         return found[0], found[1], found[2]
 
     def _add_laws(self, tangents: list[Array], pressing: list[Array] | None, system: System, states: States) -> None:
@@ -285,33 +276,36 @@ class FreeState:
         forces = Forces(self.scene, system, response)
         units = drive_influences(self.scene, system.motion)[len(self.scene.drives) :]
         rates = [
-            self.joints.frames.states(unit, v, forces.rates_of(unit).deformation).rate[:, :-1].reshape(len(v), -1)
-            for unit in units
+            self.joints.frames.states(by.motion, v, by.deformation).rate[:, :-1].reshape(len(v), -1)
+            for by in forces.rates_of(units)
         ]
         return np.concatenate(
             [self.joints.frames.reach(system.motion, v, nodes), *(rate[..., None] for rate in rates)], axis=2
         )
 
-    def _differences(self, time: Array, states: States, steps: dict[int, float], columns: range) -> tuple[Array, ...]:
-        """Some columns of tangents of `_smooth`, ``(times, rows, columns)`` each; `steps` are by order."""
-        several = []
-        for which, step in steps.items():
-            for j in columns:
-                for sign in (1.0, -1.0):
-                    other = [part.copy() for part in states]
-                    other[which][:, j] += sign * step
-                    several.append(other)
-        if not several:
-            rows = self._smooth(time, states).shape[1]
-            return (np.zeros((len(time), rows, 0)),) * len(steps)
-        joined = tuple(np.concatenate(parts) for parts in zip(*several))
-        values = self._smooth(np.tile(time, len(several)), (joined[0], joined[1], joined[2]))
-        values = values.reshape(len(steps), len(columns), 2, len(time), -1)
-        by = (values[:, :, 0] - values[:, :, 1]) / (2 * np.array(list(steps.values())))[:, None, None, None]
-        return tuple(np.moveaxis(part, 0, -1) for part in by)
+    def _differences(self, time: Array, states: States, steps: Sequence[Array]) -> list[Array]:
+        """Tangents of `_smooth` by y'', y' and y, ``(times, rows, coordinates)`` each; 0 where a step is 0.
+
+        The steps of each coordinate are by order too.
+        """
+        wanted = [(order, j) for order in range(3) for j in np.flatnonzero(steps[order])]
+        ahead = np.zeros((3, 2 * len(wanted), 1, len(steps[0])))
+        for k, (order, j) in enumerate(wanted):
+            ahead[order, 2 * k : 2 * k + 2, 0, j] = steps[order][j], -steps[order][j]
+        place, rate, second = (
+            (part + by).reshape(-1, part.shape[1]) for part, by in zip(states, (ahead[2], ahead[1], ahead[0]))
+        )
+        values = self._smooth(np.tile(time, 2 * len(wanted)), (place, rate, second))
+        values = values.reshape(len(wanted), 2, len(time), -1)
+        found = np.zeros((3, len(time), values.shape[-1], len(steps[0])))
+        for (order, j), (up, down) in zip(wanted, values):
+            found[order, :, :, j] = (up - down) / (2 * steps[order][j])
+        return list(found)
 
     def accelerations(self, time: Array, y: Array, rate: Array) -> Array:
         """Give y'' at states, ``(times, coordinates)``: without friction the equation is linear in it.
+
+        So are the forces of the joints, of which dry friction is a share.
 
         Parameters
         ----------
@@ -323,32 +317,31 @@ class FreeState:
         Raises
         ------
         SolverError
-            When friction leaves no acceleration.
+            When friction locks the linkage.
         """
-        n, size, second = self.size, self.size + self.freedoms, np.zeros_like(y)
-        system = self.system_at(time, (y, rate, second))
-        first = 0 if self._rubs else n  # of the columns that are not known without differences
-        by = self._differences(time, (y, rate, second), {2: DIFFERENCES.second}, range(first, size))[0]
-        smooth = np.zeros((len(time), size, size))
-        smooth[:, :n, :n] = Equation(system).linear.mass.full
-        smooth[:, :, n:] = by[:, :size, n - first :]
-        smooth[:, n:, :n] = smooth[:, :n, n:].transpose(0, 2, 1)
-        for _ in range(DIFFERENCES.most_iterations):
-            states, mass = (y, rate, second), smooth.copy()
-            system = self.system_at(time, states)
-            if self._rubs:
-                none = np.zeros_like(mass)
-                self._add_laws([mass, none, none], [by[:, size:]], system, states)
-            response = self.response(system, states)
-            acting = self.with_laws(system, response)
-            change = -np.linalg.solve(mass, self._left(acting, response, states)[..., None])
-            second = second + change[..., 0]
-            if not self._rubs:
-                return second
-            exerted = system.on_coordinates(np.sum([law.nodal for law in acting.terms.joint_laws], axis=0))
-            if np.abs((mass - smooth) @ change).max() <= DIFFERENCES.converged * np.abs(exerted).max() + TINY:
-                return second
-        raise SolverError("the friction of the joints leaves no acceleration of the links")
+        n, size, still = self.size, self.size + self.freedoms, np.zeros_like(y)
+        system = self.system_at(time, (y, rate, still))
+        ahead = np.vstack([np.zeros(size), DIFFERENCES.second * np.eye(size)[0 if self._rubs else n :]])
+        several = (len(ahead), *y.shape)
+        y_all, rates, seconds = (np.broadcast_to(part, several).reshape(-1, size) for part in (y, rate, ahead[:, None]))
+        values = self._smooth(np.tile(time, len(ahead)), (y_all, rates, seconds)).reshape(*several[:2], -1)
+        by = np.moveaxis(values[1:] - values[0], 0, -1) / DIFFERENCES.second  # (times, rows, columns)
+        left, mass = values[0, :, :size], np.zeros((len(time), size, size))
+        mass[:, :n, :n] = Equation(system).linear.mass.full
+        mass[:, :, n:] = by[:, :size, -self.freedoms :] if self.freedoms else 0.0
+        mass[:, n:, :n] = mass[:, :n, n:].transpose(0, 2, 1)
+        if self.joints is None:
+            return -solved(mass, left)
+        response = self.response(system, (y, rate, still))
+        back = self._reach(system, response).transpose(0, 2, 1)
+        acting = self.joints.acting(system, response, self.contacts)
+        second = solved(mass, times(back, acting.exerted) - left)
+        if acting.friction is None:
+            return second
+        # accelerations by friction of size 1 change the joints' forces too
+        moved, pressing = np.linalg.solve(mass, back @ acting.units), by[:, size:]
+        sizes, _ = acting.friction.with_motion(times(pressing, second), pressing @ moved).solve()
+        return np.asarray(second + times(moved, sizes))
 
     def joint_links(self, time: Array, y: Array, rate: Array) -> LinkStates:
         """Give the frames that the joint laws act on.
@@ -363,18 +356,18 @@ class FreeState:
         system = self.system_at(time, states)
         return self.joints.states(system, self.response(system, states))
 
-    def exerted(self, time: Array, states: States) -> dict[str, LawForces]:
-        """Give what the joint laws exert, by law.
+    def exerted(self, time: Array, states: States) -> tuple[LinkStates, dict[str, LawForces]]:
+        """Give the frames that the joint laws act on, and what each law exerts.
 
         Parameters
         ----------
         time, states
             As of `system_at`.
         """
-        if self.joints is None:
-            return {}
+        assert self.joints is not None
         system = self.system_at(time, states)
-        return self.joints.forces(system, self.response(system, states), self.contacts)
+        response = self.response(system, states)
+        return self.joints.states(system, response), self.joints.forces(system, response, self.contacts)
 
 
 def _with(system: System, laws: Iterable[LawForces]) -> System:

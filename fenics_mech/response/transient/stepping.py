@@ -64,6 +64,55 @@ class EquationInTime(Protocol):
         """Give z'' that the equation demands, ``(times, coordinates)``."""
 
 
+@dataclass(frozen=True)
+class StepCurve:
+    """The polynomials of a step, which give z and z' at times (s), ``(times, coordinates)`` each.
+
+    Parameters
+    ----------
+    start, length
+        Where the step begins (s), and its length (s).
+    place, rate
+        z and z' there, ``(coordinates,)`` each.
+    made
+        z'' at the collocation points, ``(points, coordinates)``.
+    tableau
+        These points.
+    coefficients
+        Of the polynomials of z'', ``(points, coordinates)``.
+    """
+
+    start: float
+    length: float
+    place: Array
+    rate: Array
+    made: Array
+    tableau: Tableau
+    coefficients: Array
+
+    def __call__(self, times: Array) -> tuple[Array, Array]:
+        """Give z and z'.
+
+        Parameters
+        ----------
+        times
+            Times (s), ``(times,)``.
+        """
+        place, orders = (times - self.start)[:, None], np.arange(len(self.made))
+        powers = (place / self.length) ** orders
+        rates = self.rate + place * ((powers / (orders + 1)) @ self.coefficients)
+        second = place**2 * ((powers / ((orders + 1) * (orders + 2))) @ self.coefficients)
+        return np.asarray(self.place + place * self.rate + second), np.asarray(rates)
+
+    @property
+    def points(self) -> tuple[Array, Array]:
+        """Times of the collocation points (s), and their weights in an integral over the step (s), ``(points,)``."""
+        return self.start + self.length * self.tableau.points, self.length * self.tableau.weights
+
+
+KeepStep = Callable[[float, StepCurve], bool]  # as `Keep`
+
+
 @dataclass
 class Collocation:
     """Steps of the state ``(z, z')`` of an equation.
@@ -92,7 +141,7 @@ class Collocation:
     tolerance: float
     sizes: Sizes
     longest: float
-    keep: Keep
+    keep: KeepStep
     watch: Watch | None = None
     of_motion: bool = False
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
@@ -272,16 +321,6 @@ class Collocation:
         ]
         return max(shares) / self.tolerance
 
-    def _curve(self, start: float, length: float, z: Array, rate: Array, made: Array) -> Curve:
+    def _curve(self, start: float, length: float, z: Array, rate: Array, made: Array) -> StepCurve:
         """The polynomials of the step."""
-        orders = np.arange(len(made))
-        coefficients = self.lagrange @ made
-
-        def curve(times: Array) -> tuple[Array, Array]:
-            place = (times - start)[:, None]
-            powers = (place / length) ** orders
-            rates = rate + place * ((powers / (orders + 1)) @ coefficients)
-            places = z + place * rate + place**2 * ((powers / ((orders + 1) * (orders + 2))) @ coefficients)
-            return places, rates
-
-        return curve
+        return StepCurve(start, length, z, rate, made, self.tableau, self.lagrange @ made)
