@@ -21,6 +21,7 @@ from fenics_mech.kinematics import reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
+from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state, state_to_go_on_from
 from fenics_mech.recovery import Result
@@ -80,6 +81,7 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
+    scene, laws = choose_laws(scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
     if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
@@ -90,19 +92,22 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
         trials = Trials(progress, common)
         result = within(scene, trials.analyse, common, trials.judged)
     else:
-        result = _by_rungs(scene, progress, common)
+        result = _by_rungs(scene, progress, common, laws)
     result.data.attrs["warnings"] = json.dumps(
         [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
     )
     return result
 
 
-def _by_rungs(scene: Scene, progress: Progress, common: CommonParts) -> Result:
-    """Analyse a scene with linear strains, and where its answer shows that they do not suffice, with exact ones."""
+def _by_rungs(scene: Scene, progress: Progress, common: CommonParts, laws: tuple[Choice, ...] = ()) -> Result:
+    """Analyse a scene with linear strains, and where its answer shows that they do not suffice, with exact ones.
+
+    `laws` is what was decided about its joint laws.
+    """
     *linear, (exact, choices) = rungs(scene, common)
     for rung, decided in linear:
         try:
-            result = as_planned(rung, decided, progress, common)
+            result = as_planned(rung, (*decided, *laws), progress, common)
         except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
             logger.info("linear strains have no answer: %s", error)
             continue
@@ -111,7 +116,7 @@ def _by_rungs(scene: Scene, progress: Progress, common: CommonParts) -> Result:
         share = theory_share(result)
         logger.info("linear strains do not suffice: the theory's share is %s", share)
         choices = sized(choices, share)
-    return as_planned(exact, choices, progress, common)
+    return as_planned(exact, (*choices, *laws), progress, common)
 
 
 def as_planned(

@@ -23,7 +23,9 @@ def effects(
 ) -> None:
     """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
     from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS  # noqa: PLC0415
+    from fenics_mech.kinematics.free_linkage import with_freedoms  # noqa: PLC0415
     from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
+    from fenics_mech.planning.law_choice import choose_laws  # noqa: PLC0415
     from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
     from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
     from fenics_mech.views.tables import effects_table  # noqa: PLC0415
@@ -32,7 +34,10 @@ def effects(
     loaded = stated.changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")
-        (chosen, choices), *exact = rungs(loaded)
+        lawful, laws = choose_laws(loaded)
+        moving = with_freedoms(lawful) if lawful.analysis.method == "transient" else lawful
+        (chosen, choices), *exact = rungs(moving)
+    choices = (*choices, *laws)
     out.print(effects_table(choices, loaded.neglected, EXACT_STRAINS if exact else ""))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
