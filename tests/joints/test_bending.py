@@ -159,6 +159,22 @@ def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one():
     assert float(bent["largest_law_effort"][0]) == pytest.approx(float(rigid["largest_law_effort"][0]), rel=0.02)
 
 
+@pytest.mark.slow  # a contact takes some twenty steps
+@pytest.mark.parametrize(
+    ("stiffness", "exponent", "tolerance", "limit"), [(1e6, 1.5, 1e-4, 1e-4), (6.6e10, 1.5, 1e-3, 5e-4)]
+)
+def test_a_journal_between_links_that_bend_moves_as_between_rigid_ones(stiffness, exponent, tolerance, limit):
+    # the rod is 1e5 times as stiff as steel. What rings after the blow is 2e-4 of the deflection in it: at a tolerance
+    # of 1e-3 steps run over it, as its size is that of the largest deflection so far
+    contact = {"stiffness": stiffness, "exponent": exponent, "restitution": 0.7}
+    law = {"loose": {"kind": "clearance", "joint": "A", "radial": 2e-4, "radius": 0.01, "contact": contact}}
+    steps = {"analysis.duration": 0.012, "analysis.sub_intervals": 12, "analysis.time_tolerance": tolerance}
+    rigid, bent = both(joint_laws=law, **steps)
+    assert rigid.attrs["contacts_closed"] == bent.attrs["contacts_closed"] == 1
+    assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-5, "largest_law_effort": limit})
+    assert bent.attrs["power_balance_error"] < 1e-8
+
+
 @pytest.mark.slow
 def test_an_effort_at_a_slider_is_that_on_rigid_links():
     gas = {"kind": "joint-effort", "joint": "G", "effort": {"kind": "formula", "formula": "-3/(0.22 - theta)"}}

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import fenics_mech as fm
 
@@ -65,3 +66,37 @@ def test_damped_teeth_lead_to_the_rigid_ratio():
 def test_gears_that_turn_nothing_are_refused(changes, message):
     with pytest.raises(fm.SceneError, match=message):
         rotors(**changes)
+
+
+def test_drive_train_on_elastic_shafts_moves_by_its_modes():
+    # motor, shaft, pinion, teeth, wheel, shaft, load: what twists is a pair each, of ratio 1 for a shaft
+    inertia = {"motor": 0.02, "pinion": 0.005, "wheel": 0.04, "load": 0.1}  # kg m^2
+    twisting = {"first": ("motor", "pinion", 1.0, 300.0), "teeth": ("pinion", "wheel", RATIO, 5e3)}
+    twisting["second"] = ("wheel", "load", 1.0, 800.0)
+    scene = fm.Scene(
+        name="drive train",
+        ground=fm.Ground(points={name: (0.1 * i, 0) for i, name in enumerate(inertia)}),
+        links={name: fm.Link(points={"O": (0, 0)}, rigid=fm.RigidBody(inertia=j)) for name, j in inertia.items()},
+        joints={name: fm.Revolute(connect=(f"ground.{name}", f"{name}.O")) for name in inertia},
+        joint_laws={
+            name: fm.GearPair(joint=a, drives=b, ratio=i, stiffness=k) for name, (a, b, i, k) in twisting.items()
+        },
+        freedoms={"motor": fm.Freedom(effort=TORQUE)},
+        analysis=fm.Analysis(method="transient", duration=0.3, sub_intervals=60, time_tolerance=1e-9),
+    )
+    data = fm.analyse(scene).data
+    names, stiffness = list(inertia), np.zeros((4, 4))
+    for a, b, i, k in twisting.values():
+        error = np.zeros(4)
+        error[names.index(b)], error[names.index(a)] = 1.0, -i
+        stiffness += k * np.outer(error, error)
+    square, shape = eigh(stiffness, np.diag(list(inertia.values())))
+    assert square[0] == pytest.approx(0, abs=1e-9 * square[-1])  # all turn together
+    omega, time = np.sqrt(square[1:]), data["time"].to_numpy()
+    share = TORQUE * shape[0]
+    of_modes = np.column_stack([time**2 / 2, (1 - np.cos(omega * time[:, None])) / omega**2]) * share
+    wanted = of_modes @ shape.T
+    for name, angle in zip(names, wanted.T):
+        np.testing.assert_allclose(data["freedom_place"].sel(freedom=name), angle, atol=1e-9)
+    of_load = wanted[:, names.index("load")] - wanted[:, names.index("wheel")]
+    np.testing.assert_allclose(data["law_effort"].sel(law="second:load"), -800.0 * of_load, atol=1e-6)

@@ -20,7 +20,14 @@ from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
 from fenics_mech.response.transient.contact_events import ContactEvents
-from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, PointsInside, StartState
+from fenics_mech.response.transient.course import (
+    TRANSIENT,
+    ContactCount,
+    FreeCourse,
+    LawCourse,
+    PointsInside,
+    StartState,
+)
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
@@ -195,6 +202,7 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     watch = record.watch if record.events.laws else None
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
+    record.context = context
     steps = stepped(context, (start.displacement * weight, start.velocity * weight), times, scene.petsc)
     return record.course(steps)
 
@@ -235,6 +243,8 @@ def stepped(context: Collocation, start: tuple[Array, Array], times: Array, pets
 class _Record:
     """Takes samples of the motion step by step, and takes the equation on to where it is."""
 
+    context: Collocation
+
     def __init__(self, times: Array, start: StartState, state: FreeState, weight: Array) -> None:
         self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, start.time
         self.states = np.zeros((2, len(times), len(weight)))
@@ -248,7 +258,7 @@ class _Record:
     def course(self, steps: int) -> FreeCourse:
         """Give the motion, which took so many time steps."""
         inside = self.inside.points()
-        laws = self.exerted.course() if self.state.laws else None
+        laws = self.exerted.course(self.events.count) if self.state.laws else None
         if laws is not None and inside.course.laws is not None:  # peaks between the positions too
             for name, size in inside.course.laws.largest.items():
                 laws.largest[name] = max(laws.largest[name], size)
@@ -276,9 +286,11 @@ class _Record:
         y, rate = (part[0] for part in self._unscaled(curve)(np.array([end])))
         if self.events.laws:
             self.exerted.note_contacts(self.reached, end, self._unscaled(curve))
+            (part, size), *rest = self.context.sizes  # of a blow that bent links, what rings after it is a part
+            self.context.sizes = ((part, max(size, math.sqrt(self.inside.exerted.strain))), *rest)
         self.reached = end
         self.state.move_on(end, y, rate)
-        self.exerted.contacts += self.events.settle(end, y, rate)
+        self.events.settle(end, y, rate)
         return False
 
     def _take(self, known: int, y: Array, rate: Array) -> None:
@@ -309,7 +321,7 @@ class _Inside:
     def points(self) -> PointsInside:
         """Give what was kept."""
         time, weight, place, rate, second, links = (np.concatenate(parts) for parts in zip(*self.parts))
-        laws = self.exerted.course() if self.state.laws else None
+        laws = self.exerted.course(ContactCount()) if self.state.laws else None
         course = FreeCourse(time, place, rate, math.inf, len(self.parts), 0.0, second, links, laws)
         return PointsInside(course, weight / weight.sum())
 
@@ -319,15 +331,15 @@ class _Exerted:
     """Keeps what joint laws exert along a motion, and its peaks between the samples."""
 
     state: FreeState
-    contacts: int = 0  # how many closed
 
     def __post_init__(self) -> None:
         self.parts: list[tuple[dict[str, Array], ...]] = []  # forces, efforts and depths by law
         self.largest: dict[str, float] = {}
+        self.strain = 0.0  # twice the largest strain energy of the links (J)
 
     def take(self, time: Array, states: States) -> None:
         """Take samples near to where the equation is."""
-        joints, (links, found) = self.state.joints, self.state.exerted(time, states)
+        joints, (links, found, strain) = self.state.joints, self.state.exerted(time, states)
         assert joints is not None
         forces = {name: law.values for name, law in found.items()}
         efforts = {name: joints.size_of(name, links, values) for name, values in forces.items()}
@@ -335,6 +347,7 @@ class _Exerted:
             name: law.depths(law.joint.state(links))[0].max(axis=0) for name, law in joints.laws.items() if law.contacts
         }
         self.parts.append((forces, efforts, depths))
+        self.strain = max(self.strain, float(strain.max()))
         self._note(efforts)
 
     def note_contacts(self, start: float, end: float, curve: Curve) -> None:
@@ -352,12 +365,12 @@ class _Exerted:
         for name, effort in efforts.items():
             self.largest[name] = max(self.largest.get(name, 0.0), float(np.abs(effort).max()))
 
-    def course(self) -> LawCourse:
+    def course(self, contacts: ContactCount) -> LawCourse:
         """Give what was kept, over all samples."""
         forces, efforts, depths = (
             {name: np.concatenate([part[name] for part in parts]) for name in parts[0]} for parts in zip(*self.parts)
         )
-        return LawCourse(forces, efforts, depths, self.largest, self.contacts)
+        return LawCourse(forces, efforts, depths, self.largest, contacts)
 
 
 def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:

@@ -356,8 +356,8 @@ class FreeState:
         system = self.system_at(time, states)
         return self.joints.states(system, self.response(system, states))
 
-    def exerted(self, time: Array, states: States) -> tuple[LinkStates, dict[str, LawForces]]:
-        """Give the frames that the joint laws act on, and what each law exerts.
+    def exerted(self, time: Array, states: States) -> tuple[LinkStates, dict[str, LawForces], Array]:
+        """Give the frames that the joint laws act on, what each law exerts, and twice the linear strain energy (J).
 
         Parameters
         ----------
@@ -367,7 +367,8 @@ class FreeState:
         assert self.joints is not None
         system = self.system_at(time, states)
         response = self.response(system, states)
-        return self.joints.states(system, response), self.joints.forces(system, response, self.contacts)
+        v, laws = system.to_links(response.displacement), self.joints.forces(system, response, self.contacts)
+        return self.joints.states(system, response), laws, np.sum(v * (system.nodal_stiffness @ v.T).T, axis=1)
 
 
 def _with(system: System, laws: Iterable[LawForces]) -> System:
