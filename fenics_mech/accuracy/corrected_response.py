@@ -24,6 +24,8 @@ class EstimateLimits:
     mode_order: float = 2.0  # in the cutoff, of the answer of the modes left out
     rougher: float = 10.0  # tolerance of the steps that estimate the error of others, over that of those
     rough_share: float = 0.5  # factor on the difference by them
+    finer: float = 0.5  # the same tolerance where contacts open, of which rough steps lose some
+    finer_share: float = 4.0  # factor on the difference by them
     longer: float = 1.3  # longest of those steps over that of others, which bounds them whatever the tolerance
     largest_change: float = 0.3  # share of an answer at one position
     least: float = 1e-3  # share of the largest answer over the cycle, that such an answer must be to count

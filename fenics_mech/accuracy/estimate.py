@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
+from fenics_mech.accuracy.corrected_response import CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
@@ -24,7 +24,7 @@ from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
-from fenics_mech.accuracy.transient_errors import transient_errors
+from fenics_mech.accuracy.transient_errors import transient_errors, trial_of_steps
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
 from fenics_mech.effects.effect import Choice
@@ -214,8 +214,8 @@ def estimate(
     corrected = corrected_responses(solution)
     for source, without in corrected.items():
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
-    if isinstance(solution, FreeSolution) and not solution.course.touched:
-        add("time", _by_rougher_steps(solution, base), ESTIMATES.rough_share, 1.0)
+    if isinstance(solution, FreeSolution) and (trial := trial_of_steps(scene.analysis, solution.course.parted)):
+        add("time", _by_other_steps(solution, base, trial[0]), trial[1], 1.0)
     for source, vibrating, share in missed_vibrations(solution):
         change = Quantities.of(scene, system, vibrating.undamped) - base
         add(source, change.largest, 1 / share, corrected[source].order)
@@ -268,11 +268,11 @@ def _change(
     return change.largest
 
 
-def _by_rougher_steps(solution: FreeSolution, base: Quantities) -> dict[str, Array]:
-    """Give the difference of a motion with freedoms from one with a larger tolerance of its time steps."""
+def _by_other_steps(solution: FreeSolution, base: Quantities, tolerance: float) -> dict[str, Array]:
+    """Give the difference of a motion with freedoms from one with another tolerance of its time steps, over its own."""
     state, start = solution.state, solution.start
-    rough = solution_from(state, start, course_of(state, start, ESTIMATES.rougher))
-    return (Quantities.of(solution.scene, rough.system, rough.response.undamped) - base).largest
+    other = solution_from(state, start, course_of(state, start, tolerance))
+    return (Quantities.of(solution.scene, other.system, other.response.undamped) - base).largest
 
 
 def _by_slider_kinks(solution: Solution, system: System) -> dict[str, Array] | None:

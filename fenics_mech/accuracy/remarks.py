@@ -16,10 +16,26 @@ from fenics_mech.response.solution import (
     SubIntervalSolution,
     TransientSolution,
 )
+from fenics_mech.scene import Analysis
 from fenics_mech.scene.sampling import SAMPLING
 
 NO_ESTIMATE = "all errors, as none is estimated there"  # of a point of a sweep without error estimates
 UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
+HALVED_AFTER_CONTACT = (
+    "how far contacts let nearly the same motions part: the error of the time steps is the difference from half their "
+    "tolerance"
+)
+
+
+def after_contacts(analysis: Analysis) -> str:
+    """Say what is not known of the time steps of a motion whose contacts opened.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    """
+    return HALVED_AFTER_CONTACT if analysis.error_estimates == "contacts" else UNKNOWN_AFTER_CONTACT
 
 
 def not_estimated(solution: Solution) -> list[str]:
@@ -40,7 +56,7 @@ def not_estimated(solution: Solution) -> list[str]:
         found += _of_start(solution)
     if isinstance(solution, FreeSolution):
         found.append("what the mesh does to a motion with freedoms")
-        found += [UNKNOWN_AFTER_CONTACT] if solution.course.touched else []
+        found += [after_contacts(solution.scene.analysis)] if solution.course.parted else []
     if isinstance(solution, SubIntervalSolution) and solution.scene.analysis.join == "modal":
         found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
     springs = too_stiff(solution.scene)

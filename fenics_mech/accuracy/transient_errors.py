@@ -25,6 +25,7 @@ from fenics_mech.response.transient.in_time import (
     equation_in_time,
     schedule_of,
 )
+from fenics_mech.scene import Analysis
 
 OWN_STEPS = ("transient_ts_rtol", "transient_ts_atol", "transient_ts_adapt")  # options beside the tolerance
 
@@ -74,6 +75,27 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
         left_out = at_the_start(solution.system)
         errors["modes"] = CorrectedResponse(solution.response, ESTIMATES.mode_order, loads=left_out)
     return errors
+
+
+def trial_of_steps(analysis: Analysis, parted: bool) -> tuple[float, float] | None:
+    """Tolerance of the steps that tell the error of those of a free motion, and the factor on the difference.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    parted
+        Whether contacts opened.
+
+    Returns
+    -------
+    tuple or None
+        The tolerance over that of the motion, and the factor. None where contacts opened and their estimate is not
+        asked for.
+    """
+    if not parted:
+        return ESTIMATES.rougher, ESTIMATES.rough_share
+    return (ESTIMATES.finer, ESTIMATES.finer_share) if analysis.error_estimates == "contacts" else None
 
 
 def own_steps(petsc: Mapping[str, Any]) -> bool:

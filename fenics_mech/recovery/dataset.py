@@ -235,7 +235,7 @@ def _of_laws(solution: InTime) -> xr.Dataset:
     if not isinstance(solution, FreeSolution) or solution.course.laws is None:
         return xr.Dataset()
     laws = solution.course.laws
-    return law_efforts(laws.efforts, laws.depths, laws.largest, laws.contacts)
+    return law_efforts(laws.efforts, laws.depths, laws.largest, laws.contacts.closed)
 
 
 def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:

@@ -9,9 +9,9 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.quantities import MEASURE
-from fenics_mech.accuracy.remarks import UNKNOWN_AFTER_CONTACT
+from fenics_mech.accuracy.remarks import after_contacts
+from fenics_mech.accuracy.transient_errors import trial_of_steps
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import Loops
@@ -94,7 +94,8 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
         variables["freedom_place"] = (along, np.concatenate(motion.places))
         variables["freedom_rate"] = (along, np.concatenate(motion.rates))
         coordinates["freedom"] = list(scene.freedoms)
-    laws = law_efforts(_joined(motion, "law_efforts"), _joined(motion, "depths"), motion.largest, motion.contacts)
+    exerted, depths = _joined(motion, "law_efforts"), _joined(motion, "depths")
+    laws = law_efforts(exerted, depths, motion.largest, motion.contacts.closed)
     if any(point.startswith("ground.") for joint in scene.joints.values() for point in joint.connect):
         on_frame = np.concatenate([part.on_frame for part in motion.instants])
         variables["shaking_force"] = ("theta", "component"), on_frame[:, :2]
@@ -144,22 +145,25 @@ def _small_effort(scene: Scene, data: xr.Dataset) -> float:
 
 
 def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
-    """Errors by the time steps, from a motion with a larger tolerance, unless bodies touched."""
+    """Errors by the time steps, from a motion with another tolerance; after contacts opened where that is asked for."""
     if not motion.steps or not scene.analysis.error_estimates:
         return xr.Dataset()
-    if motion.contacts:
-        return xr.Dataset(attrs={"not_estimated": UNKNOWN_AFTER_CONTACT})
-    rough = _of_motion(scene, free_course(scene, start, ESTIMATES.rougher))
+    parted = motion.contacts.opened > 0
+    remark = after_contacts(scene.analysis) if parted else ""
+    attributes: dict[str, Any] = {"not_estimated": remark} if remark else {}
+    if (trial := trial_of_steps(scene.analysis, parted)) is None:
+        return xr.Dataset(attrs=attributes)
+    factor, share = trial
+    rough = _of_motion(scene, free_course(scene, start, factor))
     found: dict[str, Any] = {}
-    attributes = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
         if name not in data:
             continue
-        change = ESTIMATES.rough_share * np.abs(rough[name].to_numpy() - data[name].to_numpy())
+        change = share * np.abs(rough[name].to_numpy() - data[name].to_numpy())
         by_part = np.moveaxis(change, 1, 0).reshape(change.shape[1], -1).max(axis=1)
         found[f"{name}_error"] = (("source", axis), by_part[None])
         least = _small_effort(scene, data) if name == "drive_effort" else TINY
-        relative = float(by_part.max(initial=0.0)) / max(float(abs(data[name]).max()), least)
+        relative = float(by_part.max(initial=0.0)) / max(float(abs(data[name]).max()), least, TINY)
         found[f"{name}_relative_error"] = (("source",), [relative])
         attributes[f"{name}_error_estimate"] = relative
     return xr.Dataset(found, {"source": ["time"]}, attributes)

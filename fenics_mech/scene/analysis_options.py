@@ -35,6 +35,7 @@ class Analysis(Part):
     error_estimates
         Estimate the errors of the answer, which takes about half of the time. Without it nothing tells whether mesh,
         steps and theory suffice, and nothing is refused because they do not: for sweeps whose worst points are known.
+        "contacts" also estimates the error of time steps where contacts open, from a motion with half their tolerance.
     allow_unstable
         Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
@@ -99,7 +100,7 @@ class Analysis(Part):
     scheme: Literal["radau", "gauss"] = "radau"
     harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60
     stability: bool = True
-    error_estimates: bool = True
+    error_estimates: bool | Literal["contacts"] = True
     allow_unstable: bool = False
     start: str = "rigid"
     start_time: Annotated[Time, Field(ge=0)] | None = None

@@ -59,6 +59,15 @@ def test_below_the_speed_of_lift_off_the_follower_keeps_to_its_cam(share):
     assert data["law_effort"].attrs["units"] == "N m, N"
 
 
+def test_error_of_steps_is_estimated_where_the_follower_keeps_to_its_cam():
+    steps = {"analysis.error_estimates": True, "analysis.time_tolerance": 1e-4}
+    data = fm.analyse(valve(0.9 * LEAVES, **steps)).data
+    exact = fm.analyse(valve(0.9 * LEAVES, **{"analysis.time_tolerance": 1e-9})).data
+    true = float(np.abs(data["joint_force"] - exact["joint_force"]).max())
+    assert 0.5 * true < float(data["joint_force_error"].max()) < 5 * true
+    assert "not_estimated" not in data.attrs
+
+
 def test_above_that_speed_it_leaves_and_flies_under_its_spring_alone():
     speed = 1.02 * LEAVES
     data = fm.analyse(valve(speed)).data

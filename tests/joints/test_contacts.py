@@ -43,6 +43,20 @@ def test_a_ball_comes_to_rest_after_its_last_bounce():
     assert float(data["law_effort"][-1, 0]) == pytest.approx(0.5 * G, rel=1e-3)
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])  # at 1e-5 a step ends short of the place where the contact opens
+def test_error_of_steps_after_a_bounce_is_estimated_where_it_is_asked_for(tolerance):
+    soft = FLOOR | {"contact": {"stiffness": 1e6, "restitution": 0.8}}
+    steps = {"analysis.time_tolerance": tolerance, "analysis.sub_intervals": 50}
+    data = fm.analyse(ball(soft, **steps, **{"analysis.error_estimates": "contacts"})).data
+    exact = fm.analyse(ball(soft, **steps | {"analysis.time_tolerance": 1e-10})).data
+    assert "freedom_place_error" not in exact  # it is not asked for
+    assert "contacts may make as large as the motion" in exact.attrs["not_estimated"]
+    true = float(np.abs(data["freedom_place"] - exact["freedom_place"]).max())
+    assert true < 0.1 * tolerance
+    assert 0.3 * true < float(data["freedom_place_error"].max()) < 5 * true
+    assert "half their tolerance" in data.attrs["not_estimated"]
+
+
 @pytest.mark.parametrize(("restitution", "exponent"), [(0.9, 1.5), (0.5, 1.5), (0.2, 1.0), (1.0, 2.0)])
 def test_restitution_is_as_stated(restitution, exponent):
     contact = {"stiffness": 1e7, "restitution": restitution, "exponent": exponent}

@@ -14,6 +14,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.joints.joint_state import JointLaw, Touching
 from fenics_mech.kinematics.link_states import LinkStates
+from fenics_mech.response.transient.course import ContactCount
 from fenics_mech.response.transient.stepping import Curve
 
 
@@ -55,6 +56,7 @@ class ContactEvents:
 
     state: TouchingState
     laws: dict[str, JointLaw] = field(init=False)
+    count: ContactCount = field(default_factory=ContactCount, init=False)  # of what closed and opened so far
     _due: tuple[float, str, int] | None = field(default=None, init=False)  # time (s), law and contact of an event
 
     def __post_init__(self) -> None:
@@ -122,7 +124,7 @@ class ContactEvents:
                 if time is not None and not (known and time <= early):
                     found.append((max(time, early), name, contact))  # at the start itself a step would have no length
         if not found:
-            if before is not None and end - before[0] <= EVENT.at_end * (end - start):  # for which the step was cut
+            if before is not None and abs(end - before[0]) <= EVENT.at_end * (end - start):  # the step was cut there
                 self._due = end, *before[1:]
             return None
         self._due = min(found)
@@ -151,8 +153,8 @@ class ContactEvents:
             return None
         return float(brentq(depth, *bracket, xtol=EVENT.found * (bracket[1] - bracket[0]) + 1e-300, rtol=1e-15))
 
-    def settle(self, time: float, place: Array, rate: Array) -> int:
-        """Open and close contacts at the end of a step; give how many closed.
+    def settle(self, time: float, place: Array, rate: Array) -> None:
+        """Open and close contacts at the end of a step.
 
         Parameters
         ----------
@@ -162,8 +164,8 @@ class ContactEvents:
             Coordinates of the motion there, and their rates, ``(coordinates,)`` each.
         """
         if not self.laws:
-            return 0
-        depths, count = self.depths(np.array([time]), place[None], rate[None]), 0
+            return
+        depths = self.depths(np.array([time]), place[None], rate[None])
         for name, contact, sign in list(self._signed()):
             depth, speed = (float(part[contact, 0]) for part in depths[name])
             due = self._due is not None and self._due[1:] == (name, contact)  # in the step that ends here
@@ -172,10 +174,10 @@ class ContactEvents:
                 closed, speeds = known.closed.copy(), known.speed.copy()
                 closed[contact] = sign > 0
                 if sign > 0:
-                    speeds[contact], count = speed, count + 1
+                    speeds[contact] = speed
+                self.count = ContactCount(self.count.closed + int(sign > 0), self.count.opened + int(sign < 0))
                 self.state.contacts[name] = replace(known, closed=closed, speed=speeds)
         self._due = None
-        return count
 
 
 def _between_nodes(times: Array, values: Array, rates: Array) -> tuple[Array, Array]:

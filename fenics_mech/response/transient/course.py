@@ -189,6 +189,20 @@ class Course:
 
 
 @dataclass(frozen=True)
+class ContactCount:
+    """How often contacts of a motion closed and opened.
+
+    Parameters
+    ----------
+    closed, opened
+        The numbers. Where none opened, the motion depends on its steps as one without contacts does.
+    """
+
+    closed: int = 0
+    opened: int = 0
+
+
+@dataclass(frozen=True)
 class LawCourse:
     """What joint laws exert in a motion.
 
@@ -205,14 +219,14 @@ class LawCourse:
     largest
         Largest effort of each law, between the times too.
     contacts
-        How often contacts closed.
+        How often contacts closed and opened.
     """
 
     forces: dict[str, Array]
     efforts: dict[str, Array]
     depths: dict[str, Array]
     largest: dict[str, float]
-    contacts: int
+    contacts: ContactCount
 
 
 @dataclass(frozen=True)
@@ -253,6 +267,6 @@ class FreeCourse(Course):
     inside: PointsInside | None = None
 
     @property
-    def touched(self) -> bool:
-        """Whether contacts closed."""
-        return self.laws is not None and self.laws.contacts > 0
+    def parted(self) -> bool:
+        """Whether contacts opened."""
+        return self.laws is not None and self.laws.contacts.opened > 0

@@ -22,7 +22,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.contact_events import ContactEvents
-from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
+from fenics_mech.response.transient.course import TRANSIENT, ContactCount, StartState, refuse_rough
 from fenics_mech.response.transient.free_motion import FREE, stepped
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
@@ -98,7 +98,7 @@ class RigidMotion:
     largest
         Largest effort of each joint law, between the instants too.
     contacts
-        How often each law's contacts closed.
+        How often contacts closed and opened.
     vibrations
         Small motions about an equilibrium.
     """
@@ -110,7 +110,7 @@ class RigidMotion:
     work: dict[str, float] = field(default_factory=dict)
     steps: int = 0
     largest: dict[str, float] = field(default_factory=dict)
-    contacts: int = 0
+    contacts: ContactCount = field(default_factory=ContactCount)
     vibrations: SmallMotions | None = None
 
 
@@ -322,7 +322,8 @@ class _Recorder:
         self.energy = max(self.energy, 2 * float(self.state.dynamics.loads.inertia.kinetic_energy(states.links)[-1]))
         self.context.sizes = self.sizes
         self.state.move_on(_states_part(states, slice(-1, None)))
-        self.motion.contacts += self.events.settle(end, place[-1], rate[-1])
+        self.events.settle(end, place[-1], rate[-1])
+        self.motion.contacts = self.events.count
         return False
 
     def _take(self, time: Array, place: Array, rate: Array) -> None:
