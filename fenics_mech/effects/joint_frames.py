@@ -145,7 +145,7 @@ class LawForces:
     Parameters
     ----------
     joint
-        Name of the joint, or of the other one that a gear pair drives.
+        Name of the joint, or of the other one that a gear pair drives; empty where the joint has no part of it.
     bodies
         Indices of the frames of its two bodies; -1 is the ground.
     cause

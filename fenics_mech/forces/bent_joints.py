@@ -269,7 +269,8 @@ class BentJoints:
         found, v = {}, system.to_links(response.displacement)
         for name, value in values.items():
             law, nodal = self.laws[name], self.frames.on_nodes(system.motion, v, value[:, :-1])
-            found[name] = LawForces(law.joint.name, law.joint.bodies, law.cause, self.frames, value, nodal)
+            joint = "" if law.joint.elsewhere else law.joint.name
+            found[name] = LawForces(joint, law.joint.bodies, law.cause, self.frames, value, nodal)
         return found
 
     def acting(self, system: System, response: ElasticResponse, contacts: Contacts) -> Acting:

@@ -84,6 +84,9 @@ class JointPlace:
         Whether the second body slides along a guide.
     turn
         Angle of the second body's frame in the first's that a prismatic joint holds (rad); 0 of others.
+    elsewhere
+        Whether the opposite of what a law exerts on the second body acts elsewhere than on the first: another side has
+        it, as a follower has that of its cam.
     """
 
     name: str
@@ -92,6 +95,7 @@ class JointPlace:
     guide: float
     slides: bool
     turn: float
+    elsewhere: bool = False
 
     @classmethod
     def of(cls, scene: Scene, name: str) -> JointPlace:
@@ -165,6 +169,8 @@ class JointPlace:
         (first, second), (arm, other) = self.bodies, state.arms
         on.add(second, other + wrench.offset, wrench.force)
         on.turn(second, wrench.moment)
+        if self.elsewhere:
+            return
         on.add(first, arm + state.gap + wrench.offset, -wrench.force)
         on.turn(first, -wrench.moment)
 

@@ -14,7 +14,7 @@ from fenics_mech.joints.joint_state import JointLaw, JointPlace
 from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.stops import StopContact
 from fenics_mech.kinematics.link_states import LinkStates
-from fenics_mech.scene import Bushing, Cam, Clearance, Friction, GuideClearance, JointEffort, Scene, Stop
+from fenics_mech.scene import Bushing, Cam, Clearance, Friction, GuideClearance, JointEffort, Prismatic, Scene, Stop
 from fenics_mech.scene.joint_laws import OneJointLaw, PluggedEffort
 from fenics_mech.scene.paired_joints import PairedJoints
 
@@ -37,7 +37,9 @@ def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace])
         if isinstance(stated, PairedJoints):
             pair = joint, place(stated.drives)
             if isinstance(stated, Cam):
-                sides: tuple[JointLaw, JointLaw] = both_sides_of_cam(stated, pair)
+                sides: tuple[JointLaw, JointLaw] = both_sides_of_cam(
+                    stated, pair, isinstance(scene.joints[stated.drives], Prismatic)
+                )
             else:
                 sides = both_sides(stated, pair, joint.state(start))
             found[name], found[f"{name}:{stated.drives}"] = sides

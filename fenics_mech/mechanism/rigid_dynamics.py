@@ -290,6 +290,8 @@ class RigidDynamics:
     def _add_to(self, found: dict[str, list[Array]], law: JointLaw, wrench: Wrench) -> None:
         """Add a law's force to that of its joint."""
         forces = found[law.joint.name]
+        if law.joint.elsewhere:
+            return
         if forces:
             forces[0] = forces[0] + wrench.force
         else:

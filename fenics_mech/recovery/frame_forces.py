@@ -190,7 +190,7 @@ def _of_lines(forces: Forces, fields: Fields) -> Iterator[tuple[str, Support]]:
 def _of_laws(scene: Scene, system: System) -> Iterator[tuple[str, Support]]:
     """Give the joint laws that take hold of the ground."""
     for name, law in zip(law_names(scene), system.terms.joint_laws):
-        if -1 in law.bodies:
+        if law.joint and -1 in law.bodies:
             force, moment = law.values[:, -1, :2], law.values[:, -1, 2]
             at = next(point for point in scene.joints[law.joint].connect if point.startswith(f"{GROUND}."))
             place = np.broadcast_to(scene.point(at)[1], force.shape)

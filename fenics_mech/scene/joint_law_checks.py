@@ -97,6 +97,8 @@ def _check_driven(scene: Scene, law: PairedJoints, place: str) -> None:
     if other.kind not in kinds or len(other.connect) != 2 or law.drives == law.joint:
         moved = "a cam moves a follower on another joint" if isinstance(law, Cam) else "gears turn another pin"
         raise SceneError(f"{moved} of two bodies", place=f"{place}.drives")
+    if isinstance(law, Cam) and law.friction and other.kind != "prismatic":
+        raise SceneError("a cam rubs on a follower that slides along a prismatic joint", place=f"{place}.friction")
     if law.drives in scene.open_joints:
         raise SceneError(f"joint {law.drives!r} has no constraint: its place says nothing", place=f"{place}.drives")
 

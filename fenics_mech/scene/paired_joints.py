@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.drives import Law
 from fenics_mech.scene.formulas.expression import Jet
-from fenics_mech.scene.units import TorsionalDamping, TorsionalRate
+from fenics_mech.scene.units import Length, Speed, TorsionalDamping, TorsionalRate
 
 
 class AtJoint(Part):
@@ -79,8 +79,8 @@ class GearPair(PairedJoints):
 class Cam(PairedJoints):
     """A cam that pushes a follower, which may lift off: ``F = K d (1 + b d')`` with the indentation d.
 
-    The cam pushes towards larger strokes or angles of the follower. It does not rub.
-    The force of its bearing has no share of the push, which the frame bears at the follower's joint.
+    The cam pushes towards larger strokes or angles of the follower. One that slides along a prismatic joint has a flat
+    face across its guide. Other followers push the body that bears them, and the cam's bearing has no share of it.
 
     Parameters
     ----------
@@ -94,6 +94,12 @@ class Cam(PairedJoints):
         K (N/m; of a follower that turns N m/rad).
     damping
         b (s/m or s/rad): 1/b is the rate of parting at which the contact has no force.
+    friction
+        Coefficient of dry friction between the cam and a flat face.
+    radius
+        Of the base circle (m): from the cam's pin to the face at no lift. Friction needs it.
+    width
+        Sliding speed at which 76 % of the friction act (m/s).
 
     Examples
     --------
@@ -107,6 +113,15 @@ class Cam(PairedJoints):
     lift: Law
     stiffness: Annotated[float, Field(gt=0)]
     damping: Annotated[float, Field(ge=0)] = 0.0
+    friction: Annotated[float, Field(ge=0)] = 0.0
+    radius: Annotated[Length, Field(gt=0)] | None = None
+    width: Annotated[Speed, Field(gt=0)] = 1e-3
+
+    @model_validator(mode="after")
+    def _rubs_somewhere(self) -> Self:
+        if self.friction and self.radius is None:
+            raise ValueError("a cam that rubs needs the `radius` of its base circle")
+        return self
 
     def lift_at(self, angle: Array) -> Jet:
         """Lift (m or rad) and two derivatives by the cam's angle (rad), of the shape of the angle.

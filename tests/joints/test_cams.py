@@ -59,6 +59,60 @@ def test_below_the_speed_of_lift_off_the_follower_keeps_to_its_cam(share):
     assert data["law_effort"].attrs["units"] == "N m, N"
 
 
+RUBBING = {"joint_laws.cam.friction": 0.1, "joint_laws.cam.radius": 0.02}
+
+
+def rubs(data, speed):
+    """Forces of a cam that rubs on its follower: push, friction, and torque of the drive, by the closed form."""
+    theta = data["theta"].to_numpy()
+    push = pushed(theta, speed)
+    lift, slope = LIFT / 2 * (1 - np.cos(theta)), LIFT / 2 * np.sin(theta)
+    return push, 0.1 * push, push * slope + 0.1 * push * (0.02 + lift)
+
+
+def test_force_of_a_flat_face_goes_through_the_bearing_of_the_cam_and_rubs():
+    speed = 0.9 * LEAVES
+    data = fm.analyse(valve(speed, **RUBBING)).data
+    push, friction, torque = rubs(data, speed)
+    near = {"atol": 2e-3 * push.max()}
+    bearing, guide = (data["joint_force"].sel(joint=name).to_numpy() for name in ("O", "G"))
+    np.testing.assert_allclose(bearing[:, 1], push, **near)  # of the frame on the cam
+    np.testing.assert_allclose(bearing[:, 0], -friction, **near)  # the face drags the cam back
+    np.testing.assert_allclose(guide[:, 0], friction, **near)
+    np.testing.assert_allclose(guide[:, 1], 0, **near)
+    np.testing.assert_allclose(data["input_torque"], torque, atol=2e-3 * np.abs(torque).max())
+    assert data.attrs["power_balance_error"] < 1e-6
+
+
+@pytest.mark.slow
+def test_a_cam_of_a_member_rubs_as_a_rigid_one():
+    speed = 0.5 * LEAVES
+    bends = {
+        "materials.stiff": {"modulus": 2e16, "density": 7850.0},
+        "sections.bar": {"shape": "rectangle", "width": 0.02, "height": 0.01},
+        "links.cam": {
+            "points": {"O": (0, 0), "A": (0.03, 0)},
+            "members": {"bar": {"ends": ("O", "A"), "section": "bar", "material": "stiff"}},
+        },
+        "effects": ("coupling",),
+        "mesh.elements": 1,
+        "analysis.time_tolerance": 1e-4,
+        "analysis.sub_intervals": 12,
+        "analysis.start": "smooth",
+    }
+    data = fm.analyse(valve(speed, **RUBBING, **bends)).data
+    push, friction, torque = rubs(data, speed)
+    guide = data["joint_force"].sel(joint="G").to_numpy()
+    np.testing.assert_allclose(guide[:, 0], friction, atol=2e-3 * push.max())
+    np.testing.assert_allclose(data["law_effort"].sel(law="cam"), -torque, atol=2e-3 * np.abs(torque).max())
+    centrifugal = (
+        7850.0 * 2e-4 * 0.03 * 0.015 * speed**2 * np.column_stack([np.cos(data["theta"]), np.sin(data["theta"])])
+    )
+    bearing = data["joint_force"].sel(joint="O").to_numpy() + centrifugal
+    np.testing.assert_allclose(bearing, np.column_stack([-friction, push]), atol=2e-3 * push.max())
+    assert data.attrs["power_balance_error"] < 1e-4
+
+
 def test_error_of_steps_is_estimated_where_the_follower_keeps_to_its_cam():
     steps = {"analysis.error_estimates": True, "analysis.time_tolerance": 1e-4}
     data = fm.analyse(valve(0.9 * LEAVES, **steps)).data
@@ -130,6 +184,8 @@ def test_a_valve_at_rest_is_pressed_by_its_preload():
         ({"joint_laws.cam.joint": "G"}, "is at a joint of kind revolute"),
         ({"joint_laws.cam.stiffness": 0.0}, "greater than 0"),
         ({"joint_laws.cam.damping": -1.0}, "greater than or equal to 0"),
+        ({"joint_laws.cam.friction": 0.1}, "needs the `radius` of its base circle"),
+        (RUBBING | {"joints.G": {"kind": "slot", "connect": ("ground.O", "valve.V")}}, "along a prismatic joint"),
         ({"joint_laws.cam.lift": {"kind": "expression", "formula": "theta"}}, "not periodic"),
     ],
 )
