@@ -26,6 +26,7 @@ from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
+from fenics_mech.recovery.running import running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
@@ -220,7 +221,8 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     last, along = slice(-len(freedoms), None), ("theta", "freedom")
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
-    return [xr.Dataset(variables, {"freedom": freedoms})]
+    of_turn = running(solution.scene, course.time, *(values[:, last] for values in states.values()))
+    return [xr.Dataset(variables, {"freedom": freedoms}), of_turn]
 
 
 def _at_rest(solution: RestSolution) -> xr.Dataset:

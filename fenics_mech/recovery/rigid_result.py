@@ -22,6 +22,7 @@ from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import motion_of_links, place_in_link
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
+from fenics_mech.recovery.running import running
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.static.rest import rigid_rest
 from fenics_mech.response.transient.course import StartState
@@ -63,6 +64,7 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
         motion_of_links(scene, whole),
         _of_points(scene, whole),
         _of_powers(scene, motion),
+        _running(scene, motion, data),
         _errors(scene, motion, data, start),
     ]
     data = xr.merge(parts, combine_attrs="no_conflicts")
@@ -142,6 +144,13 @@ def _small_effort(scene: Scene, data: xr.Dataset) -> float:
     """Effort that the error of a smaller one is relative to (N m or N)."""
     arms = [scene.size_at(name) for name in scene.moved_joints]
     return MEASURE.small_effort * max([*arms, TINY]) * max(float(abs(data["joint_force"]).max()), TINY)
+
+
+def _running(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
+    """How the freedoms of a motion in time run."""
+    if not motion.steps:
+        return xr.Dataset()
+    return running(scene, data["time"].to_numpy(), np.concatenate(motion.places), np.concatenate(motion.rates))
 
 
 def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset, start: StartState | None) -> xr.Dataset:

@@ -160,6 +160,22 @@ Effort = Annotated[
 ]
 
 
+def no_torque_speed(effort: Effort) -> float | None:
+    """Give the speed at which a motor has no torque (rad/s); None of what is no motor.
+
+    Parameters
+    ----------
+    effort
+        The law.
+    """
+    match effort:
+        case DirectCurrentMotor():
+            return effort.no_load_speed
+        case InductionMotor():
+            return effort.synchronous_speed
+    return None
+
+
 def effort_of(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> Array:
     """Effort on the second body of a joint (N m or N), ``(times,)``.
 

@@ -10,7 +10,9 @@ from rich.text import Text
 
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.balance import mean_in_time
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.scene.freedoms import no_torque_speed
 from fenics_mech.views.details import damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.tables import drive_of, number, table_of
@@ -40,7 +42,7 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     if "law" in result.data.sizes:
         parts.append(law_table(result, units))
     if "freedom" in result.data.sizes:
-        parts.append(freedoms_table(result, units))
+        parts += [freedoms_table(result, units), *(Text(line) for line in running_lines(result))]
     if "rest_frequency" in result.data:
         parts.append(small_motions_table(result))
     if "mean_power" in result.data:
@@ -142,6 +144,30 @@ def freedoms_table(result: Result, units: AnswerUnits) -> Table:
             cells.append(f"{number(float(rates[np.abs(rates).argmax()]))} {'m/s' if slides else 'rad/s'}")
         table.add_row(escape(name), *cells)
     return table
+
+
+def running_lines(result: Result) -> list[str]:
+    """Tell how freedoms run over their last turn, and what their motors take.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data, lines = result.data, []
+    for name in map(str, data["freedom"].to_numpy()):
+        if "last_turn_rate" in data and np.isfinite(rate := float(data["last_turn_rate"].sel(freedom=name))):
+            varies = float(data["last_turn_fluctuation"].sel(freedom=name))
+            turns = number(rate * 30 / np.pi)
+            lines.append(f"Freedom {name}: {turns} rpm over its last turn, where the speed varies by {percent(varies)}")
+        if "motor" in data.sizes and name in data["motor"]:
+            taken, time = data["electrical_power"].sel(motor=name).to_numpy(), data["time"].to_numpy()
+            speed = no_torque_speed(result.scene.freedoms[name].effort)
+            given = taken * data["freedom_rate"].sel(freedom=name).to_numpy() / speed
+            means = mean_in_time(time, {"taken": taken, "given": given, "heat": taken - given})
+            takes, gives, heats = map(number, means.values())
+            lines.append(f"Motor at {name}: takes {takes} W, of which {gives} W drive it and {heats} W heat the rotor")
+    return lines
 
 
 def small_motions_table(result: Result) -> Table:

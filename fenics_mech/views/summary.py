@@ -18,7 +18,13 @@ from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
 from fenics_mech.views.reading import Reading
-from fenics_mech.views.rigid_report import freedoms_table, law_table, rigid_parts, small_motions_table
+from fenics_mech.views.rigid_report import (
+    freedoms_table,
+    law_table,
+    rigid_parts,
+    running_lines,
+    small_motions_table,
+)
 from fenics_mech.views.words import share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
@@ -79,8 +85,10 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     ]
     parts += [_joints(reading), Text()] if reading.joints else []
     parts += [law_table(result, units), Text()] if "law_effort" in result.data else []
+    if "freedom_place" in result.data:
+        parts += [freedoms_table(result, units), *(Text(line) for line in running_lines(result)), Text()]
     if "rest_frequency" in result.data:
-        parts += [freedoms_table(result, units), small_motions_table(result), Text()]
+        parts += [small_motions_table(result), Text()]
     return Summary(*parts, _rest(reading, judged))
 
 

@@ -1,0 +1,61 @@
+"""How freedoms run: their speed over the last turn, and the electrical power of their motors."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.freedoms import no_torque_speed
+
+
+def running(scene: Scene, time: Array, place: Array, rate: Array) -> xr.Dataset:
+    """Describe how freedoms run in a motion in time.
+
+    Parameters
+    ----------
+    scene
+        The scene, with freedoms.
+    time
+        Times (s), ``(times,)``.
+    place, rate
+        Angles and strokes of the freedoms and their rates, ``(times, freedoms)`` each.
+
+    Returns
+    -------
+    xarray.Dataset
+        `last_turn_rate` (rad/s) and `last_turn_fluctuation` by `freedom`, where one that turns has come round: the mean
+        rate over the last turn, and the range of the rate over that. `electrical_power` (W) by `motor`, where there
+        are motors: the torque times the speed at which they have none. What it is more than that of the torque at the
+        shaft heats the rotor. Source: Fitzgerald, Kingsley and Umans, Electric Machinery (2003), chapters 6 and 7.
+    """
+    found, names = xr.Dataset(), list(scene.freedoms)
+    turns = np.array([_last_turn(time, place[:, i], rate[:, i]) for i in range(len(names))]).reshape(-1, 2)
+    turns[[isinstance(scene.joints[name], Slot | Prismatic) for name in names]] = np.nan
+    if not np.isnan(turns).all():
+        for i, variable in enumerate(("last_turn_rate", "last_turn_fluctuation")):
+            found[variable] = (("freedom",), turns[:, i])
+        found = found.assign_coords(freedom=names)
+    motors = {}
+    for i, (name, freedom) in enumerate(scene.freedoms.items()):
+        if (speed := no_torque_speed(freedom.effort)) is not None:
+            motors[name] = speed * freedom.effort_at(time, place[:, i], rate[:, i])
+    if motors:
+        found["electrical_power"] = (("theta", "motor"), np.stack(list(motors.values()), axis=1))
+        found = found.assign_coords(motor=list(motors))
+    return found
+
+
+def _last_turn(time: Array, place: Array, rate: Array) -> tuple[float, float]:
+    """Mean rate over the last turn, and the range of the rate over that; no numbers where there is no such turn."""
+    whole = 2 * np.pi * np.sign(place[-1] - place[0])
+    before = np.flatnonzero((place[-1] - place) * np.sign(whole) >= abs(whole))  # a turn or more before the end
+    if not whole or not len(before):
+        return np.nan, np.nan
+    first = int(before[-1])
+    share = (place[-1] - whole - place[first]) / (place[first + 1] - place[first])
+    began, there = ((1 - share) * part[first] + share * part[first + 1] for part in (time, rate))
+    rates = np.append(rate[first + 1 :], there)
+    mean = whole / (time[-1] - began)
+    return float(mean), float(np.ptp(rates) / abs(mean))
