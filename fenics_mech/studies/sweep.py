@@ -16,10 +16,10 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
-from mpi4py import MPI
 
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
+from fenics_mech._petsc import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
