@@ -122,7 +122,7 @@ def test_guides_that_say_nothing_are_refused(svg, guide, said):
 
 
 def test_a_slider_that_joins_links_is_refused(svg):
-    with pytest.raises(SceneError, match="joins 2 links. A slider that joins links needs a block"):
+    with pytest.raises(SceneError, match=r"joins 2 links\. A slider that joins links needs a block"):
         fm.from_drawing(svg(text=slider_crank(more='<line id="arm" x1="90" y1="80" x2="90" y2="40"/>')))
 
 
