@@ -16,7 +16,7 @@ from fenics_mech.views.details import decisions, energy
 from fenics_mech.views.judgements import SOURCES
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import ForceReading, Reading
-from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy
+from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy, running_lines
 from fenics_mech.views.words import share, short
 
 DECADES = 4  # of the bars of effects, up to 100 %
@@ -224,6 +224,8 @@ def method(reading: ForceReading) -> Html:
     rows = {**known, "version": f"fenics_mech {result.data.attrs['fenics_mech']}"}
     if "mean_power" in result.data:
         rows["power"] = energy(result) if bends else rigid_energy(result)
+    if "freedom_rate" in result.data and (lines := running_lines(result)):
+        rows["freedoms"] = "; ".join(lines)
     if "frequency" in result.data and "assurance" in result.data:
         rows["modes followed"] = f"lowest MAC between positions {short(float(result.data['assurance'].min()))}"
     return table(["", ""], list(rows.items()), class_="plain")
