@@ -127,6 +127,7 @@ __all__ = [
     "RoundSection",
     "Scene",
     "SceneError",
+    "SideContact",
     "Slot",
     "SolverError",
     "SpeedController",

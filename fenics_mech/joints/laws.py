@@ -12,9 +12,21 @@ from fenics_mech.joints.given_efforts import GivenEffort
 from fenics_mech.joints.guide_clearance import SliderContact
 from fenics_mech.joints.joint_state import JointLaw, JointPlace
 from fenics_mech.joints.pin_clearance import JournalContact
+from fenics_mech.joints.side_contact import OneSide
 from fenics_mech.joints.stops import StopContact
 from fenics_mech.kinematics.link_states import LinkStates
-from fenics_mech.scene import Bushing, Cam, Clearance, Friction, GuideClearance, JointEffort, Prismatic, Scene, Stop
+from fenics_mech.scene import (
+    Bushing,
+    Cam,
+    Clearance,
+    Friction,
+    GuideClearance,
+    JointEffort,
+    Prismatic,
+    Scene,
+    SideContact,
+    Stop,
+)
 from fenics_mech.scene.joint_laws import OneJointLaw, PluggedEffort
 from fenics_mech.scene.paired_joints import PairedJoints
 
@@ -71,6 +83,8 @@ def _law(joint: JointPlace, stated: OneJointLaw | PluggedEffort) -> JointLaw:
             return JournalContact(joint, stated)
         case GuideClearance():
             return SliderContact(joint, stated)
+        case SideContact():
+            return OneSide(joint, stated)
         case Bushing():
             return SoftBearing(joint, stated)
         case JointEffort() | PluggedEffort():

@@ -26,7 +26,7 @@ def running(scene: Scene, time: Array, place: Array, rate: Array) -> xr.Dataset:
     -------
     xarray.Dataset
         `last_turn_rate` (rad/s) and `last_turn_fluctuation` by `freedom`, where one that turns has come round: the mean
-        rate over the last turn, and the range of the rate over that. `electrical_power` (W) by `motor`, where there
+        rate over the last turn, and the range of the rate over that. `electrical_power` (W) by `motor_at`, where there
         are motors: the torque times the speed at which they have none. What it is more than that of the torque at the
         shaft heats the rotor. Source: Fitzgerald, Kingsley and Umans, Electric Machinery (2003), chapters 6 and 7.
     """
@@ -42,8 +42,8 @@ def running(scene: Scene, time: Array, place: Array, rate: Array) -> xr.Dataset:
         if (speed := no_torque_speed(freedom.effort)) is not None:
             motors[name] = speed * freedom.effort_at(time, place[:, i], rate[:, i])
     if motors:
-        found["electrical_power"] = (("theta", "motor"), np.stack(list(motors.values()), axis=1))
-        found = found.assign_coords(motor=list(motors))
+        found["electrical_power"] = (("theta", "motor_at"), np.stack(list(motors.values()), axis=1))
+        found = found.assign_coords(motor_at=list(motors))
     return found
 
 

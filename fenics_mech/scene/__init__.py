@@ -24,6 +24,7 @@ from fenics_mech.scene.joint_laws import (
     Friction,
     GuideClearance,
     JointEffort,
+    SideContact,
     Stop,
 )
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
@@ -112,6 +113,7 @@ __all__ = [
     "RoundSection",
     "Scene",
     "Section",
+    "SideContact",
     "Slot",
     "SpeedController",
     "Stop",

@@ -13,7 +13,7 @@ from fenics_mech.errors import SceneError, shortened
 BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
     "[key]", "one", "many", "revolute", "weld", "slot", "prismatic",
     "harmonics", "table", "expression", "rest-to-rest", "pulse", "load", "line-load", "line", "hinge",
-    "friction", "stop", "clearance", "guide-clearance", "bushing", "joint-effort", "gear-pair", "cam",
+    "friction", "stop", "clearance", "guide-clearance", "side-contact", "bushing", "joint-effort", "gear-pair", "cam",
 )  # fmt: skip
 
 BRANCH = "shape:"  # begins the name of a branch that is a shape of section

@@ -14,6 +14,7 @@ from fenics_mech.scene.joint_laws import (
     GuideClearance,
     JointEffort,
     PluggedEffort,
+    SideContact,
     Stop,
 )
 from fenics_mech.scene.paired_joints import Cam, PairedJoints
@@ -74,6 +75,8 @@ def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
         return law.fits
     if isinstance(law, GuideClearance):
         return ("prismatic",)
+    if isinstance(law, SideContact):
+        return ("slot",)
     return ("revolute",) if isinstance(law, (*OPEN, PairedJoints)) else ("revolute", "slot", "prismatic")
 
 

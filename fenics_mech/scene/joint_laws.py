@@ -229,6 +229,32 @@ class GuideClearance(LooseJoint):
     length: Annotated[Length, Field(gt=0)]
 
 
+class SideContact(LooseJoint):
+    """A guide with one side: the pin of a slot may lift off it, and comes back by an impact.
+
+    Parameters
+    ----------
+    joint
+        The slot: the guide is a line of the first body, and the pin a point of the second.
+    side
+        Side of the guide on which the pin is, as one looks along it.
+    contact
+        How guide and pin push each other.
+    friction
+        Coefficient of dry friction between them.
+    width
+        Sliding speed at which 76 % of the friction act (m/s).
+
+    Examples
+    --------
+    >>> fm.SideContact(joint="S", contact=fm.Contact(stiffness=1e8, restitution=0.6)).side
+    'left'
+    """
+
+    kind: Literal["side-contact"] = "side-contact"
+    side: Literal["left", "right"] = "left"
+
+
 class Bushing(AtJoint):
     """A soft bearing in place of a pin: stiffness and damping along two directions and in rotation.
 
@@ -318,7 +344,7 @@ class PluggedEffort(AtJoint, ABC):
         """
 
 
-OneJointLaw = Friction | Stop | Clearance | GuideClearance | Bushing | JointEffort
+OneJointLaw = Friction | Stop | Clearance | GuideClearance | SideContact | Bushing | JointEffort
 AnyJointLaw = Annotated[OneJointLaw | GearPair | Cam, Field(discriminator="kind")]
-OPEN = (Clearance, GuideClearance, Bushing)  # laws in place of a joint's constraint
-TOUCHING = (Stop, Clearance, GuideClearance, Cam)  # laws of contact
+OPEN = (Clearance, GuideClearance, SideContact, Bushing)  # laws in place of a joint's constraint
+TOUCHING = (Stop, Clearance, GuideClearance, SideContact, Cam)  # laws of contact

@@ -160,8 +160,8 @@ def running_lines(result: Result) -> list[str]:
             varies = float(data["last_turn_fluctuation"].sel(freedom=name))
             turns = number(rate * 30 / np.pi)
             lines.append(f"Freedom {name}: {turns} rpm over its last turn, where the speed varies by {percent(varies)}")
-        if "motor" in data.sizes and name in data["motor"]:
-            taken, time = data["electrical_power"].sel(motor=name).to_numpy(), data["time"].to_numpy()
+        if "motor_at" in data.sizes and name in data["motor_at"]:
+            taken, time = data["electrical_power"].sel(motor_at=name).to_numpy(), data["time"].to_numpy()
             speed = no_torque_speed(result.scene.freedoms[name].effort)
             given = taken * data["freedom_rate"].sel(freedom=name).to_numpy() / speed
             means = mean_in_time(time, {"taken": taken, "given": given, "heat": taken - given})

@@ -31,11 +31,10 @@ def test_electrical_power_is_that_of_the_shaft_and_of_the_heat_in_the_rotor(tmp_
     rate = steady * (1 - np.exp(-time / lag))  # of J w' = Ts (1 - w/w0) - brake
     np.testing.assert_allclose(data["freedom_rate"].sel(freedom="O"), rate, atol=1e-5)
     torque = STALL * (1 - rate / IDLE)
-    np.testing.assert_allclose(data["electrical_power"].sel(motor="O"), torque * IDLE, rtol=1e-6)
+    np.testing.assert_allclose(data["electrical_power"].sel(motor_at="O"), torque * IDLE, rtol=1e-6)
     heat = STALL * (1 - rate / IDLE) ** 2 * IDLE  # of the armature: the square of the current
-    power = (
-        data["electrical_power"].sel(motor="O").to_numpy() - torque * data["freedom_rate"].sel(freedom="O").to_numpy()
-    )
+    of_shaft = torque * data["freedom_rate"].sel(freedom="O").to_numpy()
+    power = data["electrical_power"].sel(motor_at="O").to_numpy() - of_shaft
     np.testing.assert_allclose(power, heat, rtol=1e-6)
     # energies: what the motor takes is stored, braked and heat
     turned = float(data["freedom_place"].sel(freedom="O")[-1])

@@ -1,0 +1,65 @@
+"""Contact on one side of a guide: a pin that may lift off the line on which it slides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.effects.causes import Cause
+from fenics_mech.joints.contact_force import contact_force, rubbing
+from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, Wrench
+from fenics_mech.kinematics.link_states import quarter
+from fenics_mech.scene import SideContact
+
+
+@dataclass(frozen=True)
+class OneSide:
+    """A pin of the second body on one side of a straight guide of the first.
+
+    Parameters
+    ----------
+    joint
+        Where it is.
+    stated
+        What the scene states.
+    """
+
+    joint: JointPlace
+    stated: SideContact
+    cause = Cause.CONTACTS
+    begins_open = True
+    contacts = 1
+
+    def _seen(self, state: JointState) -> tuple[Array, Array]:
+        """Normal of the guide on the side of the pin, and the pin's velocity seen from the guide, ``(states, 2)``."""
+        normal = (1.0 if self.stated.side == "left" else -1.0) * quarter(state.along)
+        return normal, state.gap_rate - state.turning[0][:, None] * quarter(state.gap)
+
+    def depths(self, state: JointState) -> tuple[Array, Array]:
+        """Give how far the pin is beyond the guide, and the rate of that, ``(1, states)`` each.
+
+        Parameters
+        ----------
+        state
+            How the bodies move.
+        """
+        normal, speed = self._seen(state)
+        return -np.sum(normal * state.gap, axis=-1)[None], -np.sum(normal * speed, axis=-1)[None]
+
+    def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
+        """Give what the guide exerts on the pin: normal force and friction.
+
+        Parameters
+        ----------
+        time, state, touching
+            As of `JointLaw`.
+        """
+        none = np.zeros_like(state.gap)
+        if not touching.closed[0]:
+            return Wrench(none, np.zeros_like(state.place), none)
+        (normal, speed), ((depth,), (rate,)) = self._seen(state), self.depths(state)
+        push = contact_force(self.stated.contact, depth, rate, float(touching.speed[0]))
+        friction = rubbing(self.stated, push, np.sum(state.along * speed, axis=-1))
+        return Wrench(push[:, None] * normal - friction[:, None] * state.along, np.zeros_like(push), none)
