@@ -20,7 +20,7 @@ from fenics_mech.forces.joint_forces import nodal_forces, reactions
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
-from fenics_mech.joints.laws import laws_of
+from fenics_mech.joints.laws import laws_of, rubbing_of
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
@@ -133,7 +133,7 @@ class BentJoints:
     @cached_property
     def rubbing(self) -> dict[str, DryFriction]:
         """Those of them that are dry friction."""
-        return {name: law for name, law in self.laws.items() if isinstance(law, DryFriction)}
+        return rubbing_of(self.laws)
 
     def states(self, system: System, response: ElasticResponse) -> LinkStates:
         """Give place and velocity of the frames.
@@ -166,9 +166,7 @@ class BentJoints:
         return found
 
     def size_of(self, name: str, links: LinkStates, values: Array) -> Array:
-        """Give what a law exerts along its guide (N) or about its pin (N m), ``(states,)``.
-
-        Of a law in place of a constraint it is the size of its force.
+        """Give the size of what a law exerts, as `JointPlace.size` does.
 
         Parameters
         ----------
@@ -180,13 +178,9 @@ class BentJoints:
             What it exerts on them.
         """
         place = self.laws[name].joint
-        first, second = place.bodies
-        force = values[:, second, :2]
-        if place.name in self.scene.open_joints:
-            return np.asarray(np.linalg.norm(force, axis=-1))
-        if place.slides:
-            return np.asarray(np.sum(force * place.state(links).along, axis=-1))
-        return np.asarray(values[:, second, 2] if second >= 0 else -values[:, first, 2])
+        on_second = values[:, place.bodies[1]]
+        wrench = Wrench(on_second[:, :2], on_second[:, 2], np.zeros_like(on_second[:, :2]))
+        return place.size(links, wrench, place.name in self.scene.open_joints)
 
     def _on_frames(self, law: JointLaw, state: JointState, wrench: Wrench) -> Array:
         on = BodyForces.none(len(state.place), len(self.frames))

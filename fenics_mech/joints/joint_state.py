@@ -154,6 +154,24 @@ class JointPlace:
             return Wrench(size[:, None] * state.along, np.zeros_like(size), none)
         return Wrench(none, size, none)
 
+    def size(self, links: LinkStates, wrench: Wrench, alone: bool) -> Array:
+        """Give the size of a wrench on the second body (N or N m), ``(states,)``.
+
+        It is the force along the guide or the moment about the pin; without a constraint it is the size of the force.
+
+        Parameters
+        ----------
+        links
+            How all links move.
+        wrench
+            What acts on the second body.
+        alone
+            Whether a law takes the place of the joint's constraint.
+        """
+        if alone:
+            return np.asarray(np.linalg.norm(wrench.force, axis=-1))
+        return np.sum(wrench.force * self.state(links).along, axis=-1) if self.slides else wrench.moment
+
     def exert(self, on: BodyForces, state: JointState, wrench: Wrench) -> None:
         """Add a wrench on the second body, and the opposite one on the first.
 

@@ -20,12 +20,11 @@ from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
-from fenics_mech.joints.laws import laws_of
+from fenics_mech.joints.laws import laws_of, rubbing_of
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.mechanism.rigid_loads import RigidLoads
 from fenics_mech.scene import Scene
-from fenics_mech.scene.joint_laws import OPEN
 
 FROM_OUTSIDE = (Cause.WEIGHT, Cause.LOADS, Cause.EXTERNAL_DRAG)  # what acts on links and not on the frame
 Contacts = Mapping[str, Touching]  # by law
@@ -109,12 +108,7 @@ class RigidDynamics:
     @cached_property
     def rubbing(self) -> dict[str, DryFriction]:
         """Those of them that are dry friction."""
-        return {name: law for name, law in self.laws.items() if isinstance(law, DryFriction)}
-
-    @cached_property
-    def open_laws(self) -> frozenset[str]:
-        """Names of the laws that take the place of a joint's constraint."""
-        return frozenset(name for name, law in self.scene.joint_laws.items() if isinstance(law, OPEN))
+        return rubbing_of(self.laws)
 
     def all_open(self) -> dict[str, Touching]:
         """Give all contacts open."""
@@ -148,9 +142,7 @@ class RigidDynamics:
         return {name: law.wrench(states.time, joints[name], contacts[name]) for name, law in self.laws.items()}
 
     def size_of(self, name: str, states: RigidStates, wrench: Wrench) -> Array:
-        """Give what a law exerts along its guide (N) or about its pin (N m), ``(states,)``.
-
-        Of a law in place of a constraint it is the size of its force.
+        """Give the size of what a law exerts, as `JointPlace.size` does.
 
         Parameters
         ----------
@@ -161,10 +153,8 @@ class RigidDynamics:
         wrench
             What it exerts.
         """
-        if name in self.open_laws:
-            return np.asarray(np.linalg.norm(wrench.force, axis=-1))
         place = self.laws[name].joint
-        return np.sum(wrench.force * place.state(states.links).along, axis=-1) if place.slides else wrench.moment
+        return place.size(states.links, wrench, place.name in self.scene.open_joints)
 
     def balance(self, states: RigidStates, contacts: Contacts) -> Balance:
         """Give the forces of a motion.
