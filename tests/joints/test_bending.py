@@ -102,10 +102,10 @@ def test_a_bushing_is_that_of_rigid_links():
     assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 1e-5, "law_effort": 1e-5})
 
 
-def by_itself(modulus, time_tolerance, **parts):
+def by_itself(modulus, time_tolerance, estimates=False, **parts):
     """Result of bars that move by themselves for 0.1 s: rigid ones, or with a modulus (Pa) those that bend."""
     bar = fm.RectangleSection(width="20 mm", height="10 mm")
-    steps = {"duration": 0.1, "sub_intervals": 10, "time_tolerance": time_tolerance, "error_estimates": False}
+    steps = {"duration": 0.1, "sub_intervals": 10, "time_tolerance": time_tolerance, "error_estimates": estimates}
     parts |= {"analysis": fm.Analysis(method="transient", start="smooth", **steps)}
     if modulus:
         material = fm.Material(modulus=modulus, density=DENSITY)
@@ -135,16 +135,17 @@ def test_gears_between_links_that_bend_are_those_of_rigid_links():
     assert bent.attrs["power_balance_error"] < 1e-4
 
 
-def bar_on_a_stop(bends: bool):
+def bar_on_a_stop(bends: bool, tolerance: float = 1e-4, **parts):
     """Result of a bar that turns at 2 rad/s about its end and meets a stop, which gives 1.2 rad/s back."""
     return by_itself(
         2.1e11 if bends else None,
-        1e-4,
+        tolerance,
         ground=fm.Ground(points={"O": (0, 0)}),
         links={"bar": link("O", "A", 0.3, bends)},
         joints={"O": fm.Revolute(connect=("ground.O", "bar.O"))},
         freedoms={"O": fm.Freedom(start=0.0, speed=2.0)},
         joint_laws={"stop": fm.Stop(joint="O", upper=0.1, contact={"stiffness": 1e3, "restitution": 0.6})},
+        **parts,
     )
 
 
@@ -157,6 +158,17 @@ def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one():
         back = np.ptp(data["freedom_place"].to_numpy()[8:, 0]) / np.ptp(data["time"].to_numpy()[8:])
         assert back == pytest.approx(1.2, rel=0.02)
     assert float(bent["largest_law_effort"][0]) == pytest.approx(float(rigid["largest_law_effort"][0]), rel=0.02)
+
+
+@pytest.mark.slow
+def test_error_of_steps_of_links_that_bend_is_estimated_after_a_contact():
+    damped = {"damping": fm.Damping(ratio=0.05)}
+    data = bar_on_a_stop(True, 1e-3, estimates="contacts", **damped)
+    exact = bar_on_a_stop(True, 1e-6, **damped)
+    largest = float(np.abs(exact["strain"]).max())
+    true = float(np.abs(data["strain"] - exact["strain"].to_numpy()).max()) / largest
+    assert 0.5 * true < float(data["relative_error"].sel(source="time")) < 10 * true
+    assert "half their tolerance" in data.attrs["not_estimated"]
 
 
 @pytest.mark.slow  # a contact takes some twenty steps
