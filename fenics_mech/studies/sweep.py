@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Literal, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -47,6 +48,8 @@ from fenics_mech.studies.worker_processes import over_processes
 Found = TypeVar("Found")
 Task = tuple[Path, Record, Gauge]
 Point = tuple[float, ...]  # the value of each field
+Estimates = Literal["auto", "all", "peaks"]
+MANY_POINTS = 24  # beyond which errors are estimated at peaks and ends alone, unless it is asked for otherwise
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ def sweep(
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
     jobs: int = 1,
-    estimates_at_peaks: bool = False,
+    estimates: Estimates = "auto",
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene at given values of its numbers; several numbers make a grid.
@@ -105,7 +108,7 @@ def sweep(
         Values by dotted path: numbers (SI), or texts with a unit.
     folder
         Where finished points are kept, so that a sweep that was ended goes on. Without one, nothing is written.
-    gauge, refine_peaks, jobs, estimates_at_peaks, progress
+    gauge, refine_peaks, jobs, estimates, progress
         As of `run_sweep`.
 
     Returns
@@ -136,7 +139,7 @@ def sweep(
             gauge=gauge,
             refine_peaks=refine_peaks,
             jobs=jobs,
-            estimates_at_peaks=estimates_at_peaks,
+            estimates=estimates,
             progress=progress,
         )
 
@@ -149,7 +152,7 @@ def run_sweep(
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
     jobs: int = 1,
-    estimates_at_peaks: bool = False,
+    estimates: Estimates = "auto",
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
@@ -169,9 +172,10 @@ def run_sweep(
     jobs
         Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
         the error `sweep_points.LOST`, and the next sweep tries it again.
-    estimates_at_peaks
-        Estimate errors at the peaks of the strains and the ends of the ranges alone. These points are analysed again
-        with estimates, and the sweep says of all others that there are none.
+    estimates
+        Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
+        are then analysed again with estimates, and the sweep says of all others that there are none. "auto" takes
+        "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
@@ -179,7 +183,7 @@ def run_sweep(
     ------
     SceneError
         When the folder holds a sweep of another scene or other values, refinement is not possible, or nothing bends.
-        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them.
+        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them at all points.
     ResultError
         When a file cannot be written.
     MechanismError
@@ -190,14 +194,13 @@ def run_sweep(
     if refine_peaks and (len(axes) != 1 or axes[0].whole):
         message = "points can be added at peaks of a sweep over one field that is not a whole number"
         raise SceneError(message, place=", ".join(axis.path for axis in axes))
-    if estimates_at_peaks:
-        _refuse_chosen_by_estimates(scene)
+    at_peaks = _at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
     run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
     run.at_root(run.claim_folder)
     values = [axis.values for axis in axes]
-    quick = run.without_estimates if estimates_at_peaks else run
+    quick = run.without_estimates if at_peaks else run
     quick.compute(grid(values))
     left = refine_peaks
     while left and (added := quick.at_peaks(values, left)):
@@ -205,20 +208,24 @@ def run_sweep(
         quick.compute(grid(values))
         left -= len(added)
     estimated = grid(values)
-    if estimates_at_peaks:
+    if at_peaks:
         estimated = quick.at_root(lambda: quick.ends_and_peaks(values))
         run.compute(estimated)
     return run.at_root(lambda: run.finish(values, estimated, quick))
 
 
-def _refuse_chosen_by_estimates(scene: Scene) -> None:
-    """Raise `SceneError` where a scene has something chosen by its error estimates."""
-    for place, chosen in (("effects", scene.effects == "auto"), ("tolerance", scene.tolerance is not None)):
-        if chosen:
-            message = "error estimates choose this for each point, and would be made at few points only"
-            raise SceneError(
-                message, place=place, hint="List the effects and state the mesh, or estimate at all points"
-            )
+def _at_peaks_alone(scene: Scene, estimates: Estimates, points: int) -> bool:
+    """Whether errors are estimated at peaks and ends alone.
+
+    Raises `SceneError` where that is asked for, and a scene has something chosen by its error estimates.
+    """
+    chosen = {"effects": scene.effects == "auto", "tolerance": scene.tolerance is not None}
+    if estimates != "peaks":
+        return estimates == "auto" and points > MANY_POINTS and not any(chosen.values())
+    for place in (name for name, by_estimates in chosen.items() if by_estimates):
+        message = "error estimates choose this for each point, and would be made at few points only"
+        raise SceneError(message, place=place, hint="List the effects and state the mesh, or estimate at all points")
+    return True
 
 
 def grid(values: Sequence[Sequence[float]]) -> list[Point]:
