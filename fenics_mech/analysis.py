@@ -55,7 +55,8 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     progress
         Called with the name of each of `STEPS` as it begins.
     common
-        What it may have in common with other analyses of a study. The result is the same, to the last bit.
+        What it may have in common with other analyses of a study. The result is the same, to the last bit, unless it
+        begins from the last motion.
 
     Returns
     -------
@@ -168,10 +169,13 @@ def _answer(
 ) -> tuple[Solution, str]:
     """Build the mechanism of a scene and solve for its response, and name the solver."""
     refuse_too_stiff(scene)
+    common = common or CommonParts()
     system = mechanism(scene, progress, common)
     names = ", ".join(effect.name for effect in active(scene))
     logger.info("%d coordinates, %d positions, effects: %s", system.size, len(system.motion.theta), names)
-    solution, solver = solve(scene, system, progress, near)
+    solution, solver = solve(scene, system, progress, near or common.near(system.beams))
+    if common.begin_from_last and (known := _known(solution)) is not None:
+        common.keep(known)
     logger.info("solved by %s", solver)
     return solution, solver
 

@@ -1,7 +1,8 @@
 """The response over numbers of a scene: speed, damping, a length, or any other, on one process or several.
 
 Finished points are files in the sweep's folder. A sweep that was ended goes on with the points that are missing, and
-comes to the same result, to the last bit, as one that was not. Processes of this machine, or of `mpirun`, share points.
+comes to the same result as one that was not: to the last bit, or where Newton's method begins from a neighbour's motion
+to its tolerance. Processes of this machine, or of `mpirun`, share runs of points.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -29,12 +30,13 @@ from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
-from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
+from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone, peaks_of, unresolved
 from fenics_mech.studies.sweep_points import (
     KEPT,
     TEXTS,
     Gauge,
     Record,
+    Task,
     compute_here,
     compute_point,
     give_up,
@@ -43,13 +45,11 @@ from fenics_mech.studies.sweep_points import (
     stacked,
     tabulated,
 )
+from fenics_mech.studies.sweep_runs import longest_run, runs_of
 from fenics_mech.studies.worker_processes import over_processes
 
 Found = TypeVar("Found")
-Task = tuple[Path, Record, Gauge]
 Point = tuple[float, ...]  # the value of each field
-Estimates = Literal["auto", "all", "peaks"]
-MANY_POINTS = 24  # beyond which errors are estimated at peaks and ends alone, unless it is asked for otherwise
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ def run_sweep(
     if refine_peaks and (len(axes) != 1 or axes[0].whole):
         message = "points can be added at peaks of a sweep over one field that is not a whole number"
         raise SceneError(message, place=", ".join(axis.path for axis in axes))
-    at_peaks = _at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
+    at_peaks = at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
     run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
@@ -214,20 +214,6 @@ def run_sweep(
     return run.at_root(lambda: run.finish(values, estimated, quick))
 
 
-def _at_peaks_alone(scene: Scene, estimates: Estimates, points: int) -> bool:
-    """Whether errors are estimated at peaks and ends alone.
-
-    Raises `SceneError` where that is asked for, and a scene has something chosen by its error estimates.
-    """
-    chosen = {"effects": scene.effects == "auto", "tolerance": scene.tolerance is not None}
-    if estimates != "peaks":
-        return estimates == "auto" and points > MANY_POINTS and not any(chosen.values())
-    for place in (name for name, by_estimates in chosen.items() if by_estimates):
-        message = "error estimates choose this for each point, and would be made at few points only"
-        raise SceneError(message, place=place, hint="List the effects and state the mesh, or estimate at all points")
-    return True
-
-
 def grid(values: Sequence[Sequence[float]]) -> list[Point]:
     """Give the points of a grid."""
     return list(itertools.product(*values))
@@ -244,7 +230,7 @@ class _SweepRun:
     comm: Any
     progress: Callable[[int, int], None]
     jobs: int
-    common: CommonParts = field(default_factory=CommonParts)
+    common: CommonParts = field(default_factory=lambda: CommonParts(begin_from_last=True))
 
     @property
     def points(self) -> Path:
@@ -287,25 +273,29 @@ class _SweepRun:
         missing = self.at_root(
             lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
         )
-        first, rest = missing[:1], missing[1:]
-        mine = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
+        runs = runs_of(points, set(missing), longest_run(Scene.read(self.scene)))
+        first, rest = runs[:1], runs[1:]
+        shared = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
+        mine = [
+            [Task(*self.file(points[index]), self.gauge, bool(place)) for place, index in enumerate(run)]
+            for run in shared
+        ]
+        begun, count = itertools.count(), sum(map(len, mine))
 
-        tasks, begun = [(*self.file(points[index]), self.gauge) for index in mine], itertools.count()
+        def started(task: Task) -> None:
+            self.progress(next(begun), count)
 
-        def started(task: object) -> None:
-            self.progress(next(begun), len(tasks))
-
-        def work(share: Sequence[Task]) -> None:
-            for task in share:
+        def work(share: Sequence[Sequence[Task]]) -> None:
+            for task in itertools.chain(*share):
                 started(task)
-                compute_point(*task, self.common)
+                compute_point(task, self.common)
 
-        def share_out(share: Sequence[Task]) -> None:
-            over_processes(self.jobs, share, compute_here, lambda task: give_up(task[0]), started)
+        def share_out(share: Sequence[Sequence[Task]]) -> None:
+            over_processes(self.jobs, share, compute_here, lambda task: give_up(task.path), started)
 
         warm = len(first) if self.comm.rank == 0 else 0
-        together(self.comm, lambda: work(tasks[:warm]))
-        together(self.comm, lambda: (work if self.jobs == 1 else share_out)(tasks[warm:]))
+        together(self.comm, lambda: work(mine[:warm]))
+        together(self.comm, lambda: (work if self.jobs == 1 else share_out)(mine[warm:]))
 
     def file(self, point: Sequence[float]) -> tuple[Path, Record]:
         """Give the file and the scene of a point."""

@@ -14,8 +14,7 @@ from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
 from fenics_mech.recovery.peaks import between_positions, doubt
-from fenics_mech.studies import sweep as sweep_studies
-from fenics_mech.studies import sweep_points
+from fenics_mech.studies import sweep_peaks, sweep_points
 from fenics_mech.studies.sweep import Sweep, first_difference, run_sweep
 from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
@@ -271,13 +270,13 @@ def test_many_points_are_estimated_at_peaks_unless_it_is_asked_for_otherwise(arm
         return int((swept(arm, tmp_path / name, SHORT, **asked).data["not_estimated"] == NO_ESTIMATE).sum())
 
     assert unknown("few") == 0
-    monkeypatch.setattr(sweep_studies, "MANY_POINTS", 7)  # the range has 8
+    monkeypatch.setattr(sweep_peaks, "MANY_POINTS", 7)  # the range has 8
     assert unknown("many") == 5
     assert unknown("asked", estimates="all") == 0
 
 
 def test_many_points_that_choose_by_estimates_have_them_all(arm, tmp_path, monkeypatch):
-    monkeypatch.setattr(sweep_studies, "MANY_POINTS", 1)
+    monkeypatch.setattr(sweep_peaks, "MANY_POINTS", 1)
     chosen = arm.changed(effects="auto")
     data = swept(chosen, tmp_path, "drive.period=1:1.1:2").data
     assert (data["not_estimated"] != NO_ESTIMATE).all()
