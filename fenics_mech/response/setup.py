@@ -50,7 +50,7 @@ class CommonParts:
     """
 
     def __init__(self, begin_from_last: bool = False) -> None:
-        self.begin_from_last = begin_from_last
+        self._begin_from_last = begin_from_last
         self._last: KnownMotion | None = None
         self._links: list[tuple[object, Beams]] = []
         self._linkages: list[Linkage] = []
@@ -95,14 +95,14 @@ class CommonParts:
         return self._last if self._last is not None and self._last.mesh is beams.mesh else None
 
     def keep(self, motion: KnownMotion | None) -> None:
-        """Keep a motion for the next to begin from.
+        """Keep a motion for the next to begin from, if it does.
 
         Parameters
         ----------
         motion
             The motion; None lets the next begin from nothing.
         """
-        self._last = motion
+        self._last = motion if self._begin_from_last else None
 
     def motion(self, scene: Scene, theta: Array) -> Motion:
         """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest.
