@@ -61,10 +61,10 @@ def test_double_pendulum_of_slender_bars():
 
 @pytest.mark.slow  # steps of bending links
 def test_double_pendulum_of_bars_that_bend_far():
-    """They bow by more than a tenth of their length."""
+    """Their ends move by 0.13 of their length against a frame that is clamped at the pin."""
     soft = {"sections.bar": fm.RectangleSection(width=0.02, height=0.002), "analysis.duration": 0.4}
     scene = bars([1.0, 1.0], [0.0, 0.0], **soft, **{"analysis.time_tolerance": 1e-3})
-    assert_near(scene, "b1.B", "soft double pendulum", 1e-2)  # of 0.89 m, by 2 elements a bar
+    assert_near(scene, "b1.B", "soft double pendulum", 3e-3)  # 1.2e-3 of 0.89 m, with 2 elements a bar
 
 
 def flying() -> fm.Scene:
