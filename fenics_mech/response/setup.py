@@ -199,9 +199,10 @@ def _with_effects(scene: Scene, bare: System) -> System:
 def _rigid_uneven_tension(scene: Scene, bare: System) -> Array:
     """Half of what axial forces of loads and rigid motion change along each element (N), ``(angles, elements)``.
 
-    Nothing has to be solved for it.
+    Nothing has to be solved for it. Of a motion with freedoms it is that of the loads: inertia that counts in the
+    mass of the freedoms and not in that of the links would leave a mass that is not positive.
     """
-    system = _straight(scene, bare)
+    system = _straight(scene, replace(bare, motion=bare.motion.held()) if scene.freedoms else bare)
     still = np.zeros((len(system.motion.theta), system.size))
     return uneven_tension(system, ElasticResponse(still, system.rigid_acceleration))
 
