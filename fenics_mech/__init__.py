@@ -111,6 +111,7 @@ __all__ = [
     "Optimum",
     "PathTask",
     "Ply",
+    "PoincareSection",
     "PointMass",
     "PolygonPart",
     "PolygonSection",

@@ -20,6 +20,7 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import drive_figures, energy_balance
+from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -220,7 +221,8 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     last, along = slice(-len(freedoms), None), ("theta", "freedom")
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
-    return [xr.Dataset(variables, {"freedom": freedoms})]
+    found = beside_motion(solution.scene, course.beside, course.time, solution.repeated)
+    return [xr.Dataset(variables, {"freedom": freedoms}), found]
 
 
 def _at_rest(solution: RestSolution) -> xr.Dataset:

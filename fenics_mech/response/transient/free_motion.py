@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -19,6 +19,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.solution import FreeSolution
+from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, PointsInside, StartState
 from fenics_mech.response.transient.free_state import FreeState, States
@@ -128,7 +129,7 @@ def start_of(state: FreeState) -> StartState:
     places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "rate_at_start"))
     n, start = state.size, state.scene.analysis.start
     y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
-    if start == "smooth":
+    if start in ("smooth", "periodic"):
         return _smooth(state, y, rate)
     if start == "static":
         y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
@@ -175,7 +176,7 @@ def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
     return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
 
 
-def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
+def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carries: bool = False) -> FreeCourse:
     """Integrate from a start to the end.
 
     Parameters
@@ -184,6 +185,8 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
         The equation, and the state that the motion starts from.
     rougher
         Factor on the tolerance of the scene.
+    carries
+        Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
     """
     state.rewind(start)
     scene, analysis = state.scene, state.scene.analysis
@@ -196,8 +199,10 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     watch = record.watch if record.events.laws else None
     equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
+    beside = Beside.of(scene, context, weight, carries=carries)
+    context.beside = beside.takes
     steps = stepped(context, (start.displacement * weight, start.velocity * weight), times, scene.petsc)
-    return record.course(steps)
+    return replace(record.course(steps), beside=beside)
 
 
 def stepped(context: Collocation, start: tuple[Array, Array], times: Array, petsc: Mapping[str, Any]) -> int:
