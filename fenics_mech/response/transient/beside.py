@@ -55,7 +55,8 @@ class Beside:
         if carries:
             return cls(weight, transition=Transition(equation, tableau, every))
         section = scene.analysis.poincare
-        chosen = np.append(np.arange(len(weight) - freedoms, len(weight)), np.arange(-freedoms, 0)) if freedoms else []
+        last = np.arange(len(weight) - freedoms, len(weight))  # of the freedoms' places, then of their rates
+        chosen = np.append(last, last + len(weight))
         return cls(
             weight,
             None if section is None else PoincareRecord(scene, section, weight[-freedoms:]),

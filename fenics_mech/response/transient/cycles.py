@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -206,7 +207,7 @@ def lasting(scene: Scene, duration: float, samples: int) -> Scene:
         Steps at whose ends the motion is given.
     """
     cycles = round(duration / scene.period) if scene.drives else 1
-    changes = {"cycles": cycles} if scene.drives else {"duration": duration}
+    changes: dict[str, Any] = {"cycles": cycles} if scene.drives else {"duration": duration}
     changes |= {"sub_intervals": max(4, samples // cycles), "lyapunov": False, "poincare": None}
     return scene.model_copy(update={"analysis": scene.analysis.model_copy(update=changes)})
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import logging
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Protocol
 
 import numpy as np
@@ -40,7 +41,8 @@ class ShootingLimits:
     beside: float = 0.2  # of the largest distance of two states, below which one comes near to the other again
     away: float = 0.3  # of it, that the motion has to go away before
     shortest: float = 0.2  # of the period, that Newton's method may make it shorter
-    rounding: float = 1e-9  # of the largest singular value: a family of motions leaves its member open
+    open_ends: tuple[float, ...] = (1e-9, 1e-2)  # of the largest singular value: families leave their member open
+    farthest: float = 1.0  # of the largest way or rate, by which a step may move the state
     stable: float = 1e-3  # beyond 1, up to which a multiplier's magnitude shows no growth
 
 
@@ -180,10 +182,11 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
         own=own,
     )
     if not found.stable and not analysis.allow_unstable:
-        worst = found.growing[0]
+        worst = complex(found.growing[0])
+        factor = f"{worst.real:.5g}" if worst.imag == 0 else f"{abs(worst):.5g} (multiplier {worst:.4g})"
         raise SolverError(
             f"the motion that repeats after {found.period:.6g} s is unstable: a small disturbance is multiplied by "
-            f"{worst:.5g} in each. Other cycles of the forces may bring a stable one back: try analysis.repeats = "
+            f"{factor} in each. Other cycles of the forces may bring a stable one back: try analysis.repeats = "
             f"{2 * analysis.repeats}, or another start. analysis.allow_unstable lets it pass"
         )
     return found
@@ -282,9 +285,11 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool) -> tuple[Lap, fl
         missed = np.append(missed, 0.0)
         columns, rows = np.append(sizes, lap.duration), np.append(sizes, np.linalg.norm(across * sizes))
     scaled = matrix * columns / rows[:, None]
-    solved = np.linalg.lstsq(scaled, missed / rows, rcond=SHOOTING.rounding)[0] * columns
-    for halving in range(SHOOTING.halvings):
-        step = solved / 2**halving
+    for least, halving in product(SHOOTING.open_ends, range(SHOOTING.halvings)):
+        solved = np.linalg.lstsq(scaled, missed / rows, rcond=least)[0] / 2**halving
+        if np.abs(solved).max() > SHOOTING.farthest:
+            continue
+        step = solved * columns
         duration = lap.duration + (step[-1] if own else 0.0)
         moved = replace(
             lap.start,
