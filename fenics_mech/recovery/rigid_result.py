@@ -127,9 +127,12 @@ def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:
 
 
 def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
-    """Mean power of every cause, and how far they are from a balance; see `energy_balance`."""
+    """Mean power of every cause, and how far they are from a balance; see `energy_balance`.
+
+    What drives give at impulses is not known.
+    """
     powers = _joined(motion, "powers")
-    if not any(power.any() for power in powers.values()):
+    if not any(power.any() for power in powers.values()) or (scene.impulses and scene.drives):
         return xr.Dataset()
     time = np.concatenate([part.states.time for part in motion.instants])
     in_time = scene.analysis.method == "transient"

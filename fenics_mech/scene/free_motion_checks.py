@@ -31,6 +31,7 @@ def check_freedoms(scene: Scene) -> None:
     if scene.freedoms or (scene.joint_laws and scene.members()):
         _check_free_motion(scene)
     _check_cycles(scene)
+    _check_impulses(scene)
 
 
 def _check_places(scene: Scene) -> None:
@@ -55,6 +56,31 @@ def _check_places(scene: Scene) -> None:
         turns_only = getattr(freedom.effort, "kind", "") in ("dc-motor", "induction-motor")
         if turns_only and joint.kind != "revolute":
             raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
+
+
+def _check_impulses(scene: Scene) -> None:
+    """Raise where impulses strike at a time that the motion does not have, or beside what does not know them."""
+    free = bool(scene.freedoms) or bool(scene.joint_laws) or not scene.members()
+    for name, impulse in scene.impulses.items():
+        if impulse.time is not None and not (free and scene.analysis.method == "transient"):
+            raise SceneError(
+                "an impulse at a `time` is of motions in time with freedoms, joint laws or rigid links",
+                place=f"impulses.{name}.time",
+                hint="State the drive's `angle` at which it strikes, or the [freedoms] that move by themselves",
+            )
+        if impulse.angle is not None and not scene.drives:
+            raise SceneError("nothing is driven", place=f"impulses.{name}.angle", hint="State the `time` of the blow")
+    if not scene.impulses or not free:
+        return
+    rubs = next((name for name, law in scene.joint_laws.items() if law.kind == "friction"), None)
+    refused = (
+        (rubs is not None, f"joint_laws.{rubs}", "friction at the instant of an impulse is not known"),
+        (scene.analysis.start == "periodic", "impulses", "a motion is made to repeat without impulses"),
+        (scene.analysis.lyapunov, "impulses", "Lyapunov exponents are of motions without impulses"),
+    )
+    for wrong, place, why in refused:
+        if wrong:
+            raise SceneError(why, place=place)
 
 
 def _check_cycles(scene: Scene) -> None:
@@ -96,8 +122,6 @@ def _check_free_motion(scene: Scene) -> None:
         (not in_time and not rests, "analysis.method", f"{what} {MOVE_IN_TIME}"),
         (in_time and not lasts, "analysis.duration", NO_DURATION),
         (scene.tolerance is not None, "tolerance", f"a motion with {what} is not made to a tolerance of its result"),
-        (bool(scene.impulses), "impulses", f"a motion with {what} has no impulses"),
-        (scene.damping.air is not None, "damping.air", f"a motion with {what} has no drag of the air"),
         (any(name.startswith("transient_") for name in scene.petsc), "petsc", OWN_STEPS),
     )
     for wrong, place, why in refused:

@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
@@ -23,10 +25,12 @@ from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
-from fenics_mech.response.transient.free_motion import FREE, stepped
+from fenics_mech.response.transient.free_motion import FREE
 from fenics_mech.response.transient.rigid_instants import RigidInstants, instants_of, part_of, states_part
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
+from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
+from fenics_mech.response.transient.time_steps import stepped
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import TOUCHING
 
@@ -117,6 +121,8 @@ def led_course(scene: Scene) -> RigidMotion:
     SceneError
         When a joint law is of contact.
     """
+    if scene.impulses:
+        raise SceneError("drives lead all rigid links, and an impulse does not change their motion", place="impulses")
     for name, law in scene.joint_laws.items():
         if isinstance(law, TOUCHING) and scene.analysis.method != "static":
             raise SceneError(
@@ -176,6 +182,9 @@ def free_course(
     step = scene.period / analysis.sub_intervals
     count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
     times = start.time + step * np.arange(count + 1, dtype=float)
+    due, unit = strikes_between(scene, start.time, float(times[-1])), np.ones(len(start.displacement))
+    strikes = Strikes(state, partial(_momentum, state), due) if due else None
+    start = started(strikes, start, unit)
     place, rate = start.displacement, start.velocity
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
@@ -191,10 +200,22 @@ def free_course(
         of_motion=True,
     )
     record.context = context
-    record.motion.beside = Beside.of(scene, context, np.ones(len(place)), carries=carries)
+    record.motion.beside = Beside.of(scene, context, unit, carries=carries)
     context.beside = record.motion.beside.takes
-    record.motion.steps = stepped(context, (place, rate), times, scene.petsc)
+    record.motion.steps = stepped(context, (place, rate), times, scene.petsc, (strikes, record.forget))
+    if strikes is not None:
+        record.motion.work[Cause.IMPULSES] = sum(strikes.work)
     return record.motion
+
+
+def _momentum(state: RigidState, names: tuple[str, ...], time: float, place: Array, _: Array) -> Array:
+    """Give what impulses give to the freedoms, ``(freedoms,)``."""
+    left, still = [], np.zeros((1, len(place)))
+    for acting in ((), names):
+        other = RigidState(loaded(state.scene, acting), state.linkage)
+        other.rewind(StartState(time, place, still[0], state.known_links))
+        left.append(other.residuals(np.array([time]), place[None], still, still)[0])
+    return np.asarray(left[0] - left[1])
 
 
 def stated_start(scene: Scene) -> StartState:
@@ -264,6 +285,14 @@ class _Recorder:
         self.state.move_on(states_part(states, slice(-1, None)))
         self.motion.contacts += self.events.settle(end, place[-1], rate[-1])
         return False
+
+    def forget(self, time: float) -> None:
+        """Forget a sample at a time at which an impulse strikes: it is taken after it."""
+        if self.known and self.times[self.known - 1] >= time - TRANSIENT.rounding * self.times[-1]:
+            self.known -= 1
+            motion, last = self.motion, slice(None, -1)
+            motion.instants[-1] = part_of(motion.instants[-1], last)
+            motion.places[-1], motion.rates[-1] = motion.places[-1][last], motion.rates[-1][last]
 
     def _take(self, time: Array, place: Array, rate: Array) -> None:
         """Take samples near to where the equation is."""

@@ -146,6 +146,7 @@ class Collocation:
         length
             Length of the first step (s).
         """
+        self._latest = None
         ts.setType("python")
         ts.setPythonContext(self)
         ts.setSolution(PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF))
