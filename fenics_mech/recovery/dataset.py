@@ -25,6 +25,7 @@ from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import link_motion
+from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
@@ -67,6 +68,7 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
         *([] if errors is None else [_of_errors(errors)]),
     )
     data = _joined(data, *parts)
+    data = _joined(data, residual_vibration(scene, data))
     still = data.get("strain_quasi_static")
     cycle = last_cycle(scene.analysis, scene.drives, data)
     of_stress = stress_figures(scene, data, cycle)

@@ -116,6 +116,7 @@ ATTRIBUTES = {
     "joint_force_phase": ("rad", "phase of the joint force's harmonic, a cosine of the time since drive angle 0"),
     "input_torque_amplitude": ("N m", "amplitude of the input torque's harmonic; order 0 is its mean"),
     "input_torque_phase": ("rad", "phase of the input torque's harmonic, a cosine of the time since drive angle 0"),
+    "residual_vibration": ("m", "half of the range of the member's deflection in the dwell, where that is largest"),
     "vibration_amplitude": ("1", "half of the range of the strain at mid-span about its quasi-static curve"),
     "vibration_frequency": ("Hz", "ripples about the quasi-static curve in a cycle, over its duration"),
     "vibration_harmonic": ("1", "largest harmonic of the strain's distance from its quasi-static curve"),

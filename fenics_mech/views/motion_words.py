@@ -6,19 +6,23 @@ import numpy as np
 
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
+from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.force_summary import shown
 from fenics_mech.views.tables import number
 
 CLEAR = 5.0  # natural logarithm of a growth in half of a motion, from which on neighbours part exponentially
 STEADY = 0.5  # of an exponent, by which it may change between the last two quarters
 
 
-def motion_rows(result: Result) -> dict[str, str]:
-    """Give rows for the table of decisions: whether the motion repeats, and how fast motions beside it part.
+def motion_rows(result: Result, units: AnswerUnits) -> dict[str, str]:
+    """Give rows for the table of decisions: whether the motion repeats, how motions beside it part, what rings on.
 
     Parameters
     ----------
     result
         The result.
+    units
+        Units of the numbers.
     """
     rows, data = {}, result.data
     if "repeats_after" in data.attrs:
@@ -30,6 +34,14 @@ def motion_rows(result: Result) -> dict[str, str]:
         rows["stability"] = _stability(result)
     if "lyapunov_exponent" in data:
         rows["disturbances"] = _exponents(result)
+    if "residual_vibration" in data:
+        sizes = data["residual_vibration"].transpose("dwell", "member").to_numpy()
+        worst = [(str(data["member"][row.argmax()].item()), float(row.max())) for row in sizes]
+        said = [
+            f"{member} {shown(size, 'length', units)} {dwell}"
+            for dwell, (member, size) in zip(data["dwell"].to_numpy(), worst)
+        ]
+        rows["swings on"] = ", ".join(said)
     if "section_time" in data:
         rows["section"] = f"{data.sizes['section_point']} points"
     return rows

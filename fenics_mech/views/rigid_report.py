@@ -83,7 +83,7 @@ def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
         rows["error estimate"] = f"NOT known: {data.attrs['not_estimated']}"
     if "contacts_closed" in data.attrs and scene.analysis.method == "transient":
         rows["contacts"] = f"closed {data.attrs['contacts_closed']} times"
-    return rows | motion_rows(result) | {"damped by": damping_of(scene)}
+    return rows | motion_rows(result, units) | {"damped by": damping_of(scene)}
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:
