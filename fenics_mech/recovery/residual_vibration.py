@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.scene import RestToRest, Scene
 
 LEAST_POSITIONS = 8  # in a dwell, to see its vibration
@@ -44,7 +44,7 @@ def residual_vibration(scene: Scene, data: xr.Dataset) -> xr.Dataset:
     return xr.Dataset({"residual_vibration": (("dwell", "member"), size)}, {"dwell": list(found)})
 
 
-def _last_dwell(turns: Array, begin: float, end: float, *, repeats: bool) -> Array:
+def _last_dwell(turns: Array, begin: float, end: float, *, repeats: bool) -> Index:
     """Positions in the last dwell that has enough of them; `turns` count cycles from the start."""
     if repeats:
         return np.flatnonzero((turns - begin) % 1.0 <= end - begin)

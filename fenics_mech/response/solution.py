@@ -123,6 +123,19 @@ class FreeSolution(InTime):
 
 
 @dataclass(frozen=True, kw_only=True)
+class SuperposedSolution(InTime):
+    """A response in time by superposition of modes.
+
+    Parameters
+    ----------
+    over_cycle
+        The mechanism over one cycle of its steady drive.
+    """
+
+    over_cycle: System
+
+
+@dataclass(frozen=True, kw_only=True)
 class TransientSolution(InTime):
     """A response in time of a linkage that its drives lead.
 

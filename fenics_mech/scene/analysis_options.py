@@ -23,7 +23,8 @@ class Analysis(Part):
     solver
         Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
-        effect but impulses. "auto" takes the first where it can, then the second.
+        effect but impulses. "auto" takes the first where it can, then the second. Of "transient", "sub-intervals" is
+        the superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.
     scheme
