@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.response.transient.disturbances import Growth, Transition
-from fenics_mech.response.transient.poincare import PoincareRecord
+from fenics_mech.response.transient.section_points import PoincareRecord
 from fenics_mech.response.transient.stepping import Collocation, Step
 from fenics_mech.scene import Scene
 

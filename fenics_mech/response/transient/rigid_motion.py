@@ -121,8 +121,9 @@ def led_course(scene: Scene) -> RigidMotion:
     SceneError
         When a joint law is of contact.
     """
-    if scene.impulses:
-        raise SceneError("drives lead all rigid links, and an impulse does not change their motion", place="impulses")
+    for name in scene.impulses:
+        place = f"impulses.{name}"
+        raise SceneError("drives lead all rigid links, and an impulse does not change their motion", place=place)
     for name, law in scene.joint_laws.items():
         if isinstance(law, TOUCHING) and scene.analysis.method != "static":
             raise SceneError(

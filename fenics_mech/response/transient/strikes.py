@@ -116,7 +116,7 @@ def loaded(scene: Scene, names: tuple[str, ...]) -> Scene:
         acts = {"force": impulse.impulse, "moment": impulse.angular_impulse} if name in names else {}
         loads[f"impulse_{name}"] = Load(at=impulse.at, **acts)
     effects = scene.effects if scene.effects == "auto" else tuple(set(scene.effects) - {IMPULSES.name, LOADS.name})
-    return scene.model_copy(update={"loads": scene.loads | loads, "impulses": {}, "effects": effects})
+    return scene.changed(loads=scene.loads | loads, impulses={}, effects=effects)
 
 
 def started(strikes: Strikes | None, start: StartState, weight: Array) -> StartState:
