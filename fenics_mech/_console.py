@@ -65,15 +65,22 @@ def loading() -> Iterator[None]:
         gc.enable()
 
 
-def start_libraries() -> None:
+def start_libraries(solver: bool = True) -> None:
     """Start PETSc and Matplotlib without the options that they read from files in the current folder.
 
     A scene may lie in a folder from a stranger, and such options run programs.
+
+    Parameters
+    ----------
+    solver
+        Whether something is to be solved: that PETSc is not there is an error then.
     """
     with loading(), chdir(os.sep):
         import matplotlib  # noqa: F401, PLC0415
 
-        from fenics_mech import _petsc  # noqa: F401, PLC0415
+        from fenics_mech import _petsc  # noqa: PLC0415
+    if solver and isinstance(_petsc.PETSc, _petsc.Absent):
+        raise _petsc.not_there(_petsc.PETSc.error)
 
 
 def one_voice() -> bool:

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import one_voice, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, refined_scene
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, refined_scene, unit_names
 from fenics_mech.errors import MechanismError
 
 
@@ -45,6 +45,7 @@ def sweep(
         ),
     ] = False,
     refine: Refine = 0,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Analyse a scene at many values of speed, damping or any other number: write sweep.nc and plots.
@@ -58,7 +59,7 @@ def sweep(
     from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
     from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
-    first = one_voice()
+    first, named = one_voice(), None if units is None else unit_names(units)
     loaded = refined_scene(scene, refine, strict)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
     check_member(list(loaded.members()), member)
@@ -74,6 +75,7 @@ def sweep(
             progress=lambda done, points: step(f"point {done + 1} of {points}"),
         )
     if first:
+        found = found if named is None else found.told_in(named)
         plots = plot_sweep(found, folder, member)
         out.print(sweep_summary(found))
         tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)

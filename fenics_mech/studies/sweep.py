@@ -16,15 +16,14 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
-from mpi4py import MPI
 
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
+from fenics_mech._petsc import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
-from fenics_mech.recovery.result import stored_scene
-from fenics_mech.recovery.saved import Saved
+from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
@@ -50,7 +49,7 @@ Point = tuple[float, ...]  # the value of each field
 
 
 @dataclass(frozen=True)
-class Sweep(Saved):
+class Sweep(OfScene):
     """What a sweep found.
 
     Parameters
@@ -75,11 +74,6 @@ class Sweep(Saved):
     def paths(self) -> list[str]:
         """The swept fields."""
         return list(json.loads(self.data.attrs["paths"]))
-
-    @property
-    def scene(self) -> Scene:
-        """The scene of the first point."""
-        return stored_scene(self.data)
 
 
 def sweep(
