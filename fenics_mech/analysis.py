@@ -34,8 +34,10 @@ from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.static.rest import by_rest
+from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
+from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
 from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.plausibility import implausible
 
@@ -290,6 +292,11 @@ def solve(
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
+        if scene.freedoms and scene.analysis.start == "periodic":
+            return by_repeated_motion(scene, system), method
+        if scene.analysis.solver == "sub-intervals":
+            refuse_modes_in_time(scene)
+            return by_superposition(scene, system, start_state(scene, system)), "sub-intervals"
         if scene.freedoms or scene.joint_laws:
             return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
         return by_time(scene, system, start_state(scene, system)), method
