@@ -66,7 +66,10 @@ PAGES: dict[
             "Contact",
         ],
     ),
-    "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
+    "analysis": (
+        "Mesh, analysis, measurements and traced points",
+        ["Mesh", "Analysis", "PoincareSection", "Measurement", "TracedPoint"],
+    ),
     "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),
 }
 

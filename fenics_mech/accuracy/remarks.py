@@ -14,6 +14,7 @@ from fenics_mech.response.solution import (
     Solution,
     StaticSolution,
     SubIntervalSolution,
+    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.scene import Analysis
@@ -54,6 +55,8 @@ def not_estimated(solution: Solution) -> list[str]:
     found = _of_loads(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
+    if isinstance(solution, SuperposedSolution):
+        found.append("what the mesh does to modes that are superposed in time")
     if isinstance(solution, FreeSolution):
         found.append("what the mesh does to a motion with freedoms")
         found += [after_contacts(solution.scene.analysis)] if solution.course.parted else []
