@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fenics_mech.response import modal_damping
-from fenics_mech.response.modal_damping import damped_modes
+from fenics_mech.response import damped_modes as module
+from fenics_mech.response.damped_modes import damped_modes
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -36,7 +36,7 @@ def test_fast_modes_need_no_damping(more, monkeypatch):
     scene = many(**more)
     assert damped_modes(scene, mechanism(scene)).count < 30  # of 54
     found = response_of(scene).data["strain"]
-    monkeypatch.setattr(modal_damping, "DAMPED", replace(modal_damping.DAMPED, small=1000))
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, small=1000))
     whole = response_of(scene.changed(name="all")).data["strain"]
     others = [part for part in whole.dims if part != "member"]
     assert (abs(found - whole).max(others) < 1e-4 * abs(whole).max(others)).all()
@@ -48,7 +48,7 @@ def test_modes_of_many_nodes_are_found_by_few_coordinates(monkeypatch):
     modes = damped_modes(scene, mechanism(scene))
     assert modes.seen < 50  # of 144 coordinates
     found = response_of(scene).data
-    monkeypatch.setattr(modal_damping, "DAMPED", replace(modal_damping.DAMPED, many=1000))
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, many=1000))
     assert damped_modes(scene, mechanism(scene)).seen is None
     whole = response_of(scene.changed(name="all")).data
     for name, equal in (("strain", 1e-4), ("stress", 1e-5), ("joint_force", 1e-5)):
