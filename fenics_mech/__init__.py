@@ -112,6 +112,7 @@ __all__ = [
     "Optimum",
     "PathTask",
     "Ply",
+    "PoincareSection",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
