@@ -34,6 +34,7 @@ class ShootingLimits:
     """Limits of the search for a motion that repeats."""
 
     samples: int = 48  # of a cycle at which its size is seen
+    in_recurrence: int = 192  # of the period that is stated: states among which the last is looked for
     most_iterations: int = 12  # of Newton's method
     halvings: int = 4  # of its steps
     closed: float = 10.0  # times the tolerance of a time step, down to which a cycle has to close
@@ -158,7 +159,7 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
     analysis, start = scene.analysis, runner.begin()
     own = not scene.drives and not runner.depends_on_time(start)
     if own:
-        start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * analysis.sub_intervals)
+        start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * SHOOTING.in_recurrence)
         period = _recurrence(history, runner.pins)
     else:
         period = scene.period * analysis.repeats
