@@ -116,14 +116,14 @@ def html_of(what: RenderableType) -> str:
 
 
 @contextmanager
-def progress_bar(total: int, alike: bool = True) -> Iterator:
-    """Show a progress bar with the time left, or where there is no terminal a line now and then.
+def progress_bar(total: int, alike: bool = True, quiet: bool = False) -> Iterator:
+    """Show a progress bar with the time left, or where there is no terminal a line now and then; `quiet` shows none.
 
     Gives what names the next step. The time left is known once some steps are done, where all are `alike`.
     """
     columns = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
     columns += [TextColumn("left:"), TimeRemainingColumn()] if alike else []
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+    with Progress(*columns, console=err, transient=True, disable=quiet or not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
         started, spoken = False, time.monotonic()
 
@@ -131,7 +131,7 @@ def progress_bar(total: int, alike: bool = True) -> Iterator:
             nonlocal started, spoken
             progress.update(task, description=name, advance=int(started))
             started = True
-            if not err.is_terminal and time.monotonic() - spoken >= PAUSE:
+            if not quiet and not err.is_terminal and time.monotonic() - spoken >= PAUSE:
                 spoken = time.monotonic()
                 left = progress.tasks[0].time_remaining if alike else None
                 known = "" if left is None else f", about {left:.0f} s left"

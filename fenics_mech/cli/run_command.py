@@ -51,7 +51,7 @@ def run(
 
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False) as step:
+    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
         result = shared(lambda: analyse(loaded, step))
         if not first:
             return

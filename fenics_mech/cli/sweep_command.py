@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -11,6 +12,14 @@ import typer
 from fenics_mech._console import one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, refined_scene, unit_names
 from fenics_mech.errors import MechanismError
+
+
+class Where(StrEnum):
+    """Where a sweep estimates errors."""
+
+    AUTO = "auto"
+    ALL = "all"
+    PEAKS = "peaks"
 
 
 def sweep(
@@ -38,12 +47,13 @@ def sweep(
     jobs: Annotated[
         int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share the points.")
     ] = 1,
-    estimates_at_peaks: Annotated[
-        bool,
+    estimates: Annotated[
+        Where,
         typer.Option(
-            "--estimates-at-peaks", help="Estimate errors at the peaks of the strains and the ends of the ranges alone."
+            help="Where errors are estimated: at all points, or at the peaks of the strains and the ends of the "
+            "ranges. auto takes peaks for more than 24 points, where nothing is chosen by estimates."
         ),
-    ] = False,
+    ] = Where.AUTO,
     refine: Refine = 0,
     units: Units = None,
     strict: Strict = False,
@@ -71,7 +81,7 @@ def sweep(
             gauge=gauge,
             refine_peaks=refine_peaks,
             jobs=jobs,
-            estimates_at_peaks=estimates_at_peaks,
+            estimates=estimates.value,
             progress=lambda done, points: step(f"point {done + 1} of {points}"),
         )
     if first:
