@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.scene import *
+    from fenics_mech.studies.design.identify import Identified, identify
+    from fenics_mech.studies.design.observations import Observation
     from fenics_mech.studies.design.optimise import Optimum, optimise
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
@@ -90,6 +92,7 @@ __all__ = [
     "HingeDamper",
     "HingeSpring",
     "ISection",
+    "Identified",
     "Impulse",
     "InductionMotor",
     "JointEffort",
@@ -108,6 +111,7 @@ __all__ = [
     "MotionTask",
     "Motor",
     "NaturalFrequencies",
+    "Observation",
     "Optimum",
     "PathTask",
     "Ply",
@@ -159,6 +163,7 @@ __all__ = [
     "four_bar",
     "from_drawing",
     "from_pylinkage",
+    "identify",
     "load",
     "load_task",
     "manipulator",
@@ -190,7 +195,9 @@ __all__ = [
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
     "Gauge": "studies.sweep_points",
+    "Identified": "studies.design.identify",
     "NaturalFrequencies": "studies.natural_frequencies",
+    "Observation": "studies.design.observations",
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Sweep": "studies.sweep",
@@ -202,6 +209,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
+    "identify": "studies.design.identify",
     "modes": "studies.natural_frequencies",
     "matrices": "studies.system_matrices",
     "optimise": "studies.design.optimise",

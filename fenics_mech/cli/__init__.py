@@ -22,6 +22,7 @@ from fenics_mech.cli.effects_command import effects
 from fenics_mech.cli.export_command import export
 from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
+from fenics_mech.cli.identify_command import identify
 from fenics_mech.cli.import_command import import_scene
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
@@ -75,7 +76,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _COMMANDS = (
-    *(run, modes, check, effects, sweep, optimise, balance, synthesise),
+    *(run, modes, check, effects, sweep, optimise, identify, balance, synthesise),
     *(follow, compare, refine, fatigue, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )

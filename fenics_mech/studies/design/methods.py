@@ -44,23 +44,15 @@ def by_gradients(name: str) -> Method:
     def search(problem: Problem, start: Array, limits: Search) -> str:
         from scipy.optimize import NonlinearConstraint, minimize  # noqa: PLC0415  (slow to import)
 
-        kept: dict[bytes, tuple[Array, Array]] = {}  # aim and limits ask for derivatives at one point
-
-        def jacobian(unit: Array) -> tuple[Array, Array]:
-            if (key := unit.tobytes()) not in kept:
-                kept.clear()
-                kept[key] = problem.jacobian(unit)
-            return kept[key]
-
         def excess(unit: Array) -> Array:
             return problem.excess_of(problem.run([unit])[0])
 
         bounds = problem.bounds
-        within = NonlinearConstraint(excess, -np.inf, 0.0, jac=lambda unit: jacobian(unit)[1])
+        within = NonlinearConstraint(excess, -np.inf, 0.0, jac=lambda unit: problem.jacobian(unit)[1])
         found = minimize(
             lambda unit: float(problem.aims_of(problem.run([unit])[0])[0]),
             start,
-            jac=lambda unit: jacobian(unit)[0][0],
+            jac=lambda unit: problem.jacobian(unit)[0][0],
             bounds=[(0, 1)] * len(start),
             constraints=[within] if bounds else [],
             method=name,

@@ -165,7 +165,7 @@ def optimise(
     begun, search = time.perf_counter(), search or Search()
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
-        problem = Problem(Trials.of(_with_fixed_effects(scene), folder=kept / "trials", jobs=jobs), progress)
+        problem = Problem(Trials.of(with_fixed_effects(scene), folder=kept / "trials", jobs=jobs), progress)
         name = _method(problem, method)
         problem.first  # noqa: B018  (it says what is wrong with the start)
         points = np.random.default_rng(search.seed).random((starts, len(problem.trials.design.variables)))
@@ -180,8 +180,14 @@ def optimise(
     return found
 
 
-def _with_fixed_effects(scene: Scene) -> Scene:
-    """Give a scene with the effects that it calls for at its start: aims would jump where others are chosen."""
+def with_fixed_effects(scene: Scene) -> Scene:
+    """Give a scene with the effects that it calls for at its start: numbers would jump where others are chosen.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its study.
+    """
     if scene.effects != "auto" or not scene.members():
         return scene
     trials = Trials.of(scene, ())

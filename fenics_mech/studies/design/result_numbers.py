@@ -102,6 +102,11 @@ class Quantity:
         return OWN[self.name][0] if self.name in OWN else str(ATTRIBUTES[self.name][0])
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers that it gives: its own."""
+        return (self.text,)
+
+    @property
     def needs_stability(self) -> bool:
         """Whether the analysis must judge stability."""
         return self.name == "stability" or self.name.startswith(("multiplier", "growth_rate"))
@@ -158,15 +163,42 @@ class Quantity:
             return reduced(self._selected(data["damage"]), "max")
         return self._of_variable(result)
 
+    def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
+        """Give the number of a result by its name; see `of`.
+
+        Parameters
+        ----------
+        result
+            The result.
+        targets
+            Paths that points are to follow, by name.
+        """
+        return {self.text: self.of(result, targets)}
+
+    def variable(self, result: Result) -> xr.DataArray:
+        """Give the variable of a result with the labels taken.
+
+        Parameters
+        ----------
+        result
+            The result.
+
+        Raises
+        ------
+        SceneError
+            When the result has no such variable or label.
+        """
+        if self.name not in result.data:
+            raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
+        return self._selected(result.data[self.name])
+
     def _of_variable(self, result: Result) -> float:
         """Reduce a variable of the result."""
         data = result.data
         if self.reduction in PEAKING:
             closer = between_positions(result).data
             data = closer if self.name in closer else data
-        if self.name not in data:
-            raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
-        found = self._selected(data[self.name])
+        found = self._selected(data[self.name]) if data is not result.data else self.variable(result)
         if data is result.data and "theta" in found.dims:
             part = last_cycle(result.scene.analysis, result.scene.drives, result.data)
             found = found if part is None else found.isel(theta=part)

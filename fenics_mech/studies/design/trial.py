@@ -25,8 +25,9 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
+from fenics_mech.studies.design.curves import ResultNumbers
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.result_numbers import Quantity, read_all, total_mass
+from fenics_mech.studies.design.result_numbers import read_all, total_mass
 from fenics_mech.studies.sweep_axes import placed, scene_data
 from fenics_mech.studies.worker_processes import over_processes
 
@@ -89,7 +90,7 @@ class Trials:
     """
 
     design: Design
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[ResultNumbers, ...]
     folder: Path | None = None
     jobs: int = 1
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
@@ -196,7 +197,7 @@ class Trials:
                 __version__,
                 data,
                 self.design.changes(values),
-                [quantity.text for quantity in self.quantities],
+                _names(self.quantities),
                 {name: target.model_dump() for name, target in self.design.study.targets.items()},
             ],
             sort_keys=True,
@@ -235,7 +236,7 @@ class _Task:
     values: tuple[float, ...]
     scene: Record
     changes: Record
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[ResultNumbers, ...]
     targets: Mapping[str, Target]
 
 
@@ -254,7 +255,7 @@ def _known(task: _Task) -> Record | None:
 def _run(task: _Task, analysed: Analysed) -> Record:
     """Run one trial and keep it."""
     start = time.perf_counter()
-    record: Record = {"numbers": dict.fromkeys(q.text for q in task.quantities), "error": "", "message": ""}
+    record: Record = {"numbers": dict.fromkeys(_names(task.quantities)), "error": "", "message": ""}
     record["again"] = False
     try:
         record["numbers"] = numbers_of(task, analysed)
@@ -290,10 +291,34 @@ def numbers_of(task: _Task, analysed: Analysed) -> dict[str, float]:
     if all(quantity.name == "mass" for quantity in task.quantities):
         return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
     result = analysed(scene, task.values)
-    found = {quantity.text: quantity.of(result, task.targets) for quantity in task.quantities}
+    found = read_numbers(task.quantities, result, task.targets)
     if missing := [name for name, value in found.items() if not math.isfinite(value)]:
         raise MechanismError(f"{', '.join(missing)} has no value in this result")
     return found
+
+
+def read_numbers(
+    quantities: Sequence[ResultNumbers], result: Result, targets: Mapping[str, Target]
+) -> dict[str, float]:
+    """Give the numbers of all quantities of a result, by name.
+
+    Parameters
+    ----------
+    quantities
+        The quantities.
+    result
+        The result.
+    targets
+        Paths that points are to follow, by name.
+    """
+    found: dict[str, float] = {}
+    for quantity in quantities:
+        found |= quantity.numbers(result, targets)
+    return found
+
+
+def _names(quantities: Sequence[ResultNumbers]) -> list[str]:
+    return [name for quantity in quantities for name in quantity.names]
 
 
 def _write(path: Path | None, record: Record) -> None:
@@ -314,6 +339,6 @@ def _run_here(task: _Task) -> None:
 def _give_up(task: _Task) -> None:
     """Write that the process of a trial was lost; the trial is run again by the next study."""
     said = "the process of this trial was ended from outside: there may be too little memory"
-    numbers = dict.fromkeys(quantity.text for quantity in task.quantities)
+    numbers = dict.fromkeys(_names(task.quantities))
     record = {"numbers": numbers, "error": LOST, "message": said, "seconds": 0.0, "again": True, "values": task.values}
     _write(task.path, record)
