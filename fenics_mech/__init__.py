@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.design.identify import Identified, identify
     from fenics_mech.studies.design.observations import Observation
     from fenics_mech.studies.design.optimise import Optimum, optimise
+    from fenics_mech.studies.design.spread import Spread, spread
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
@@ -128,11 +129,13 @@ __all__ = [
     "Revolute",
     "RigidBody",
     "RoundSection",
+    "Scatter",
     "Scene",
     "SceneError",
     "Slot",
     "SolverError",
     "SpeedController",
+    "Spread",
     "Stop",
     "StressLife",
     "Study",
@@ -187,6 +190,7 @@ __all__ = [
     "refined",
     "report",
     "slider_crank",
+    "spread",
     "summary",
     "sweep",
     "synthesise",
@@ -200,6 +204,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Observation": "studies.design.observations",
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
+    "Spread": "studies.design.spread",
     "Sweep": "studies.sweep",
     "Synthesised": "studies.synthesis.synthesise",
     "SystemMatrices": "studies.system_matrices",
@@ -227,6 +232,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
     "report": "views.page.report",
+    "spread": "studies.design.spread",
     "summary": "views.summary",
     "sweep": "studies.sweep",
     "synthesise": "studies.synthesis.synthesise",

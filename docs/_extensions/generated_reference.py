@@ -56,7 +56,7 @@ PAGES: dict[
         ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "Cam", "JointEffort", "Contact"],
     ),
     "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
-    "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),
+    "study": ("Studies", ["Study", "Variable", "Tied", "Scatter", "Limit", "Target"]),
 }
 
 

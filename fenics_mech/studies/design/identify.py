@@ -19,10 +19,10 @@ from fenics_mech._files import write_whole
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.writing import write_scene
+from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
 from fenics_mech.studies.design.observations import Observation, read_observations, stated_observations
-from fenics_mech.studies.design.optimise import with_fixed_effects
 from fenics_mech.studies.design.trial import Trial, Trials
 
 FAILED = 1e3  # of the size of the measured values: what a trial that failed predicts
@@ -185,7 +185,7 @@ def identify(
     begun, observations = time.perf_counter(), _observations(scene, data)
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
-        explorer = _explorer(with_fixed_effects(scene), observations, (kept / "trials", jobs), progress)
+        explorer = _explorer(scene, observations, (kept / "trials", jobs), progress)
         count = len(explorer.trials.design.variables)
         points = np.random.default_rng(seed).random((starts, count))
         points[0] = explorer.to_unit(explorer.trials.design.start)
@@ -214,10 +214,11 @@ def _explorer(
     progress: Callable[[int, Trial, Trial | None], None],
 ) -> Explorer:
     """Prepare the trials, and run that of the start; it says what is wrong there."""
-    trials = Trials.of(scene, (), folder=kept[0], jobs=kept[1])
-    if chosen := [variable.name for variable in trials.design.variables if variable.choices]:
+    design = Design.of(scene)
+    if chosen := [variable.name for variable in design.variables if variable.choices]:
         raise SceneError("least squares take no choices", place=f"study.variables.{chosen[0]}", hint="Give `between`")
-    explorer = Explorer(Trials(trials.design, tuple(one.of for one in observations), kept[0], kept[1]), progress)
+    trials = Trials(design, tuple(one.of for one in observations), *kept)
+    explorer = Explorer(trials.with_fixed_effects(), progress)
     explorer.first  # noqa: B018
     return explorer
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -165,7 +164,7 @@ def optimise(
     begun, search = time.perf_counter(), search or Search()
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
-        problem = Problem(Trials.of(with_fixed_effects(scene), folder=kept / "trials", jobs=jobs), progress)
+        problem = Problem(Trials.of(scene, folder=kept / "trials", jobs=jobs).with_fixed_effects(), progress)
         name = _method(problem, method)
         problem.first  # noqa: B018  (it says what is wrong with the start)
         points = np.random.default_rng(search.seed).random((starts, len(problem.trials.design.variables)))
@@ -178,22 +177,6 @@ def optimise(
         if folder is not None:
             _write(found, kept)
     return found
-
-
-def with_fixed_effects(scene: Scene) -> Scene:
-    """Give a scene with the effects that it calls for at its start: numbers would jump where others are chosen.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its study.
-    """
-    if scene.effects != "auto" or not scene.members():
-        return scene
-    trials = Trials.of(scene, ())
-    result = analyse(trials.cheapest.changed(trials.design.changes(trials.design.start)))
-    acting = [effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]]
-    return scene.changed(effects=tuple(acting))
 
 
 def _method(problem: Problem, method: str | None) -> str:

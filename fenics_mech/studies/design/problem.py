@@ -10,6 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.study import Study
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.studies.design.trial import Trial
@@ -62,6 +63,31 @@ class Bound:
         return self.sign / (max(number, PROBLEM.least * self.limit) if self._of_sizes else scale)
 
 
+def bounds_of(study: Study) -> tuple[Bound, ...]:
+    """Give the limits of a study in SI, the least and the most of each as one.
+
+    Parameters
+    ----------
+    study
+        The study.
+
+    Raises
+    ------
+    SceneError
+        When a limit cannot be read, or the least is not below the most.
+    """
+    found: list[Bound] = []
+    for limit in study.limits:
+        quantity = Quantity.read(limit.of)
+        pair = {-1.0: limit.least, 1.0: limit.most}
+        read = {sign: quantity.in_si(value) for sign, value in pair.items() if value is not None}
+        if len(read) == 2 and read[-1.0] > read[1.0]:
+            message = f"the least {limit.of} of {read[-1.0]:g} is more than the most of {read[1.0]:g} (SI)"
+            raise SceneError(message, place="study.limits", hint="Exchange `least` and `most`")
+        found += [Bound(limit.of, value, sign) for sign, value in read.items()]
+    return tuple(found)
+
+
 @dataclass(frozen=True)
 class Problem(Explorer):
     """The aims and limits of a study over variables that go from 0 to 1."""
@@ -74,23 +100,8 @@ class Problem(Explorer):
 
     @cached_property
     def bounds(self) -> tuple[Bound, ...]:
-        """The limits of the study.
-
-        Raises
-        ------
-        SceneError
-            When a limit cannot be read, or the least is not below the most.
-        """
-        found: list[Bound] = []
-        for limit in self.trials.design.study.limits:
-            quantity = Quantity.read(limit.of)
-            pair = {-1.0: limit.least, 1.0: limit.most}
-            read = {sign: quantity.in_si(value) for sign, value in pair.items() if value is not None}
-            if len(read) == 2 and read[-1.0] > read[1.0]:
-                message = f"the least {limit.of} of {read[-1.0]:g} is more than the most of {read[1.0]:g} (SI)"
-                raise SceneError(message, place="study.limits", hint="Exchange `least` and `most`")
-            found += [Bound(limit.of, value, sign) for sign, value in read.items()]
-        return tuple(found)
+        """The limits of the study; see `bounds_of`."""
+        return bounds_of(self.trials.design.study)
 
     @cached_property
     def scales(self) -> dict[str, float]:

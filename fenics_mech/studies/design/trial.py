@@ -10,7 +10,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -119,8 +119,28 @@ class Trials:
         design = Design.of(scene)
         return cls(design, read_all(design.study.names if names is None else names), folder, jobs)
 
+    def with_fixed_effects(self) -> Trials:
+        """Give the trials with the effects that the scene calls for at the start of the variables.
+
+        Numbers would jump where other effects are chosen.
+        """
+        design = self.design
+        if design.scene.effects != "auto" or not design.scene.members() or self._of_masses:
+            return self
+        result = analyse(self.cheapest.changed(design.changes(design.start)))
+        acting = [effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]]
+        return replace(self, design=replace(design, scene=design.scene.changed(effects=tuple(acting))))
+
+    @property
+    def _of_masses(self) -> bool:
+        """Whether masses are all that is looked at, which need no analysis."""
+        return bool(self.quantities) and all(quantity.name == "mass" for quantity in self.quantities)
+
     def run(
-        self, points: Sequence[Sequence[float]], progress: Callable[[Trial], None] = lambda trial: None
+        self,
+        points: Sequence[Sequence[float]],
+        progress: Callable[[Trial], None] = lambda trial: None,
+        started: Callable[[], None] = lambda: None,
     ) -> list[Trial]:
         """Run trials, or read those that are finished.
 
@@ -130,6 +150,8 @@ class Trials:
             Values of the variables, in SI: one list for each trial.
         progress
             Called with each trial as it is known, in order.
+        started
+            Called as each trial begins that other processes run.
 
         Raises
         ------
@@ -141,7 +163,7 @@ class Trials:
         tasks = [self._task(point) for point in points]
         if self.jobs > 1 and len(tasks) > 1 and self.folder is not None:
             missing = [task for task in tasks if _known(task) is None]
-            over_processes(self.jobs, missing, _run_here, _give_up)
+            over_processes(self.jobs, missing, _run_here, _give_up, lambda task: started())
         found = []
         for task in tasks:
             record = _known(task) or _run(task, self._analysed)
