@@ -85,7 +85,7 @@ def test_the_yield_is_that_of_the_normal_distribution(sampling):
     share, low, high = found.kept()
     assert share == pytest.approx(0.8413, abs=0.006)
     assert low < 0.8413 < high
-    assert headline(found).startswith("84.")
+    assert headline(found).startswith("84")
 
 
 @pytest.mark.slow
