@@ -90,7 +90,17 @@ def bounds_of(study: Study) -> tuple[Bound, ...]:
 
 @dataclass(frozen=True)
 class Problem(Explorer):
-    """The aims and limits of a study over variables that go from 0 to 1."""
+    """The aims and limits of a study over variables that go from 0 to 1.
+
+    Parameters
+    ----------
+    trials, progress, history
+        As of `Explorer`.
+    squares
+        Whether trials count by the sum of the squares of their aims, and not by the sum.
+    """
+
+    squares: bool = False
 
     @cached_property
     def aims(self) -> tuple[tuple[str, float], ...]:
@@ -140,14 +150,18 @@ class Problem(Explorer):
         return np.array(aims), np.array(excess).reshape(-1, len(unit))
 
     def rank(self, trial: Trial) -> tuple[float, float]:
-        """Order of trials: the largest excess beyond a limit first, then the sum of the aims."""
+        """Order of trials: the largest excess beyond a limit first, then the size of the aims."""
         beyond = float(max(self.excess_of(trial).max(initial=0.0), 0.0))
         within = beyond <= PROBLEM.within
-        return (0.0 if within else beyond), (math.inf if trial.failed else float(self.aims_of(trial).sum()))
+        return (0.0 if within else beyond), (math.inf if trial.failed else self.size(trial))
+
+    def size(self, trial: Trial) -> float:
+        """Sum of the aims of a trial, or of their squares."""
+        return float((self.aims_of(trial) ** (2 if self.squares else 1)).sum())
 
     @property
     def best(self) -> Trial | None:
-        """The best trial so far: within all limits, with the least sum of aims."""
+        """The best trial so far: within all limits, with the least aims."""
         if "first" not in self.__dict__:
             return None
         return min(self.history, key=self.rank)
