@@ -34,10 +34,11 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")  # clearing huge pages take
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
+    from fenics_mech.recovery.sound import sound
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.scene import *
     from fenics_mech.studies.design.identify import Identified, identify
-    from fenics_mech.studies.design.observations import Observation
+    from fenics_mech.studies.design.measured_values import Observation
     from fenics_mech.studies.design.optimise import Optimum, optimise
     from fenics_mech.studies.design.spread import Spread, spread
     from fenics_mech.studies.follow import Branch, follow
@@ -190,6 +191,7 @@ __all__ = [
     "refined",
     "report",
     "slider_crank",
+    "sound",
     "spread",
     "summary",
     "sweep",
@@ -201,7 +203,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Gauge": "studies.sweep_points",
     "Identified": "studies.design.identify",
     "NaturalFrequencies": "studies.natural_frequencies",
-    "Observation": "studies.design.observations",
+    "Observation": "studies.design.measured_values",
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Spread": "studies.design.spread",
@@ -232,6 +234,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
     "report": "views.page.report",
+    "sound": "recovery.sound",
     "spread": "studies.design.spread",
     "summary": "views.summary",
     "sweep": "studies.sweep",

@@ -33,6 +33,7 @@ from fenics_mech.cli.report_command import report
 from fenics_mech.cli.run_command import run
 from fenics_mech.cli.scaling_command import scaling
 from fenics_mech.cli.schema_command import schema
+from fenics_mech.cli.sound_command import sound
 from fenics_mech.cli.spread_command import spread
 from fenics_mech.cli.sweep_command import sweep
 from fenics_mech.cli.synthesise_command import synthesise
@@ -78,7 +79,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 _COMMANDS = (
     *(run, modes, check, effects, sweep, optimise, identify, spread, balance, synthesise),
-    *(follow, compare, refine, fatigue, cost, scaling),
+    *(follow, compare, refine, fatigue, sound, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _QUICK = check, import_scene, schema

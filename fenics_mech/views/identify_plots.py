@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech._constants import MICRO
-from fenics_mech.studies.design.curves import Curve, ResultNumbers
+from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
 from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save
 
 if TYPE_CHECKING:

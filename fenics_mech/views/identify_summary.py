@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech.studies.design.curves import Curve
+from fenics_mech.studies.design.result_curves import Curve
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.identify import Identified

@@ -22,7 +22,7 @@ from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
-from fenics_mech.studies.design.observations import Observation, read_observations, stated_observations
+from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
 from fenics_mech.studies.design.trial import Trial, Trials
 
 FAILED = 1e3  # of the size of the measured values: what a trial that failed predicts

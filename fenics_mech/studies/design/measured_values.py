@@ -12,7 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery.measured import finite_numbers, read_cells, read_measurement, refuse_no_strain
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.curves import Curve, ResultNumbers
+from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
 from fenics_mech.studies.design.result_numbers import Quantity
 
 ANGLE = "angle_deg"

@@ -16,6 +16,7 @@ from fenics_mech.errors import SceneError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.signal import last_cycle
+from fenics_mech.recovery.sound import sound
 from fenics_mech.recovery.stress_figures import fatigue
 from fenics_mech.recovery.variables import ATTRIBUTES
 from fenics_mech.scene import Scene
@@ -34,6 +35,7 @@ OWN = {  # those that are not variables of a result: unit, meaning
     "mass": ("kg", "mass of the links and point masses, or of one link"),
     "stability": ("1", "margin: 1 less the largest magnitude of a Floquet multiplier"),
     "damage": ("1", "damage by fatigue of one cycle, largest of all places"),
+    "noise": ("dB", "A-weighted level of the links' sound at 1 m"),
     "tracer_error": ("m", "distance of a point from its target"),
 }
 PEAKING = ("max", "min", "range")  # taken between few positions too; means over equal steps need no more
@@ -89,7 +91,7 @@ class Quantity:
             near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
             hint = f"Did you mean {' or '.join(near)}?" if near else FORM
             raise SceneError(f"{text!r}: a result has no {name!r}", place="study", hint=hint)
-        allowed = {"stability": ("margin",), "mass": ("",)}.get(name, ("", *REDUCTIONS))
+        allowed = {"stability": ("margin",), "mass": ("",), "noise": ("",)}.get(name, ("", *REDUCTIONS))
         if reduction not in allowed:
             near = difflib.get_close_matches(reduction, allowed, n=1, cutoff=0.4) or [part for part in allowed if part]
             hint = f"Did you mean {name}{f'.{near[0]}' if near else ''}? " + FORM
@@ -114,9 +116,13 @@ class Quantity:
     @property
     def variables(self) -> tuple[str, ...]:
         """Variables of the result that the number is made from; those of a path stand for all that a result has."""
-        return {"mass": (), "damage": ("stress",), "tracer_error": ("point_position_bent",)}.get(
-            self.name, (self.name,)
-        )
+        made_from = {
+            "mass": (),
+            "damage": ("stress",),
+            "noise": ("deflection", "position"),
+            "tracer_error": ("point_position_bent",),
+        }
+        return made_from.get(self.name, (self.name,))
 
     def in_si(self, value: float | str) -> float:
         """Read a limit on the number.
@@ -158,6 +164,8 @@ class Quantity:
             return _margin(self, result)
         if self.name == "tracer_error":
             return reduced(_tracer(self, result, targets or {}), self.reduction or "rms")
+        if self.name == "noise":
+            return float(sound(result).attrs["weighted_level"])
         if self.name == "damage":
             data = fatigue(result).assign_attrs(result.data.attrs)
             return reduced(self._selected(data["damage"]), "max")

@@ -18,10 +18,10 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.curves import Curve, ResultNumbers
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.design.problem import bounds_of
+from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
 from fenics_mech.studies.design.result_numbers import read_all
 from fenics_mech.studies.design.scatter import Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import SobolIndices, saltelli_points, sobol_indices

@@ -25,8 +25,8 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
-from fenics_mech.studies.design.curves import ResultNumbers
 from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.result_curves import ResultNumbers
 from fenics_mech.studies.design.result_numbers import read_all, total_mass
 from fenics_mech.studies.sweep_axes import placed, scene_data
 from fenics_mech.studies.worker_processes import over_processes
