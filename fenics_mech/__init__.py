@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from fenics_mech.views.frequency_plot import plot_frequencies
     from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
+    from fenics_mech.views.notebook import interactive
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
@@ -117,6 +118,7 @@ __all__ = [
     "Optimum",
     "PathTask",
     "Ply",
+    "PoincareSection",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
@@ -168,6 +170,7 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "identify",
+    "interactive",
     "load",
     "load_task",
     "manipulator",
@@ -217,6 +220,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "identify": "studies.design.identify",
+    "interactive": "views.notebook",
     "modes": "studies.natural_frequencies",
     "matrices": "studies.system_matrices",
     "optimise": "studies.design.optimise",
