@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -55,7 +56,7 @@ class Ending:
 
 Method = Callable[[Problem, Array, Search], Ending]
 SHRINK, LEAST_BOX = 0.2, 1e-3  # of move limits: their factor where a search is lost, and the least, as shares of ranges
-PATIENCE = 6  # trials in a row that are no better than the best, after which a search is lost
+PATIENCE = 8, 2  # trials in a row without progress, and for each variable, after which a search is lost
 
 
 class _LostError(Exception):
@@ -104,24 +105,34 @@ class _Guided:
     best
         The best trial as it was last.
     idle, steps
-        Trials since that was found, and steps of the method.
+        Trials without progress, and steps of the method.
+    beyond
+        The least excess beyond a limit since the best was found; half of it is progress too.
     """
 
     problem: Problem
     best: Trial | None
     idle: int = 0
     steps: int = 0
+    beyond: float = math.inf
 
     def trial(self, unit: Array) -> Trial:
         """Run a trial, or raise `_LostError` where there were many without progress."""
         count = len(self.problem.history)
         found = self.problem.run([unit])[0]
         if len(self.problem.history) > count:
-            better = self.problem.best is not self.best
-            self.best, self.idle = self.problem.best, 0 if better else self.idle + 1
-        if self.idle > PATIENCE:
+            self._judge(self.problem.rank(found)[0])
+        if self.idle > PATIENCE[0] + PATIENCE[1] * len(unit):
             raise _LostError
         return found
+
+    def _judge(self, beyond: float) -> None:
+        """Count a trial that is neither the best, nor nearer by half to the limits."""
+        self.idle += 1
+        if self.problem.best is not self.best:
+            self.best, self.beyond, self.idle = self.problem.best, math.inf, 0
+        elif 0 < beyond < self.beyond / 2:
+            self.beyond, self.idle = beyond, 0
 
     def search(self, name: str, place: tuple[Array, float], limits: Search) -> tuple[Ending, Array]:
         """Search within move limits, given by their middle and half their width; give where it ended too."""
