@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from fenics_mech.views.frequency_plot import plot_frequencies
     from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
+    from fenics_mech.views.notebook import interactive
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
@@ -111,6 +112,7 @@ __all__ = [
     "Optimum",
     "PathTask",
     "Ply",
+    "PoincareSection",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
@@ -159,6 +161,7 @@ __all__ = [
     "four_bar",
     "from_drawing",
     "from_pylinkage",
+    "interactive",
     "load",
     "load_task",
     "manipulator",
@@ -202,6 +205,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
+    "interactive": "views.notebook",
     "modes": "studies.natural_frequencies",
     "matrices": "studies.system_matrices",
     "optimise": "studies.design.optimise",

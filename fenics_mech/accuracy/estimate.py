@@ -22,6 +22,7 @@ from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
+from fenics_mech.accuracy.superposition_errors import superposition_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors
@@ -37,6 +38,7 @@ from fenics_mech.response.solution import (
     Solution,
     StaticSolution,
     SubIntervalSolution,
+    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from
@@ -249,6 +251,8 @@ def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
             return harmonic_errors(solution)
         case TransientSolution():
             return transient_errors(solution)
+        case SuperposedSolution():
+            return superposition_errors(solution)
         case FreeSolution():
             return {}
         case StaticSolution():

@@ -41,6 +41,7 @@ from fenics_mech.response.solution import (
     MotorSolution,
     PeriodicSolution,
     Solution,
+    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
@@ -89,7 +90,12 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     exact = exact_theory(scene)
     if exact is scene:
         return {}
-    if not judged_by_answer(scene) or len(solution.system.motion.free) or scene.joint_laws:
+    if (
+        isinstance(solution, SuperposedSolution)
+        or not judged_by_answer(scene)
+        or len(solution.system.motion.free)
+        or scene.joint_laws
+    ):
         return None
     try:
         with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces

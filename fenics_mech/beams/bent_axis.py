@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import ufl
 
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, each
+from fenics_mech._fenicsx import ufl
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.forms.exact_strains import bending_beyond, bending_energy_beyond, shortening
 from fenics_mech.beams.layout import Layout

@@ -68,7 +68,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def started(*arguments: Any, **options: Any) -> None:
-        start_libraries()
+        start_libraries(solver=command not in _OF_RESULTS)
         command(*arguments, **options)
 
     return started
@@ -80,6 +80,7 @@ _COMMANDS = (
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _QUICK = check, import_scene, schema
+_OF_RESULTS = compare, fatigue, animate, plot, report, export  # which take a result without a solver too
 for _command in _COMMANDS:
     _name = "import" if _command is import_scene else None  # a word that Python keeps for itself
     app.command(_name)(_with_log(_command if _command in _QUICK else _with_libraries(_command)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, loaded_scene
+from fenics_mech.cli.common import OutFolder, Units, loaded_scene, with_units
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def compare(
     member: Annotated[str | None, typer.Option(help="Member on which a .csv was measured.", show_default=False)] = None,
     s: Annotated[float, typer.Option(min=0, max=1, help="Place of that gauge along the member.")] = 0.5,
     fibre: Annotated[str, typer.Option(help="Its side, + or -.")] = "+",
+    units: Units = None,
 ) -> None:
     """Compare curves over the cycle: difference, root mean square, phase shift. Write compare.csv and plots.
 
@@ -57,7 +58,7 @@ def compare(
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
     with reading_of_a_file():
         data = compared(sources)
-    told = scenes[0].answer_units
+    told = with_units(scenes[0], units).answer_units
     make_folder(folder)
     written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder, told)]
     out.print(comparison_table(sources, data, told))

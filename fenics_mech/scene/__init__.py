@@ -32,6 +32,7 @@ from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.paired_joints import Cam, GearPair
 from fenics_mech.scene.plugged import add_kinds
+from fenics_mech.scene.poincare import PoincareSection
 from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
@@ -99,6 +100,7 @@ __all__ = [
     "Motor",
     "PathTask",
     "Ply",
+    "PoincareSection",
     "PointMass",
     "PolygonPart",
     "PolygonSection",

@@ -175,3 +175,6 @@ def test_gripper_swings_on_as_its_comment_says():
     swing = np.linalg.norm(bend[dwell], axis=-1).max()
     assert swing == pytest.approx(expected, rel=0.05)
     assert swing == pytest.approx(16.9e-3, abs=2e-4)
+    residual = data["residual_vibration"].sel(member="arm")
+    assert float(residual.sel(dwell="after out")) == pytest.approx(expected, rel=0.05)
+    assert "after back" in residual["dwell"]

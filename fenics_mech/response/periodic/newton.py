@@ -144,7 +144,8 @@ def _at_load(
     tension: Array,
 ) -> tuple[Orbit, Array]:
     """Iterate at a share of the load until nothing changes."""
-    weight = np.sqrt(np.abs(equation.linear.stiffness.diagonal))  # makes energies of forces and moments
+    own, whole = (np.abs(part.diagonal) for part in (equation.links_stiffness, equation.linear.stiffness))
+    weight = np.sqrt(np.where(own > 0, own, whole))  # makes energies of forces and moments; hinges may be far stiffer
     zero = np.zeros_like(equation.linear.load)
     old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
     changes: list[float] = []

@@ -140,7 +140,7 @@ class Trials:
         tasks = [self._task(point) for point in points]
         if self.jobs > 1 and len(tasks) > 1 and self.folder is not None:
             missing = [task for task in tasks if _known(task) is None]
-            over_processes(self.jobs, missing, _run_here, _give_up)
+            over_processes(self.jobs, [[task] for task in missing], _run_here, _give_up)
         found = []
         for task in tasks:
             record = _known(task) or _run(task, self._analysed)
