@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import CorrectedResponse
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
