@@ -6,7 +6,9 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import fenics_mech as fm
+from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.free_linkage import with_freedoms
+from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
@@ -99,6 +101,29 @@ def test_energy_of_a_bending_pendulum_is_balanced():
     data = fm.analyse(scene).data
     assert data.attrs["power_balance_error"] < 1e-6
     assert float(abs(data["deflection"]).max()) > 1e-3  # it does bend (m)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.03, 0.3])
+def test_mass_is_that_of_the_kinetic_energy_however_far_links_bend(bend):
+    scene = with_freedoms(
+        bars(2, duration=1.0).changed(
+            {"effects": ("coupling", "gravity", "large-rotations"), "materials.stiff.modulus": 2e5}
+        )
+    )
+    state, rng = FreeState(scene, mechanism(scene)), np.random.default_rng(0)
+    y = bend * rng.standard_normal((1, state.size + state.freedoms))
+    y[0, state.size :] = -0.3, 0.2
+    still, time = np.zeros_like(y), np.zeros(1)
+    mass = state.tangents(time, (y, still, still))[0][0]
+
+    def energy(rate):
+        system = state.system_at(time, (y, rate, still))
+        return stored_energy(Forces(scene, system, state.response(system, (y, rate, still))))[0]
+
+    for rate in rng.standard_normal((4, *y.shape)):
+        kinetic = energy(rate) / 2 + energy(-rate) / 2 - energy(still)
+        assert rate[0] @ mass @ rate[0] / 2 == pytest.approx(kinetic, rel=1e-9, abs=1e-9 * abs(energy(still)))
+    assert np.linalg.eigvalsh(mass + mass.T)[0] > 0
 
 
 def test_drag_of_the_air_on_a_falling_bar_against_an_independent_program():
