@@ -12,6 +12,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.all_nodes import on_all_nodes
+from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.exact_motion import THEORY, answered, at_rest, change_between, state_of
 from fenics_mech.accuracy.known_cycle import KnownCycle, of_harmonics, of_steps
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities
@@ -27,7 +28,15 @@ from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.setup import moved
-from fenics_mech.response.solution import MotorSolution, PeriodicSolution, Solution, TransientSolution
+from fenics_mech.response.solution import (
+    FreeSolution,
+    MotorSolution,
+    PeriodicSolution,
+    Solution,
+    TransientSolution,
+)
+from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
+from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Scene
 
 
@@ -49,7 +58,7 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     scene = solution.scene
     if exact_theory(scene) is scene:
         return {}
-    if not judged_by_answer(scene) or len(solution.system.motion.free) or scene.joint_laws:
+    if not judged_by_answer(scene) or _by_laws(solution) or len(solution.system.motion.free):
         return None
     try:
         whole, held = on_all_nodes(solution), solution.system.transformation.held is not None
@@ -66,17 +75,34 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     return {name: np.nan_to_num(part, nan=np.inf, posinf=np.inf) for name, part in change.items()}
 
 
+def _by_laws(solution: Solution) -> bool:
+    """Whether joint laws act in a motion that is not known by its steps, or contacts have closed in it."""
+    return solution.course.touched if isinstance(solution, FreeSolution) else bool(solution.scene.joint_laws)
+
+
 def _change(solution: Solution, exact: Scene, kept: float) -> Mapping[str, Array]:
     """Give the largest change by quantity; `kept` as of `at_rest`."""
     match solution:
         case MotorSolution():
             return _under_motor(solution, exact).largest
+        case FreeSolution():
+            return _of_free_motion(solution, exact).largest
         case PeriodicSolution():
             return _about_cycle(solution, exact, kept).largest
         case TransientSolution():
             return largest_change_in_time(solution, exact)
         case _:
             return _about_positions(solution, exact, kept).largest
+
+
+def _of_free_motion(solution: FreeSolution, exact: Scene) -> Quantities:
+    """Change of a motion with freedoms, which exact strains move on another path: it is made anew, by rougher steps."""
+    system, start = solution.state.system, solution.start
+    there = FreeState(exact, moved(exact, system, system.motion))
+    if start.links is None:
+        start = start_of(there)
+    found = solution_from(there, start, course_of(there, start, ESTIMATES.rougher))
+    return change_between(*((one.scene, one.system, one.response) for one in (solution, found)))
 
 
 def _about_positions(solution: Solution, exact: Scene, kept: float) -> Quantities:

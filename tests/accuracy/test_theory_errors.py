@@ -10,6 +10,7 @@ from fenics_mech.studies.peers.peer_runs import EXACT as PEER_EXACT
 from tests.common import DEMOS, response_of
 from tests.effects import strips
 from tests.effects.test_large_rotations import between_pins, cantilever, tension_of, tip_of
+from tests.response.test_free_motion import bars
 
 ALL = {"analysis__allow_coarse": True, "analysis__allow_large": True}
 FAST = ALL | {"analysis__solver": "collocation", "analysis__sub_intervals": 120, "analysis__stability": False}
@@ -217,6 +218,18 @@ def test_reduced_members_in_time():
     assert all((told[what] > 0.9).all() and (told[what] < 1.1).all() for what in ("strain", "deflection"))
 
 
+@pytest.mark.slow  # a free motion of a bending bar takes 2 s, and is made three times
+def test_motions_with_freedoms_against_exact_strains():
+    """A pendulum of plastic, whose axial force stiffens it: it is wrong by a tenth."""
+    changes = {"materials.stiff.modulus": 2e10, "mesh.elements": 2, "effects": ("coupling", "gravity")}
+    scene = bars(1, duration=0.2, sub_intervals=30, time_tolerance=1e-4).changed(changes)
+    scene = scene.changed(analysis__allow_coarse=True)
+    result, exact = analyse(scene).data, analyse(scene.changed(effects=(*EXACT, "gravity"))).data
+    for name in ("strain", "deflection"):
+        true = np.abs(result[name].to_numpy() - exact[name].to_numpy()).max()
+        assert result[f"{name}_error"].sel(source="theory").max().item() == pytest.approx(true, rel=0.1)
+
+
 def test_auto_takes_exact_strains_of_reduced_members_where_the_answer_calls_for_them():
     scene = load(DEMOS / "slider_crank.toml").changed(effects="auto", analysis__sub_intervals=120, **REDUCED)
     slow, fast = (analyse(scene.changed(drive__speed=speed)) for speed in (60.0, 160.0))
@@ -327,6 +340,7 @@ def test_a_tolerance_says_that_the_theory_is_not_in_it_where_that_is_unknown(see
     motor = {"stiffness": 200.0, "damping": 0.05, "inertia": 1e-3}
     scene = seed.changed(effects=("coupling", "inextensible"), tolerance=3e-2, analysis__allow_large=True)
     met = analyse(scene.changed(drive__speed=16.0, drive__motor=motor)).data.attrs["chosen"]
+    assert "; errors of the rest: deflections " in met
     assert met.endswith("NOT in it: what the theory leaves out, which is not estimated")
 
 
