@@ -65,15 +65,22 @@ def loading() -> Iterator[None]:
         gc.enable()
 
 
-def start_libraries() -> None:
+def start_libraries(solver: bool = True) -> None:
     """Start PETSc and Matplotlib without the options that they read from files in the current folder.
 
     A scene may lie in a folder from a stranger, and such options run programs.
+
+    Parameters
+    ----------
+    solver
+        Whether something is to be solved: that PETSc is not there is an error then.
     """
     with loading(), chdir(os.sep):
         import matplotlib  # noqa: F401, PLC0415
 
-        from fenics_mech import _petsc  # noqa: F401, PLC0415
+        from fenics_mech import _petsc  # noqa: PLC0415
+    if solver and isinstance(_petsc.PETSc, _petsc.Absent):
+        raise _petsc.not_there(_petsc.PETSc.error)
 
 
 def one_voice() -> bool:
@@ -109,14 +116,14 @@ def html_of(what: RenderableType) -> str:
 
 
 @contextmanager
-def progress_bar(total: int, alike: bool = True) -> Iterator:
-    """Show a progress bar with the time left, or where there is no terminal a line now and then.
+def progress_bar(total: int, alike: bool = True, quiet: bool = False) -> Iterator:
+    """Show a progress bar with the time left, or where there is no terminal a line now and then; `quiet` shows none.
 
     Gives what names the next step. The time left is known once some steps are done, where all are `alike`.
     """
     columns = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
     columns += [TextColumn("left:"), TimeRemainingColumn()] if alike else []
-    with Progress(*columns, console=err, transient=True, disable=not err.is_terminal) as progress:
+    with Progress(*columns, console=err, transient=True, disable=quiet or not err.is_terminal) as progress:
         task = progress.add_task("", total=total)
         started, spoken = False, time.monotonic()
 
@@ -124,7 +131,7 @@ def progress_bar(total: int, alike: bool = True) -> Iterator:
             nonlocal started, spoken
             progress.update(task, description=name, advance=int(started))
             started = True
-            if not err.is_terminal and time.monotonic() - spoken >= PAUSE:
+            if not quiet and not err.is_terminal and time.monotonic() - spoken >= PAUSE:
                 spoken = time.monotonic()
                 left = progress.tasks[0].time_remaining if alike else None
                 known = "" if left is None else f", about {left:.0f} s left"

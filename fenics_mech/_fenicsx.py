@@ -13,19 +13,19 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-import ufl
 from cffi import FFI  # type: ignore[import-untyped]
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
-from fenics_mech._petsc import MPI, not_there, to_scipy
+from fenics_mech._petsc import MPI, Absent, to_scipy
 from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech.errors import MechanismError
 
 try:  # after PETSc and its MPI
     import dolfinx
+    import ufl
 except ImportError as error:
-    raise not_there(error) from error
+    dolfinx = ufl = fem = Absent(error)  # type: ignore[assignment]
 FIRST, LAST = (0, 5), (0, 11)  # versions of dolfinx that are known to work
 
 
@@ -49,18 +49,19 @@ def _version_named() -> Iterator[None]:
         ) from error
 
 
-with _version_named():
-    from dolfinx import fem, jit
+if not isinstance(dolfinx, Absent):
+    with _version_named():
+        from dolfinx import fem, jit  # type: ignore[no-redef]
 
-    try:  # dolfinx >= 0.10
-        from dolfinx.io import gmsh as gmshio
-    except ImportError:
-        from dolfinx.io import gmshio
-    try:  # explicit import from 0.7
-        import dolfinx.fem.petsc as fem_petsc
-    except ImportError:
-        fem_petsc = fem.petsc
-JIT_OPTIONS = "jit_options" if hasattr(jit, "get_options") else "jit_params"  # from 0.6
+        try:  # dolfinx >= 0.10
+            from dolfinx.io import gmsh as gmshio
+        except ImportError:
+            from dolfinx.io import gmshio
+        try:  # explicit import from 0.7
+            import dolfinx.fem.petsc as fem_petsc
+        except ImportError:
+            fem_petsc = fem.petsc
+    JIT_OPTIONS = "jit_options" if hasattr(jit, "get_options") else "jit_params"  # from 0.6
 
 
 def compiled(make: Callable[..., Any], *arguments: Any) -> Any:

@@ -21,6 +21,24 @@ def not_there(error: ImportError) -> MechanismError:
     )
 
 
+class Absent:
+    """Stands for a library that is not there: results are read and drawn without it, and its use is an error.
+
+    Parameters
+    ----------
+    error
+        Why it could not be imported.
+    """
+
+    def __init__(self, error: ImportError) -> None:
+        self.error = error
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):  # what Python itself asks of every object
+            raise AttributeError(name)
+        raise not_there(self.error)
+
+
 try:
     with suppress(ModuleNotFoundError):
         import dolfinx_solver  # noqa: F401  (wheels of PETSc and dolfinx: it refuses what cannot work beside them)
@@ -28,8 +46,8 @@ try:
     from petsc4py import PETSc
     from slepc4py import SLEPc
 except ImportError as error:
-    raise not_there(error) from error
-if PETSc.ScalarType is not PETSc.RealType:
+    MPI = PETSc = SLEPc = Absent(error)  # type: ignore[assignment,misc]
+if not isinstance(PETSc, Absent) and PETSc.ScalarType is not PETSc.RealType:
     raise MechanismError("the PETSc that is installed computes with complex numbers: install the one with real numbers")
 
 __all__ = ["DIRECT", "MPI", "SMALLEST_PIVOT", "PETSc", "SLEPc", "configured", "name_of", "to_petsc", "to_scipy"]

@@ -12,14 +12,14 @@ from contextvars import ContextVar
 from typing import Any, TypeVar
 
 import numpy as np
-from mpi4py import MPI
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import INTERRUPTED
+from fenics_mech._petsc import MPI
 from fenics_mech.errors import MechanismError
 
 Found = TypeVar("Found")
-_sharing: ContextVar[Any] = ContextVar("processes that share positions", default=MPI.COMM_SELF)
+_sharing: ContextVar[Any] = ContextVar("processes that share positions", default=None)
 
 
 class _EndedError(Exception):
@@ -73,7 +73,7 @@ def over_positions(count: int, work: Callable[[slice], Sequence[Array]]) -> Sequ
         Gives arrays with the positions of a slice along their first axis. What it gives for a position must not depend
         on the others. Its error is raised by all processes; of several, that at the first positions.
     """
-    comm = _sharing.get()
+    comm = _sharing.get() or MPI.COMM_SELF
     if comm.size == 1 or count < comm.size:
         return work(slice(0, count))
     ends = [count * rank // comm.size for rank in range(comm.size + 1)]

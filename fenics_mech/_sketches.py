@@ -20,7 +20,7 @@ from fenics_mech._arrays import Array, Index
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_\-]*")
 BY_ITSELF = re.compile(r"(circle|ellipse|g|group|layer|line|path|polygon|polyline|svg|use)[-_]?\d*|0|Defpoints", re.I)
-GROUND, POINTS, CONSTRUCTION = "ground", "points", "construction"  # layers and groups that are no links
+GROUND, GUIDE, POINTS, CONSTRUCTION = "ground", "guide", "points", "construction"  # layers and groups that are no links
 DIGITS = 6  # of places, by the size of the sketch: what is drawn is no more exact
 LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
 INSTALL = "reading a sketch needs the extra `sketches`: pip install 'fenics_mech[sketches]'"
@@ -63,7 +63,8 @@ def groups_of_sketch(path: Path) -> tuple[Array, dict[str, Index], dict[str, Ind
         found = list(_of_svg(path) if path.suffix == ".svg" else _of_dxf(path))
     except ImportError as error:
         raise ValueError(INSTALL) from error
-    strokes = [one for one in found if isinstance(one, Stroke)]
+    drawn = [one for one in found if isinstance(one, Stroke)]
+    strokes, guides = ([one for one in drawn if (one.name == GUIDE) == guide] for guide in (False, True))
     circles = [one for one in found if isinstance(one, Circle)]
     if not strokes:
         raise ValueError(f"it has no straight lines: {STRAIGHT}")
@@ -71,13 +72,13 @@ def groups_of_sketch(path: Path) -> tuple[Array, dict[str, Index], dict[str, Ind
         raise ValueError("a circle has no radius")
     if not any(circle.layer == GROUND for circle in circles):
         raise ValueError("no circle is on the frame: put those that are into a group or layer named `ground`")
-    return _joined(strokes, circles)
+    return _joined(strokes, circles, guides)
 
 
 def _joined(
-    strokes: list[Stroke], circles: list[Circle]
+    strokes: list[Stroke], circles: list[Circle], guides: list[Stroke]
 ) -> tuple[Array, dict[str, Index], dict[str, Index], list[str]]:
-    """Find which lines make a link, and which meet at a pin."""
+    """Find which lines make a link, which meet at a pin, and which pins slide."""
     places = np.concatenate([stroke.places for stroke in strokes])
     size = float(np.ptp(places[:, :2], axis=0).max()) or 1.0
     if not np.isfinite(size):
@@ -99,7 +100,7 @@ def _joined(
     for name, chain in zip(_names_of_links(strokes, chains, len(pins)), chains):
         of_link.setdefault(name, []).extend(pairwise(chain))
     lines = {name: np.array(pairs, dtype=np.int64).reshape(-1, 2) for name, pairs in of_link.items()}
-    return np.array(nodes), lines, _named_points(pins, lines), []
+    return np.array(nodes), lines, _named_points(pins, lines, _angles(guides, nodes, pins)), []
 
 
 def _pins(circles: list[Circle], decimals: int) -> tuple[list[tuple[float, ...]], list[Circle]]:
@@ -132,6 +133,27 @@ def _passed(chain: list[int], node: int, nodes: list[tuple[float, ...]], pins: l
     return [i for _, i in sorted(found)]
 
 
+def _angles(guides: list[Stroke], nodes: list[tuple[float, ...]], pins: list[Circle]) -> dict[int, float]:
+    """Give the angle (deg) of the guide of each pin that slides: a straight line that meets its circle alone."""
+    angles: dict[int, float] = {}
+    for guide in guides:
+        (x, y), end = guide.places[0][:2], guide.places[-1][:2]
+        along = end - (x, y)
+        ends = [_inside(place, pins) for place in guide.places]
+        # The corners of the line's two ends come after all nodes, as if they were drawn.
+        met = {*_passed([len(nodes)], len(nodes) + 1, [*nodes, (x, y), tuple(end)], pins), *ends} - {None}
+        where = f"the guide at ({x:g}, {y:g})"
+        if len(guide.places) != 2 or not along.any():
+            raise ValueError(f"{where} is no straight line")
+        if len(met) != 1:
+            raise ValueError(f"{where} meets {len(met)} circles: it must meet that of the pin which slides on it")
+        (pin,) = (i for i in met if i is not None)
+        if pin in angles or pins[pin].layer == GROUND:
+            raise ValueError(f"{where} is of a pin that is on the frame, or on another guide")
+        angles[pin] = round(math.degrees(math.atan2(along[1], along[0])), DIGITS)
+    return angles
+
+
 def _names_of_links(strokes: list[Stroke], chains: list[list[int]], pins: int) -> list[str]:
     """Name the link of each stroke: by its own name; others, which share an end that is no pin, by a number."""
     leader = list(range(len(strokes)))
@@ -161,7 +183,7 @@ def _free(name: str, taken: set[str]) -> str:
     return name
 
 
-def _named_points(pins: list[Circle], lines: dict[str, Index]) -> dict[str, Index]:
+def _named_points(pins: list[Circle], lines: dict[str, Index], guides: dict[int, float]) -> dict[str, Index]:
     """Name the pins as groups of a drawing are named."""
     taken = {pin.name for pin in pins}
     letters = (name for k in range(len(pins) + 27) if (name := chr(65 + k) if k < 26 else f"P{k}") not in taken)
@@ -169,7 +191,9 @@ def _named_points(pins: list[Circle], lines: dict[str, Index]) -> dict[str, Inde
     for node, pin in enumerate(pins):
         met = sum(bool((cells == node).any()) for cells in lines.values())
         kind = GROUND if pin.layer == GROUND else "point" if pin.layer == POINTS or met == 1 else "joint"
-        found[f"{kind} {pin.name or next(letters)}"] = np.array([node], dtype=np.int64)
+        name = pin.name or next(letters)
+        group = f"slide {name} {guides[node]:.{DIGITS}f}" if node in guides else f"{kind} {name}"
+        found[group] = np.array([node], dtype=np.int64)
     return found
 
 
@@ -208,7 +232,8 @@ def _of_group(group: Any, layer: str, svg: Any) -> Iterator[Stroke | Circle]:
                 raise ValueError(f"it has an ellipse: {STRAIGHT}")
             yield Circle(layer, own, np.array([part.cx, -part.cy, 0.0]), float(part.rx))
         elif isinstance(part, svg.Shape):
-            yield from _strokes(part, own or ("" if layer in (GROUND, POINTS) else layer), svg)
+            name = GUIDE if layer == GUIDE else own or ("" if layer in (GROUND, POINTS) else layer)
+            yield from _strokes(part, name, svg)
 
 
 def _strokes(shape: Any, name: str, svg: Any) -> Iterator[Stroke]:

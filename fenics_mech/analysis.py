@@ -34,8 +34,10 @@ from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.static.rest import by_rest
+from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
+from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
 from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.plausibility import implausible
 
@@ -55,7 +57,8 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     progress
         Called with the name of each of `STEPS` as it begins.
     common
-        What it may have in common with other analyses of a study. The result is the same, to the last bit.
+        What it may have in common with other analyses of a study. The result is the same, to the last bit, unless it
+        begins from the last motion.
 
     Returns
     -------
@@ -168,10 +171,11 @@ def _answer(
 ) -> tuple[Solution, str]:
     """Build the mechanism of a scene and solve for its response, and name the solver."""
     refuse_too_stiff(scene)
+    common = common or CommonParts()
     system = mechanism(scene, progress, common)
     names = ", ".join(effect.name for effect in active(scene))
     logger.info("%d coordinates, %d positions, effects: %s", system.size, len(system.motion.theta), names)
-    solution, solver = solve(scene, system, progress, near)
+    solution, solver = solve(scene, system, progress, near or common.near(system.beams), common.keep)
     logger.info("solved by %s", solver)
     return solution, solver
 
@@ -247,7 +251,11 @@ def _known(solution: Solution | None) -> KnownMotion | None:
 
 
 def solve(
-    scene: Scene, system: System, progress: Progress = lambda step: None, near: KnownMotion | None = None
+    scene: Scene,
+    system: System,
+    progress: Progress = lambda step: None,
+    near: KnownMotion | None = None,
+    found: Callable[[KnownMotion], None] = lambda motion: None,
 ) -> tuple[Solution, str]:
     """Solve for the response of a mechanism by the method of its scene, and name the solver.
 
@@ -261,6 +269,8 @@ def solve(
         Called with the name of each of `STEPS` as it begins.
     near
         A motion beside the one that is sought, from which collocation may begin.
+    found
+        Called with the motion that collocation finds under exact strains, stable or not.
 
     Returns
     -------
@@ -282,6 +292,11 @@ def solve(
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
+        if scene.freedoms and scene.analysis.start == "periodic":
+            return by_repeated_motion(scene, system), method
+        if scene.analysis.solver == "sub-intervals":
+            refuse_modes_in_time(scene)
+            return by_superposition(scene, system, start_state(scene, system)), "sub-intervals"
         if scene.freedoms or scene.joint_laws:
             return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
         return by_time(scene, system, start_state(scene, system)), method
@@ -290,8 +305,8 @@ def solve(
     progress("modes")
     modes = solve_modes(system, scene.analysis.modes, scene.petsc)
     progress("response")
-    if near is not None and SOLVERS[solver] is by_collocation:
-        return by_collocation(scene, system, modes, near), solver
+    if SOLVERS[solver] is by_collocation:
+        return by_collocation(scene, system, modes, near, found), solver
     return SOLVERS[solver](scene, system, modes), solver
 
 

@@ -55,8 +55,11 @@ PAGES: dict[
         "Laws of joints",
         ["Friction", "Stop", "Clearance", "GuideClearance", "Bushing", "GearPair", "Cam", "JointEffort", "Contact"],
     ),
-    "analysis": ("Mesh, analysis, measurements and traced points", ["Mesh", "Analysis", "Measurement", "TracedPoint"]),
-    "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),
+    "analysis": (
+        "Mesh, analysis, measurements and traced points",
+        ["Mesh", "Analysis", "PoincareSection", "Measurement", "TracedPoint"],
+    ),
+    "study": ("Studies", ["Study", "Variable", "Tied", "Scatter", "Limit", "Target"]),
 }
 
 

@@ -22,9 +22,11 @@ from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
+from fenics_mech.accuracy.superposition_errors import superposition_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors
+from fenics_mech.accuracy.undamped_modes import left_undamped
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
 from fenics_mech.effects.effect import Choice
@@ -37,6 +39,7 @@ from fenics_mech.response.solution import (
     Solution,
     StaticSolution,
     SubIntervalSolution,
+    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from
@@ -214,6 +217,8 @@ def estimate(
     corrected = corrected_responses(solution)
     for source, without in corrected.items():
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
+    if undamped := left_undamped(solution):
+        add("time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and not solution.course.touched:
         add("time", _by_rougher_steps(solution, base), ESTIMATES.rough_share, 1.0)
     for source, vibrating, share in missed_vibrations(solution):
@@ -249,6 +254,8 @@ def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
             return harmonic_errors(solution)
         case TransientSolution():
             return transient_errors(solution)
+        case SuperposedSolution():
+            return superposition_errors(solution)
         case FreeSolution():
             return {}
         case StaticSolution():

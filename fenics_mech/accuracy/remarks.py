@@ -14,6 +14,7 @@ from fenics_mech.response.solution import (
     Solution,
     StaticSolution,
     SubIntervalSolution,
+    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.scene.sampling import SAMPLING
@@ -38,6 +39,8 @@ def not_estimated(solution: Solution) -> list[str]:
     found = _of_loads(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
+    if isinstance(solution, SuperposedSolution):
+        found.append("what the mesh does to modes that are superposed in time")
     if isinstance(solution, FreeSolution):
         found.append("what the mesh does to a motion with freedoms")
         found += [UNKNOWN_AFTER_CONTACT] if solution.course.touched else []

@@ -33,6 +33,7 @@ from fenics_mech.response.solution import (
     MotorSolution,
     PeriodicSolution,
     Solution,
+    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
@@ -58,7 +59,7 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     scene = solution.scene
     if exact_theory(scene) is scene:
         return {}
-    if not judged_by_answer(scene) or _by_laws(solution) or len(solution.system.motion.free):
+    if not judged_by_answer(scene) or _not_followed(solution) or len(solution.system.motion.free):
         return None
     try:
         whole, held = on_all_nodes(solution), solution.system.transformation.held is not None
@@ -75,9 +76,11 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     return {name: np.nan_to_num(part, nan=np.inf, posinf=np.inf) for name, part in change.items()}
 
 
-def _by_laws(solution: Solution) -> bool:
-    """Whether joint laws act in a motion that is not known by its steps, or contacts have closed in it."""
-    return solution.course.touched if isinstance(solution, FreeSolution) else bool(solution.scene.joint_laws)
+def _not_followed(solution: Solution) -> bool:
+    """Whether its theory is not told: modes superposed, joint laws of periodic motions, or contacts that closed."""
+    if isinstance(solution, FreeSolution):
+        return solution.course.touched
+    return isinstance(solution, SuperposedSolution) or bool(solution.scene.joint_laws)
 
 
 def _change(solution: Solution, exact: Scene, kept: float) -> Mapping[str, Array]:

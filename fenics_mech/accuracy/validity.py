@@ -70,8 +70,9 @@ def _refuse_turned(acting: Iterable[tuple[str, list[str]]], system: System, memb
         raise SolverError(
             f"elastic deflection turns the axis of member {system.beams.mesh.members[i]!r} by {turned[k, i]:.3g} rad, "
             f"at drive angle {np.degrees(system.motion.theta[k]):.6g} deg: strains are good up to "
-            f"{VALIDITY.rotation:g} rad. Lower loads or speed, keep away from resonances, or take stiffer members; "
-            "analysis.allow_large lets it pass"
+            f"{VALIDITY.rotation:g} rad. Lower loads or speed, keep away from resonances, or take stiffer members. "
+            "In statics, cut the member into links at rough angles along its bent shape, which stiff torsional springs "
+            "hold in line; analysis.allow_large lets it pass"
         )
     largest = dict(zip(system.beams.mesh.members, turned.max(axis=0)))
     for what, labels in acting:

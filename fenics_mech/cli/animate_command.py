@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, progress_bar, tell
-from fenics_mech.cli.common import Refine, SceneFile, Units, loaded_result, refined_scene, unit_names
+from fenics_mech.cli.common import Refine, SceneFile, Units, loaded_result, refined_scene, with_units
 from fenics_mech.errors import MechanismError
 
 
@@ -37,7 +37,7 @@ def animate(
     else:
         loaded = refined_scene(scene, refine, strict=False)
         with progress_bar(len(STEPS), alike=False) as step:
-            result = analyse(loaded if units is None else loaded.changed(units=unit_names(units)), step)
+            result = analyse(with_units(loaded, units), step)
     with progress_bar(frames) as step:
 
         def tell_frame(index: int, count: int) -> None:

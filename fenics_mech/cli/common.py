@@ -45,6 +45,11 @@ def unit_names(units: str) -> list[str]:
     return names
 
 
+def with_units(scene: Scene, units: str | None) -> Scene:
+    """Give a scene whose answers are told in its own units, or in others that an option names."""
+    return scene if units is None else scene.changed(units=unit_names(units))
+
+
 def loaded_scene(path: Path, strict: bool) -> Scene:
     """Load a scene file, and warn of implausible numbers in it; with `strict` they are an error."""
     from fenics_mech.scene import load  # noqa: PLC0415  (numerical libraries take a second: not for --help)

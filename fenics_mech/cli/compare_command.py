@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, loaded_scene
+from fenics_mech.cli.common import OutFolder, Units, loaded_scene, with_units
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def compare(
     member: Annotated[str | None, typer.Option(help="Member on which a .csv was measured.", show_default=False)] = None,
     s: Annotated[float, typer.Option(min=0, max=1, help="Place of that gauge along the member.")] = 0.5,
     fibre: Annotated[str, typer.Option(help="Its side, + or -.")] = "+",
+    units: Units = None,
 ) -> None:
     """Compare curves over the cycle: difference, root mean square, phase shift. Write compare.csv and plots.
 
@@ -57,7 +58,7 @@ def compare(
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
     with reading_of_a_file():
         data = compared(sources)
-    told = scenes[0].answer_units
+    told = with_units(scenes[0], units).answer_units
     make_folder(folder)
     written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder, told)]
     out.print(comparison_table(sources, data, told))
@@ -90,8 +91,8 @@ def _analysed(scene: Scene, path: Path, files: list[Path]) -> Curves:
 
 def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) -> list[Curves]:
     """Read measurements: those that are named, at the gauge or where a scene places them, or those of the scenes."""
+    from fenics_mech.recovery.measured import read_measurement  # noqa: PLC0415
     from fenics_mech.studies.compare import Quantity, curves_of_measurement  # noqa: PLC0415
-    from fenics_mech.views.measured import read_measurement  # noqa: PLC0415
 
     stated = {
         measurement.file.resolve(): Quantity("strain", measurement.member, measurement.s, measurement.fibre)

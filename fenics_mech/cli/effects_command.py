@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, refined_scene
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, refined_scene, with_units
 
 
 def effects(
@@ -19,6 +19,7 @@ def effects(
         list[str] | None,
         typer.Option("--tol", help="Largest error, such as 1e-3 or deflection=1%. Effects above half of it count."),
     ] = None,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
@@ -28,7 +29,7 @@ def effects(
     from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
     from fenics_mech.views.tables import effects_table  # noqa: PLC0415
 
-    stated = refined_scene(scene, 0, strict, tolerance)
+    stated = with_units(refined_scene(scene, 0, strict, tolerance), units)
     loaded = stated.changed(effects="auto")
     with progress_bar(1) as step:
         step("effects")

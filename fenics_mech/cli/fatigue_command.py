@@ -5,21 +5,20 @@ from __future__ import annotations
 from pathlib import Path
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_result, loaded_scene, with_units
 
 
-def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), strict: Strict = False) -> None:
+def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), units: Units = None, strict: Strict = False) -> None:
     """Tell how long the members last by their stress-life curves: write fatigue.csv. SCENE may also be a result.nc."""
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
     from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
     from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     if scene.suffix == ".nc":
-        result = Result.load(scene)
+        result = loaded_result(scene, units)
     else:
-        loaded = loaded_scene(scene, strict)
+        loaded = with_units(loaded_scene(scene, strict), units)
         with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(loaded, step)
     with reading_of_a_file():

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, loaded_scene, with_units
 
 
 def follow(
@@ -25,6 +25,7 @@ def follow(
     points: Annotated[int, typer.Option(min=1, max=100_000, help="Smallest number of points over the range.")] = 40,
     most_points: Annotated[int, typer.Option(min=2, max=1_000_000, help="Give up after this many points.")] = 2000,
     refine: Refine = 0,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Follow the steady state along speed, damping or any other number, through folds: write branch.nc and plots.
@@ -36,7 +37,7 @@ def follow(
     from fenics_mech.studies.sweep_axes import parse_range  # noqa: PLC0415
     from fenics_mech.views.branch_plots import branch_summary, plot_branch  # noqa: PLC0415
 
-    loaded = refined(loaded_scene(scene, strict), refine)
+    loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     path, ends = parse_range(loaded, over)
     make_folder(folder)
     with progress_bar(points) as step:

@@ -8,13 +8,14 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, with_units
 
 
 def refine(
     scene: SceneFile,
     folder: OutFolder = Path("out"),
     levels: Annotated[int, typer.Option(min=3, max=8, help="Meshes, each with halved elements; and step lengths.")] = 3,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Refine mesh and steps: strain, stress and frequency at each level, observed order, extrapolated answer.
@@ -24,7 +25,7 @@ def refine(
     from fenics_mech.studies.refine import refine as refine_scene  # noqa: PLC0415
     from fenics_mech.views.refine_views import plot_refinement, refinement_table, write_refinement  # noqa: PLC0415
 
-    loaded = loaded_scene(scene, strict)
+    loaded = with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
     with progress_bar(2 * levels - 1) as step:
         found = refine_scene(loaded, levels, step)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, Units, refined_scene, unit_names
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, Units, refined_scene, with_units
 from fenics_mech.errors import MechanismError, printable
 
 if TYPE_CHECKING:
@@ -45,15 +45,13 @@ def run(
         from fenics_mech.views.summary import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
-        loaded = refined_scene(scene, refine, strict, tolerance)
-        loaded = loaded if named is None else loaded.changed(units=named)
+        loaded = with_units(refined_scene(scene, refine, strict, tolerance), units)
         make_folder(folder)
         return loaded
 
-    named = None if units is None else unit_names(units)
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False) as step:
+    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
         result = shared(lambda: analyse(loaded, step))
         if not first:
             return

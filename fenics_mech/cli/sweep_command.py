@@ -3,14 +3,23 @@
 from __future__ import annotations
 
 import math
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from fenics_mech._console import one_voice, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, refined_scene
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, refined_scene, unit_names
 from fenics_mech.errors import MechanismError
+
+
+class Where(StrEnum):
+    """Where a sweep estimates errors."""
+
+    AUTO = "auto"
+    ALL = "all"
+    PEAKS = "peaks"
 
 
 def sweep(
@@ -38,13 +47,15 @@ def sweep(
     jobs: Annotated[
         int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share the points.")
     ] = 1,
-    estimates_at_peaks: Annotated[
-        bool,
+    estimates: Annotated[
+        Where,
         typer.Option(
-            "--estimates-at-peaks", help="Estimate errors at the peaks of the strains and the ends of the ranges alone."
+            help="Where errors are estimated: at all points, or at the peaks of the strains and the ends of the "
+            "ranges. auto takes peaks for more than 24 points, where nothing is chosen by estimates."
         ),
-    ] = False,
+    ] = Where.AUTO,
     refine: Refine = 0,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Analyse a scene at many values of speed, damping or any other number: write sweep.nc and plots.
@@ -58,7 +69,7 @@ def sweep(
     from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
     from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
-    first = one_voice()
+    first, named = one_voice(), None if units is None else unit_names(units)
     loaded = refined_scene(scene, refine, strict)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
     check_member(list(loaded.members()), member)
@@ -70,10 +81,11 @@ def sweep(
             gauge=gauge,
             refine_peaks=refine_peaks,
             jobs=jobs,
-            estimates_at_peaks=estimates_at_peaks,
+            estimates=estimates.value,
             progress=lambda done, points: step(f"point {done + 1} of {points}"),
         )
     if first:
+        found = found if named is None else found.told_in(named)
         plots = plot_sweep(found, folder, member)
         out.print(sweep_summary(found))
         tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)

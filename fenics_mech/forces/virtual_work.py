@@ -235,6 +235,8 @@ class Forces:
     @cached_property
     def _of_axial_forces(self) -> dict[str, Acceleration]:
         """Accelerations by cause that the given axial forces balance: those of the rigid motion unless they settle."""
+        if self.scene.freedoms:  # see `inert_shift`
+            return {Cause.WEIGHT: Acceleration(self.weight, self.still, self.still)}
         if self.scene.analysis.tension == "settled":
             return self._accelerations
         drag = self.system.terms.damping.external * self.system.rigid_velocity
@@ -254,6 +256,11 @@ class Forces:
     def shift(self) -> MassShift | None:
         """Shift of the elements' mass, where axial forces change inside them."""
         return MassShift(self.system, self.jets) if self.system.terms.uneven else None
+
+    @property
+    def inert_shift(self) -> MassShift | None:
+        """The same where it has inertia: in a motion with freedoms it would have to be part of the links' mass, too."""
+        return None if self.scene.freedoms else self.shift
 
     @cached_property
     def jets(self) -> tuple[Array, Array, Array]:
@@ -357,7 +364,7 @@ class Forces:
         """Work of the forces of the straight links in the shift of the elements' mass, and of its own inertia."""
         assert self.shift is not None
         found, system = self.shift.works(self._of_axial_forces, rates, shifted), self.system
-        if self.response.rotation is not None:
+        if self.response.rotation is not None and self.inert_shift is not None:
             tangential = system.motion.alpha[:, system.link_of_dof], system.terms.damping.external
             for name, work in self.shift.own_works(self.rates.turning, tangential, rates.rigid).items():
                 found[name] = found.get(name, 0.0) + work

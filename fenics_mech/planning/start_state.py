@@ -22,7 +22,7 @@ from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Cam, Scene
 
 WANTED = "Give the result of a transient analysis of the same scene"
-STATED = "rigid", "static", "smooth"
+STATED = "rigid", "static", "smooth", "periodic"
 SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position
 SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
 
@@ -138,7 +138,7 @@ def _read(start: Path) -> xr.Dataset:
         raise SceneError(
             f"there is no file {str(start)!r}",
             place="analysis.start",
-            hint="Write 'rigid', 'static', 'smooth', or the file of a result of a transient analysis",
+            hint="Write 'rigid', 'static', 'smooth', 'periodic', or the file of a result of a transient analysis",
         )
     try:
         return Result.load(start).data

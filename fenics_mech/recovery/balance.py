@@ -198,6 +198,6 @@ def stored_energy(forces: Forces) -> Array:
     if forces.shortening is not None:
         u, first, _ = forces.shortening.in_time
         energy += np.sum(rates.rigid * (mass @ first.T + gyroscopic @ (rates.turning * u).T).T, axis=1)
-    if forces.shift is not None:
-        energy += forces.shift.momentum(rates.rigid, forces.shift.in_time[1], rates.turning)
+    if (shift := forces.inert_shift) is not None:
+        energy += shift.momentum(rates.rigid, shift.in_time[1], rates.turning)
     return np.asarray(energy)

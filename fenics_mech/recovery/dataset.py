@@ -20,10 +20,12 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import drive_figures, energy_balance
+from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import link_motion
+from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
@@ -66,6 +68,7 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
         *([] if errors is None else [_of_errors(errors)]),
     )
     data = _joined(data, *parts)
+    data = _joined(data, residual_vibration(scene, data))
     still = data.get("strain_quasi_static")
     cycle = last_cycle(scene.analysis, scene.drives, data)
     of_stress = stress_figures(scene, data, cycle)
@@ -220,7 +223,8 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     last, along = slice(-len(freedoms), None), ("theta", "freedom")
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
-    return [xr.Dataset(variables, {"freedom": freedoms})]
+    found = beside_motion(solution.scene, course.beside, course.time, solution.repeated)
+    return [xr.Dataset(variables, {"freedom": freedoms}), found]
 
 
 def _at_rest(solution: RestSolution) -> xr.Dataset:

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from importlib import import_module
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,10 +14,11 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
-from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.errors import ResultError
 from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk
-from fenics_mech.recovery.saved import CHECKED, Saved
+from fenics_mech.recovery.of_scene import OfScene
+from fenics_mech.recovery.saved import CHECKED
 from fenics_mech.scene import Scene
 
 PLOTS = (  # functions of the top level, which draw a result
@@ -29,7 +28,7 @@ PLOTS = (  # functions of the top level, which draw a result
 
 
 @dataclass(frozen=True)
-class Result(Saved):
+class Result(OfScene):
     """What an analysis found.
 
     Parameters
@@ -48,11 +47,6 @@ class Result(Saved):
 
     KIND: ClassVar[str] = "result"
     ENGINE: ClassVar[str] = CHECKED
-
-    @cached_property
-    def scene(self) -> Scene:
-        """The scene that was analysed."""
-        return stored_scene(self.data)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -85,27 +79,6 @@ class Result(Saved):
         True
         """
         return derived(name, self.data, self.scene)
-
-    def told_in(self, units: Sequence[str]) -> Result:
-        """Give the same result, whose numbers are printed and drawn in other units.
-
-        Parameters
-        ----------
-        units
-            Names of units, such as "in", "psi", "lbf", "rpm". Quantities without one have their usual unit.
-
-        Raises
-        ------
-        SceneError
-            When a name is no unit of an answer.
-
-        Examples
-        --------
-        >>> fm.Result.load("out/result.nc").told_in(["lbf in"]).plot("drive").get_ylabel()
-        'torque (lbf in)'
-        """
-        scene = self.scene.changed(units=tuple(units))
-        return Result(self.data.assign_attrs(scene=scene.model_dump_json()))
 
     def plot(self, what: str = "strain", *names: Any, axes: Any = None, **options: Any) -> Any:
         """Draw one quantity, as the function ``fm.plot_...`` of that name does.
@@ -291,25 +264,6 @@ def at_place(curves: Array, stations: Array, s: float) -> Array:
     i = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
     share = (s - stations[i]) / (stations[i + 1] - stations[i])
     return (1 - share) * curves[..., i] + share * curves[..., i + 1]
-
-
-def stored_scene(data: xr.Dataset) -> Scene:
-    """Give the scene whose analysis a dataset holds.
-
-    Parameters
-    ----------
-    data
-        A dataset with the attribute "scene".
-
-    Raises
-    ------
-    ResultError
-        When it holds none, or one that is not valid.
-    """
-    try:
-        return Scene.read(json.loads(data.attrs["scene"]))
-    except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
-        raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
 
 
 def stamp(scene: Scene) -> dict[str, str]:

@@ -18,6 +18,7 @@ from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import as_motion
 from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
+from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import motion_of_links, place_in_link
 from fenics_mech.recovery.result import Result, stamp
@@ -25,7 +26,9 @@ from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.static.rest import rigid_rest
 from fenics_mech.response.transient.course import StartState
+from fenics_mech.response.transient.cycles import RigidRunner
 from fenics_mech.response.transient.rigid_motion import RigidMotion, by_rigid_motion, free_course
+from fenics_mech.response.transient.shooting import repeated_motion
 from fenics_mech.scene import Scene
 
 
@@ -48,6 +51,9 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
     AssemblyError
         When the linkage cannot be assembled, or comes to a dead centre of its freedoms.
     """
+    repeated = repeated_motion(scene, RigidRunner(scene)) if scene.analysis.start == "periodic" else None
+    if repeated is not None:
+        scene, start = repeated.scene, repeated.start
     rests = bool(scene.freedoms) and scene.analysis.method == "static"
     motion = rigid_rest(scene) if rests else by_rigid_motion(scene, start)
     data = _of_motion(scene, motion)
@@ -63,6 +69,7 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
         motion_of_links(scene, whole),
         _of_points(scene, whole),
         _of_powers(scene, motion),
+        beside_motion(scene, motion.beside, whole.time, repeated),
         _errors(scene, motion, data, start),
     ]
     data = xr.merge(parts, combine_attrs="no_conflicts")
@@ -120,9 +127,12 @@ def _joined(motion: RigidMotion, what: str) -> dict[str, Array]:
 
 
 def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
-    """Mean power of every cause, and how far they are from a balance; see `energy_balance`."""
+    """Mean power of every cause, and how far they are from a balance; see `energy_balance`.
+
+    What drives give at impulses is not known.
+    """
     powers = _joined(motion, "powers")
-    if not any(power.any() for power in powers.values()):
+    if not any(power.any() for power in powers.values()) or (scene.impulses and scene.drives):
         return xr.Dataset()
     time = np.concatenate([part.states.time for part in motion.instants])
     in_time = scene.analysis.method == "transient"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,15 +32,26 @@ from fenics_mech.scene import Link, Scene
 from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.springs_dampers import Hinge
 
+if TYPE_CHECKING:
+    from fenics_mech.response.periodic.known_motion import KnownMotion
+
 
 class CommonParts:
     """Links and linkages of the scenes of a study, each made once for all scenes that have it in common.
 
     Links are in common where members, meshes and point masses are; linkages where the positions are. With them goes
     what is made of both without a rate of the drive: P and its derivatives, and modes that no axial force changes.
+
+    Parameters
+    ----------
+    begin_from_last
+        Let Newton's method begin each motion from the last one of the same links. Motions under exact strains then
+        agree with those of other beginnings to the tolerance of Newton's method; else they agree to the last bit.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, begin_from_last: bool = False) -> None:
+        self._begin_from_last = begin_from_last
+        self._last: KnownMotion | None = None
         self._links: list[tuple[object, Beams]] = []
         self._linkages: list[Linkage] = []
 
@@ -71,6 +83,26 @@ class CommonParts:
             found = Linkage(scene)
             self._linkages = [*self._linkages, found][-CACHE.most_shared :]
         return found
+
+    def near(self, beams: Beams) -> KnownMotion | None:
+        """Give the last motion of links, if the next is to begin from it.
+
+        Parameters
+        ----------
+        beams
+            The links.
+        """
+        return self._last if self._last is not None and self._last.mesh is beams.mesh else None
+
+    def keep(self, motion: KnownMotion | None) -> None:
+        """Keep a motion for the next to begin from, if it does.
+
+        Parameters
+        ----------
+        motion
+            The motion; None lets the next begin from nothing.
+        """
+        self._last = motion if self._begin_from_last else None
 
     def motion(self, scene: Scene, theta: Array) -> Motion:
         """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest.
@@ -167,9 +199,10 @@ def _with_effects(scene: Scene, bare: System) -> System:
 def _rigid_uneven_tension(scene: Scene, bare: System) -> Array:
     """Half of what axial forces of loads and rigid motion change along each element (N), ``(angles, elements)``.
 
-    Nothing has to be solved for it.
+    Nothing has to be solved for it. Of a motion with freedoms it is that of the loads: inertia that counts in the
+    mass of the freedoms and not in that of the links would leave a mass that is not positive.
     """
-    system = _straight(scene, bare)
+    system = _straight(scene, replace(bare, motion=bare.motion.held()) if scene.freedoms else bare)
     still = np.zeros((len(system.motion.theta), system.size))
     return uneven_tension(system, ElasticResponse(still, system.rigid_acceleration))
 

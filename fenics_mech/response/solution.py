@@ -19,6 +19,7 @@ from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.response.transient.course import Course, FreeCourse, StartState
 from fenics_mech.response.transient.free_state import FreeState
+from fenics_mech.response.transient.shooting import RepeatedMotion
 from fenics_mech.scene import Scene
 
 
@@ -103,10 +104,13 @@ class FreeSolution(InTime):
     ----------
     state
         The equation of the motion.
+    repeated
+        What is known of a motion that repeats; None of others.
     """
 
     course: FreeCourse
     state: FreeState
+    repeated: RepeatedMotion | None = None
 
     @property
     def points(self) -> AtPoints | None:
@@ -116,6 +120,19 @@ class FreeSolution(InTime):
         course = inside.course
         states = course.displacement, course.velocity, course.acceleration
         return AtPoints(*self.state.along(states, course), inside.weights)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SuperposedSolution(InTime):
+    """A response in time by superposition of modes.
+
+    Parameters
+    ----------
+    over_cycle
+        The mechanism over one cycle of its steady drive.
+    """
+
+    over_cycle: System
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -86,7 +86,7 @@ def impulses_between(scene: Scene, system: System, start: float, end: float) -> 
     """
     if not scene.impulses:
         return None
-    theta = np.array([impulse.angle for impulse in scene.impulses.values()])
+    theta = np.array([impulse.angle or 0.0 for impulse in scene.impulses.values()])
     struck = [passages(scene, angle, start, end) for angle in theta]
     time, which = np.concatenate(struck), np.repeat(np.arange(len(theta)), [len(times) for times in struck])
     order = np.argsort(time, kind="stable")

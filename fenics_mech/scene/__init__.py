@@ -32,6 +32,7 @@ from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.paired_joints import Cam, GearPair
 from fenics_mech.scene.plugged import add_kinds
+from fenics_mech.scene.poincare import PoincareSection
 from fenics_mech.scene.rest_to_rest import RestToRest
 from fenics_mech.scene.run_ups import TimeExpression, TimeTable
 from fenics_mech.scene.sections import (
@@ -50,7 +51,7 @@ from fenics_mech.scene.sections import (
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.stress_life import StressLife
-from fenics_mech.scene.study import Limit, Study, Target, Tied, Variable
+from fenics_mech.scene.study import Limit, Scatter, Study, Target, Tied, Variable
 from fenics_mech.scene.synthesis_tasks import FunctionTask, MotionTask, PathTask, Pose, load_task
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 from fenics_mech.scene.writing import write_scene
@@ -99,6 +100,7 @@ __all__ = [
     "Motor",
     "PathTask",
     "Ply",
+    "PoincareSection",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
@@ -110,6 +112,7 @@ __all__ = [
     "Revolute",
     "RigidBody",
     "RoundSection",
+    "Scatter",
     "Scene",
     "Section",
     "Slot",

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 
 from fenics_mech.scene.base import SCENE, Part
+from fenics_mech.scene.poincare import PoincareSection
 from fenics_mech.scene.units import Angle, Frequency, Share, Time
 
 
@@ -22,7 +23,8 @@ class Analysis(Part):
     solver
         Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
-        effect but impulses. "auto" takes the first where it can, then the second.
+        effect but impulses. "auto" takes the first where it can, then the second. Of "transient", "sub-intervals" is
+        the superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.
     scheme
@@ -39,14 +41,22 @@ class Analysis(Part):
         Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
         Of "transient": "rigid" (links straight and without elastic velocity) or "static" (bent by loads and rigid
-        motion). With freedoms also "smooth" (on the slow motion, without vibration). The file of a result of
-        "transient" of the same scene goes on from its end.
+        motion). With freedoms also "smooth" (on the slow motion, without vibration), and "periodic" (on the motion
+        that repeats). The file of a result of "transient" of the same scene goes on from its end.
     start_time
         Of a file: the time from which the motion goes on (s), one of those at which its result is given. Without it,
         the end. Where links bend, a result holds the state of its end only.
     duration
         Of "transient" where nothing is driven: how long the motion goes on (s). It is given at `sub_intervals` equal
-        parts of it.
+        parts of it. With start = "periodic" it is the period of the forces; where they have none, about that of the
+        motion.
+    repeats
+        With start = "periodic": after how many cycles of the drives, or periods of the forces, the motion repeats. It
+        is looked for after `cycles` of them, or earlier where `settled` says so.
+    lyapunov
+        Find the Lyapunov exponents of a motion with freedoms: the rates at which motions beside it part.
+    poincare
+        Keep the state of the freedoms once in a period, or as often as one passes a place.
     cycles, settled
         "transient" ends after that many cycles of the drive at full speed, which follow the run-up. It ends earlier
         when two cycles differ by less than `settled` of the largest displacement; 0 never ends it. Two cycles always
@@ -104,6 +114,9 @@ class Analysis(Part):
     start: str = "rigid"
     start_time: Annotated[Time, Field(ge=0)] | None = None
     duration: Annotated[Time, Field(gt=0)] | None = None
+    repeats: Annotated[int, Field(ge=1, le=64)] = 1
+    lyapunov: bool = False
+    poincare: PoincareSection | None = None
     cycles: Annotated[int, Field(ge=1)] = 20
     settled: Annotated[Share, Field(ge=0)] = 1e-3
     time_tolerance: Annotated[Share, Field(gt=0, lt=1)] = 1e-5

@@ -19,7 +19,7 @@ from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
-from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Torque
+from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Time, Torque
 
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
@@ -366,14 +366,16 @@ def _has_member(value: object) -> bool:
 
 
 class Impulse(Part):
-    """An impulse, in every cycle at the same drive angle: it changes velocities and no displacement.
+    """An impulse: it changes velocities and no displacement.
 
     Parameters
     ----------
     at
         As of a load.
     angle
-        Drive angle (rad).
+        Drive angle at which it strikes, in every cycle (rad).
+    time
+        Or the time at which it strikes once (s), in a motion with freedoms.
     impulse
         Force times time along X and Y of the fixed frame (N s).
     angular_impulse
@@ -386,6 +388,13 @@ class Impulse(Part):
     """
 
     at: Place
-    angle: Angle
+    angle: Angle | None = None
+    time: Annotated[Time, Field(ge=0)] | None = None
     impulse: tuple[Momentum, Momentum] = (0.0, 0.0)
     angular_impulse: AngularMomentum = 0.0
+
+    @model_validator(mode="after")
+    def _strikes_once(self) -> Self:
+        if (self.angle is None) == (self.time is None):
+            raise ValueError("must state when it strikes, by the drive's `angle` or by the `time`, and not by both")
+        return self

@@ -11,17 +11,13 @@ from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.base import check_known
 from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.drives import common_rate
+from fenics_mech.scene.free_motion_checks import check_freedoms
 from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
 if TYPE_CHECKING:
     from fenics_mech.scene.joints import Prismatic, Slot
     from fenics_mech.scene.models import Scene
-
-
-OWN_STEPS = "a motion with freedoms takes steps by collocation, without options that begin with transient_"
-MOVE_IN_TIME = "move in time: write method = 'transient', or 'static' for an equilibrium of freedoms"
-NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
 
 
 def check_references(scene: Scene) -> None:
@@ -61,9 +57,7 @@ def check_references(scene: Scene) -> None:
     _check_drives(scene)
     if any(drive.motor is not None for drive in scene.drives):
         _check_motor(scene)
-    _check_freedoms(scene)
-    if scene.freedoms or (scene.joint_laws and scene.members()):
-        _check_free_motion(scene)
+    check_freedoms(scene)
     if scene.tolerance is not None and not scene.analysis.error_estimates:
         raise SceneError(
             "a tolerance is met by the estimated errors, which are switched off",
@@ -324,48 +318,6 @@ def _check_motor(scene: Scene) -> None:
             place=place,
             hint="Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out",
         )
-
-
-def _check_freedoms(scene: Scene) -> None:
-    """Raise where a freedom is at a joint that has none."""
-    driven = {drive.joint for drive in scene.drives}
-    for name, freedom in scene.freedoms.items():
-        place = f"freedoms.{name}"
-        check_known(name, scene.joints, "joint", place)
-        joint = scene.joints[name]
-        if name in driven:
-            raise SceneError(f"joint {name!r} is driven, and has no freedom left", place=place)
-        if joint.kind == "weld" or len(joint.connect) != 2:
-            raise SceneError(
-                "a freedom is the angle or the stroke of a joint of two bodies, which is no weld", place=place
-            )
-        if freedom.inertia and joint.kind != "revolute":
-            raise SceneError(
-                "what slides has no moment of inertia",
-                place=f"{place}.inertia",
-                hint="Put a point mass on the second body",
-            )
-        turns_only = getattr(freedom.effort, "kind", "") in ("dc-motor", "induction-motor")
-        if turns_only and joint.kind != "revolute":
-            raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
-
-
-def _check_free_motion(scene: Scene) -> None:
-    """Raise where a scene asks for more than a motion with freedoms, or with joint laws of links that bend, has."""
-    what = "freedoms" if scene.freedoms else "joint laws of links that bend"
-    in_time, rests = scene.analysis.method == "transient", scene.analysis.method == "static" and bool(scene.freedoms)
-    lasts = bool(scene.drives) or scene.analysis.duration is not None
-    refused = (
-        (not in_time and not rests, "analysis.method", f"{what} {MOVE_IN_TIME}"),
-        (in_time and not lasts, "analysis.duration", NO_DURATION),
-        (scene.tolerance is not None, "tolerance", f"a motion with {what} is not made to a tolerance of its result"),
-        (bool(scene.impulses), "impulses", f"a motion with {what} has no impulses"),
-        (scene.damping.air is not None, "damping.air", f"a motion with {what} has no drag of the air"),
-        (any(name.startswith("transient_") for name in scene.petsc), "petsc", OWN_STEPS),
-    )
-    for wrong, place, why in refused:
-        if wrong:
-            raise SceneError(why, place=place)
 
 
 def mobility(scene: Scene) -> int:

@@ -15,6 +15,7 @@ from fenics_mech.scene.models import Scene
 from fenics_mech.scene.writing import text_of
 
 ASSUMED: dict[str, Any] = {  # what neither a drawing nor pylinkage knows
+    "effects": "auto",  # slow links of bars do not vibrate
     "materials": {"steel": {"modulus": "207 GPa", "density": "7800 kg/m^3"}},
     "sections": {"bar": {"shape": "rectangle", "width": "15 mm", "height": "6 mm"}},
 }

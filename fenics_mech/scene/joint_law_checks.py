@@ -126,7 +126,7 @@ def check_rigid(scene: Scene) -> None:
     refused = (
         (not led and method not in ("transient", "static"), "analysis.method", "nothing drives the rigid links"),
         (scene.tolerance is not None, "tolerance", "rigid links have no strain, and their motion has `time_tolerance`"),
-        (bool(scene.impulses), "impulses", "a motion of rigid links has no impulses"),
+        (bool(scene.impulses) and method != "transient", "impulses", "impulses on rigid links act in motions in time"),
         (scene.damping.air is not None, "damping.air", "a motion of rigid links has no drag of the air"),
         (any(drive.motor is not None for drive in scene.drives), "drive.motor", "rigid links have no vibration"),
         (

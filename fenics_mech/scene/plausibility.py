@@ -211,7 +211,8 @@ def _stated_angles(scene: Scene) -> Iterator[tuple[str, float]]:
         if isinstance(load.factor, FactorTable):
             yield f"{place}.angles", max(load.factor.angles, key=abs)
     for name, impulse in scene.impulses.items():
-        yield f"impulses.{name}.angle", impulse.angle
+        if impulse.angle is not None:
+            yield f"impulses.{name}.angle", impulse.angle
     for name, spring in scene.springs.items():
         if isinstance(spring, HingeSpring) and spring.angle is not None:
             yield f"springs.{name}.angle", spring.angle

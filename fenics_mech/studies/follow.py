@@ -20,9 +20,8 @@ from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.recovery.result import stored_scene
-from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.continuation.arc_length import Point, continued
 from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
 from fenics_mech.response.setup import CommonParts
@@ -45,7 +44,7 @@ REAL = 1e-6  # imaginary part of a multiplier that counts as none
 
 
 @dataclass(frozen=True)
-class Branch(Saved):
+class Branch(OfScene):
     """Periodic motions along a branch.
 
     Parameters
@@ -70,11 +69,6 @@ class Branch(Saved):
     def path(self) -> str:
         """The number along which the branch was followed."""
         return str(self.data.attrs["path"])
-
-    @property
-    def scene(self) -> Scene:
-        """The scene of the first point."""
-        return stored_scene(self.data)
 
     @property
     def values(self) -> Array:

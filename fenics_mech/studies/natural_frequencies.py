@@ -16,8 +16,8 @@ from fenics_mech.eigenmodes.tracking import Modes
 from fenics_mech.forces.section_forces import deflection_of_nodes
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.planning.effect_choice import choose
-from fenics_mech.recovery.result import stamp, stored_scene
-from fenics_mech.recovery.saved import Saved
+from fenics_mech.recovery.of_scene import OfScene
+from fenics_mech.recovery.result import stamp
 from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 
@@ -25,7 +25,7 @@ PLACES = np.linspace(0, 1, 21)  # along every member, at which mode shapes are g
 
 
 @dataclass(frozen=True)
-class NaturalFrequencies(Saved):
+class NaturalFrequencies(OfScene):
     """What `modes` found.
 
     Parameters
@@ -49,11 +49,6 @@ class NaturalFrequencies(Saved):
 
     KIND: ClassVar[str] = "set of natural frequencies"
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "free")
-
-    @property
-    def scene(self) -> Scene:
-        """The scene whose frequencies these are."""
-        return stored_scene(self.data)
 
     @property
     def free(self) -> tuple[str, ...]:

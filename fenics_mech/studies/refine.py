@@ -18,8 +18,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
-from fenics_mech.recovery.saved import Saved
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene, refined
 from fenics_mech.studies.natural_frequencies import modes
@@ -32,7 +32,7 @@ UNITS = {"strain": "1", "stress": "Pa", "frequency": "Hz"}
 
 
 @dataclass(frozen=True)
-class Refinement(Saved):
+class Refinement(OfScene):
     """What `refine` found.
 
     Parameters

@@ -1,13 +1,15 @@
 """The response over numbers of a scene: speed, damping, a length, or any other, on one process or several.
 
 Finished points are files in the sweep's folder. A sweep that was ended goes on with the points that are missing, and
-comes to the same result, to the last bit, as one that was not. Processes of this machine, or of `mpirun`, share points.
+comes to the same result as one that was not: to the last bit, or where Newton's method begins from a neighbour's motion
+to its tolerance. Processes of this machine, or of `mpirun`, share runs of points.
 """
 
 from __future__ import annotations
 
 import itertools
 import json
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -16,24 +18,24 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
-from mpi4py import MPI
 
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
+from fenics_mech._petsc import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
-from fenics_mech.recovery.result import stored_scene
-from fenics_mech.recovery.saved import Saved
+from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
-from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
+from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone, peaks_of, unresolved
 from fenics_mech.studies.sweep_points import (
     KEPT,
     TEXTS,
     Gauge,
     Record,
+    Task,
     compute_here,
     compute_point,
     give_up,
@@ -42,15 +44,15 @@ from fenics_mech.studies.sweep_points import (
     stacked,
     tabulated,
 )
+from fenics_mech.studies.sweep_runs import longest_run, runs_of
 from fenics_mech.studies.worker_processes import over_processes
 
 Found = TypeVar("Found")
-Task = tuple[Path, Record, Gauge]
 Point = tuple[float, ...]  # the value of each field
 
 
 @dataclass(frozen=True)
-class Sweep(Saved):
+class Sweep(OfScene):
     """What a sweep found.
 
     Parameters
@@ -76,11 +78,6 @@ class Sweep(Saved):
         """The swept fields."""
         return list(json.loads(self.data.attrs["paths"]))
 
-    @property
-    def scene(self) -> Scene:
-        """The scene of the first point."""
-        return stored_scene(self.data)
-
 
 def sweep(
     scene: Scene,
@@ -90,7 +87,7 @@ def sweep(
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
     jobs: int = 1,
-    estimates_at_peaks: bool = False,
+    estimates: Estimates = "auto",
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene at given values of its numbers; several numbers make a grid.
@@ -105,7 +102,7 @@ def sweep(
         Values by dotted path: numbers (SI), or texts with a unit.
     folder
         Where finished points are kept, so that a sweep that was ended goes on. Without one, nothing is written.
-    gauge, refine_peaks, jobs, estimates_at_peaks, progress
+    gauge, refine_peaks, jobs, estimates, progress
         As of `run_sweep`.
 
     Returns
@@ -136,7 +133,7 @@ def sweep(
             gauge=gauge,
             refine_peaks=refine_peaks,
             jobs=jobs,
-            estimates_at_peaks=estimates_at_peaks,
+            estimates=estimates,
             progress=progress,
         )
 
@@ -149,7 +146,7 @@ def run_sweep(
     gauge: Gauge | None = None,
     refine_peaks: int = 0,
     jobs: int = 1,
-    estimates_at_peaks: bool = False,
+    estimates: Estimates = "auto",
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
     """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
@@ -169,9 +166,10 @@ def run_sweep(
     jobs
         Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
         the error `sweep_points.LOST`, and the next sweep tries it again.
-    estimates_at_peaks
-        Estimate errors at the peaks of the strains and the ends of the ranges alone. These points are analysed again
-        with estimates, and the sweep says of all others that there are none.
+    estimates
+        Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
+        are then analysed again with estimates, and the sweep says of all others that there are none. "auto" takes
+        "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
@@ -179,7 +177,7 @@ def run_sweep(
     ------
     SceneError
         When the folder holds a sweep of another scene or other values, refinement is not possible, or nothing bends.
-        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them.
+        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them at all points.
     ResultError
         When a file cannot be written.
     MechanismError
@@ -190,14 +188,13 @@ def run_sweep(
     if refine_peaks and (len(axes) != 1 or axes[0].whole):
         message = "points can be added at peaks of a sweep over one field that is not a whole number"
         raise SceneError(message, place=", ".join(axis.path for axis in axes))
-    if estimates_at_peaks:
-        _refuse_chosen_by_estimates(scene)
+    at_peaks = at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
     run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
     run.at_root(run.claim_folder)
     values = [axis.values for axis in axes]
-    quick = run.without_estimates if estimates_at_peaks else run
+    quick = run.without_estimates if at_peaks else run
     quick.compute(grid(values))
     left = refine_peaks
     while left and (added := quick.at_peaks(values, left)):
@@ -205,20 +202,10 @@ def run_sweep(
         quick.compute(grid(values))
         left -= len(added)
     estimated = grid(values)
-    if estimates_at_peaks:
+    if at_peaks:
         estimated = quick.at_root(lambda: quick.ends_and_peaks(values))
         run.compute(estimated)
     return run.at_root(lambda: run.finish(values, estimated, quick))
-
-
-def _refuse_chosen_by_estimates(scene: Scene) -> None:
-    """Raise `SceneError` where a scene has something chosen by its error estimates."""
-    for place, chosen in (("effects", scene.effects == "auto"), ("tolerance", scene.tolerance is not None)):
-        if chosen:
-            message = "error estimates choose this for each point, and would be made at few points only"
-            raise SceneError(
-                message, place=place, hint="List the effects and state the mesh, or estimate at all points"
-            )
 
 
 def grid(values: Sequence[Sequence[float]]) -> list[Point]:
@@ -237,7 +224,7 @@ class _SweepRun:
     comm: Any
     progress: Callable[[int, int], None]
     jobs: int
-    common: CommonParts = field(default_factory=CommonParts)
+    common: CommonParts = field(default_factory=lambda: CommonParts(begin_from_last=True))
 
     @property
     def points(self) -> Path:
@@ -280,25 +267,29 @@ class _SweepRun:
         missing = self.at_root(
             lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
         )
-        first, rest = missing[:1], missing[1:]
-        mine = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
+        runs = runs_of(points, set(missing), longest_run(Scene.read(self.scene)))
+        first, rest = runs[:1], runs[1:]
+        shared = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
+        mine = [
+            [Task(*self.file(points[index]), self.gauge, bool(place)) for place, index in enumerate(run)]
+            for run in shared
+        ]
+        begun, count = itertools.count(), sum(map(len, mine))
 
-        tasks, begun = [(*self.file(points[index]), self.gauge) for index in mine], itertools.count()
+        def started(task: Task) -> None:
+            self.progress(next(begun), count)
 
-        def started(task: object) -> None:
-            self.progress(next(begun), len(tasks))
-
-        def work(share: Sequence[Task]) -> None:
-            for task in share:
+        def work(share: Sequence[Sequence[Task]]) -> None:
+            for task in itertools.chain(*share):
                 started(task)
-                compute_point(*task, self.common)
+                compute_point(task, self.common)
 
-        def share_out(share: Sequence[Task]) -> None:
-            over_processes(self.jobs, share, compute_here, lambda task: give_up(task[0]), started)
+        def share_out(share: Sequence[Sequence[Task]]) -> None:
+            over_processes(self.jobs, share, compute_here, lambda task: give_up(task.path), started)
 
         warm = len(first) if self.comm.rank == 0 else 0
-        together(self.comm, lambda: work(tasks[:warm]))
-        together(self.comm, lambda: (work if self.jobs == 1 else share_out)(tasks[warm:]))
+        together(self.comm, lambda: work(mine[:warm]))
+        together(self.comm, lambda: (work if self.jobs == 1 else share_out)(mine[warm:]))
 
     def file(self, point: Sequence[float]) -> tuple[Path, Record]:
         """Give the file and the scene of a point."""

@@ -1,11 +1,17 @@
-"""Peaks of the curves of a sweep: where they are, and where points are missing for them."""
+"""Peaks of the curves of a sweep: where they are, where points are missing for them, and whether they are enough."""
 
 from __future__ import annotations
+
+from typing import Literal
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
 
+Estimates = Literal["auto", "all", "peaks"]
+MANY_POINTS = 24  # beyond which errors are estimated at peaks and ends alone, unless it is asked for otherwise
 RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation between the points may miss
 FINEST = 64  # parts that refinement may cut a step of the range into
 
@@ -63,3 +69,29 @@ def unresolved(places: Array, peaks: Array) -> list[float]:
     error[np.isnan(slope).any(axis=1) | (step < 1.5 * step.max() / FINEST)] = 0
     worst = np.argsort(-error, kind="stable")
     return [float(places[k] + step[k] / 2) for k in worst if error[k] > RESOLVED]
+
+
+def at_peaks_alone(scene: Scene, estimates: Estimates, points: int) -> bool:
+    """Whether errors are estimated at peaks and ends alone.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    estimates
+        Where they are asked for.
+    points
+        Number of points of the sweep.
+
+    Raises
+    ------
+    SceneError
+        Where peaks are asked for, and the scene has something chosen by its error estimates.
+    """
+    chosen = {"effects": scene.effects == "auto", "tolerance": scene.tolerance is not None}
+    if estimates != "peaks":
+        return estimates == "auto" and points > MANY_POINTS and not any(chosen.values())
+    for place in (name for name, by_estimates in chosen.items() if by_estimates):
+        message = "error estimates choose this for each point, and would be made at few points only"
+        raise SceneError(message, place=place, hint="List the effects and state the mesh, or estimate at all points")
+    return True

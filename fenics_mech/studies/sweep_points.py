@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -104,6 +104,27 @@ class Gauge:
             raise MechanismError(f"a gauge needs s from 0 to 1, fibre + or -, and 1 harmonic or more; found {self}")
 
 
+class Task(NamedTuple):
+    """A point to be computed.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    data
+        Its scene, as plain data.
+    gauge
+        Where the strain is split into harmonics.
+    beside
+        Whether its motion may begin from that of the point before it.
+    """
+
+    path: Path
+    data: Record
+    gauge: Gauge
+    beside: bool
+
+
 def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
     """Give the file of a point: its name is the hash of version, scene and gauge.
 
@@ -136,7 +157,7 @@ def read_point(path: Path) -> Record | None:
     return record if whole and not record["again"] else None
 
 
-def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -> None:
+def compute_point(task: Task, common: CommonParts) -> None:
     """Analyse a scene and write what is kept of it, or the error that it ended with.
 
     With the points before it, it has in common what `common` holds.
@@ -145,12 +166,8 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
 
     Parameters
     ----------
-    path
-        The point's file.
-    data
-        Its scene, as plain data.
-    gauge
-        Where the strain is split into harmonics.
+    task
+        The point.
     common
         Parts of the analysis that points share.
 
@@ -162,6 +179,9 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
         When the computer has too little of something, such as memory.
     """
     start = time.perf_counter()
+    path, data, gauge, beside = task
+    if not beside:
+        common.keep(None)
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
         result = analyse(Scene.read(data), common=common)
@@ -175,18 +195,20 @@ def compute_point(path: Path, data: Record, gauge: Gauge, common: CommonParts) -
     write_whole(path, lambda temporary: temporary.write_text(text))
 
 
-_common_here = cache(CommonParts)
+@cache
+def _common_here() -> CommonParts:
+    return CommonParts(begin_from_last=True)
 
 
-def compute_here(point: tuple[Path, Record, Gauge]) -> None:
+def compute_here(task: Task) -> None:
     """Compute one of the points of a worker process, which has what it can in common with those before it.
 
     Parameters
     ----------
-    point
-        The point's file, its scene as plain data, and the gauge.
+    task
+        The point.
     """
-    compute_point(*point, _common_here())
+    compute_point(task, _common_here())
 
 
 def give_up(path: Path) -> None:

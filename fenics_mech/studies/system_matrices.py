@@ -20,8 +20,8 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.fields import recover
-from fenics_mech.recovery.result import stamp, stored_scene
-from fenics_mech.recovery.saved import Saved
+from fenics_mech.recovery.of_scene import OfScene
+from fenics_mech.recovery.result import stamp
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import PeriodicSolution, Solution
@@ -32,7 +32,7 @@ Progress = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class SystemMatrices(Saved):
+class SystemMatrices(OfScene):
     """What `matrices` found.
 
     Parameters
@@ -57,11 +57,6 @@ class SystemMatrices(Saved):
 
     KIND: ClassVar[str] = "set of matrices"
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "scene")
-
-    @property
-    def scene(self) -> Scene:
-        """The scene whose matrices these are."""
-        return stored_scene(self.data)
 
 
 def matrices(scene: Scene, progress: Progress = lambda step: None) -> SystemMatrices:

@@ -9,7 +9,7 @@ import os
 import signal
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import get_context, parent_process
@@ -25,7 +25,7 @@ Task = TypeVar("Task")
 
 def over_processes(
     count: int,
-    tasks: Iterable[Task],
+    runs: Iterable[Sequence[Task]],
     work: Callable[[Task], object],
     lost: Callable[[Task], None],
     started: Callable[[Task], None] = lambda task: None,
@@ -36,8 +36,9 @@ def over_processes(
     ----------
     count
         Number of processes.
-    tasks
-        What to work on, in this order; it is pickled.
+    runs
+        What to work on, in this order; each task is pickled. One process works on a run, unless it is lost: another
+        then goes on with the run after the task that was lost.
     work
         A function of a module, that each process imports. Its first error ends all.
     lost
@@ -52,33 +53,40 @@ def over_processes(
     """
     context = get_context("forkserver")
     context.set_forkserver_preload([STARTER, __name__, work.__module__])  # imported once for all
-    waiting, idle, failures = deque(tasks), list[ProcessPoolExecutor](), 0
-    running: dict[Future[object], tuple[ProcessPoolExecutor, Task]] = {}
+    idle, failures = list[ProcessPoolExecutor](), 0
+    waiting: deque[tuple[Sequence[Task], ProcessPoolExecutor | None]] = deque((run, None) for run in runs)
+    running: dict[Future[object], tuple[ProcessPoolExecutor, Sequence[Task]]] = {}
     with heard() as logs:
         try:
             while waiting or running:
                 while waiting and len(running) < count:
-                    task = waiting.popleft()
-                    pool = idle.pop() if idle else ProcessPoolExecutor(1, context, _begin, (logs.channel(context),))
+                    run, pool = waiting.popleft()
+                    if pool is None:
+                        pool = idle.pop() if idle else ProcessPoolExecutor(1, context, _begin, (logs.channel(context),))
                     try:
-                        running[pool.submit(work, task)] = pool, task
+                        running[pool.submit(work, run[0])] = pool, run
                     except (BrokenProcessPool, EOFError, OSError) as error:  # lost before the task reached it
-                        waiting.appendleft(task)
+                        waiting.appendleft((run, None))
                         failures += 1
                         if failures == MAX_FAILED_STARTS:
                             raise SolverError(f"{failures} processes in a row could not be started: {error}") from error
                     else:
                         failures = 0
-                        started(task)
+                        started(run[0])
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    pool, task = running.pop(future)
+                    pool, (task, *rest) = running.pop(future)
+                    kept: ProcessPoolExecutor | None = None
                     try:
                         future.result()
-                        idle.append(pool)
+                        kept = pool
                     except BrokenProcessPool:
                         lost(task)
+                    if rest:
+                        waiting.appendleft((rest, kept))
+                    elif kept is not None:
+                        idle.append(kept)
         finally:
-            for pool in (*idle, *(pool for pool, _ in running.values())):
+            for pool in (*idle, *(pool for pool, _ in running.values()), *(pool for _, pool in waiting if pool)):
                 pool.shutdown(wait=False, cancel_futures=True)
 
 

@@ -30,6 +30,7 @@ from fenics_mech.views.judgements import (
     stability,
     theory,
 )
+from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.uncertain import quantities, too_uncertain
 from fenics_mech.views.words import MINUS, sentence
@@ -151,6 +152,7 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
         rows["error estimate"] = "none, as analysis.error_estimates = false"
     if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
+    rows |= motion_rows(result, units or scene.answer_units)
     rows["damped by"] = damping_of(scene)
     rows["effects"] = _effects(result)
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from fenics_mech._constants import MICRO
-from fenics_mech.views.figures import COLOURS, STRAIN, curve, finish, new_figure, save
+from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
+from fenics_mech.views.sweep_data import labelled
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
@@ -29,7 +29,8 @@ def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
     ResultError
         When the file cannot be written.
     """
-    last = runs[-1].result.data["strain"]
+    result = runs[-1].result
+    last, units = result.data["strain"], result.scene.answer_units
     peaks = abs(last).max(("theta", "s", "fibre")).to_series().sort_values(ascending=False)
     members = list(peaks.index[:2])
     figure, panels = new_figure(rows=len(members), height=3.4 * len(members))
@@ -37,7 +38,7 @@ def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
         for i, run in enumerate(runs):
             theta, strain = run.result.data["theta"].to_numpy(), run.result.strain_at(member)
             axes.plot(
-                *curve(theta, MICRO * strain),
+                *curve(theta, strain / units.size("strain")),
                 label=run.name,
                 color=COLOURS[i % len(COLOURS)],
                 linestyle="-",
@@ -46,7 +47,7 @@ def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
         finish(
             axes,
             f"Strain of {member} at mid-span, + side: effects added in turn",
-            STRAIN,
+            labelled(units, "strain"),
             columns=3,
         )
     return save(figure, path)

@@ -52,7 +52,6 @@ RESOLUTION = 160  # dots per inch
 ENDINGS = (".png", ".pdf", ".svg")
 LEGEND_COLUMNS = 5
 LETTER, HANDLE = 10.0, 86.0  # widths in a legend (pixels), of a letter and of what stands about a name
-STRAIN = "strain (\N{MICRO SIGN}m/m)"
 
 
 def empty_figure(

@@ -50,7 +50,7 @@ class Frames:
     mass_sizes
         Square roots of the masses, over that of the largest, ``(masses,)``.
     loads
-        Where loads act (m), and their forces over the largest of all, ``(frames, loads, 2, 2)``.
+        Where loads act (m), and their forces over the largest of their kind, ``(frames, arrows, 2, 2)``.
     trails
         Paths of the joints that move, and then of the traced points (m), ``(paths, instants, 2)``.
     peak
@@ -102,7 +102,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         traced=point_places(shown, list(scene.points), magnify),
         masses=masses,
         mass_sizes=sizes,
-        loads=load_arrows(shown, motion, magnify),
+        loads=load_arrows(shown, motion, (ends, path), magnify),
         trails=trails(result, magnify),
         peak=np.full((len(at), 2), np.nan) if most is None else path[:, most[1], most[2]],
         peak_strain=np.nan if most is None else float(of_fibre(result)[most]) / scene.answer_units.size("strain"),

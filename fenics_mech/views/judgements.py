@@ -282,7 +282,7 @@ def stability(result: Result) -> Judgement | None:
         text = "It was not examined; analysis.stability = true examines it."
         return Judgement("note", "stability not examined", text, "stability")
     limit = f"{data.attrs['stability_limit']:.3g} Hz"
-    if "multiplier" not in data:
+    if "multiplier_link" not in data:
         text = f"Every disturbance is faster than {limit}, too fast for the steps."
         return Judgement("note", "stability not judged", text, "stability")
     size = float(np.hypot(*data["multiplier"][0].to_numpy()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -10,9 +10,11 @@ from fenics_mech._arrays import Array, turned
 from fenics_mech.kinematics import Motion
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.link_motion import place_in_link
-from fenics_mech.scene import Load, Prismatic, Scene, Slot
+from fenics_mech.recovery.result import at_place
+from fenics_mech.scene import LineLoad, Load, Prismatic, Scene, Slot
 from fenics_mech.views.moments import Moments
 
+ARROWS = 7  # of a load along a member
 MOST_INSTANTS = 360  # of a trail
 STILL = 1e-6  # of the largest path, below which a joint does not move
 
@@ -71,10 +73,10 @@ def mass_places(shown: Moments, magnify: float) -> tuple[Array, Array]:
     return point_places(shown, [mass.at for mass in masses], magnify), sizes / sizes.max(initial=1e-300)
 
 
-def load_arrows(shown: Moments, motion: Motion, magnify: float) -> Array:
-    """Where forces act (m), and the forces over the largest of all loads, ``(frames, loads, 2, 2)``.
+def load_arrows(shown: Moments, motion: Motion, lines: tuple[Array, Array], magnify: float) -> Array:
+    """Where forces act (m), and the forces over the largest of their kind, ``(frames, arrows, 2, 2)``.
 
-    Those at places along members and along lines are left out.
+    A load along a member is some arrows beside each other. Its kind is force per length.
 
     Parameters
     ----------
@@ -82,19 +84,68 @@ def load_arrows(shown: Moments, motion: Motion, magnify: float) -> Array:
         As of `point_places`.
     motion
         The rigid motion at the instants.
+    lines
+        Ends of the members at rest and their bent lines, as `Frames.rigid` and `Frames.path` have them.
     """
     scene = shown.result.scene
-    loads = [load for load in scene.loads.values() if isinstance(load, Load) and any(load.force) and "@" not in load.at]
-    points = [_point_of(scene, load.at) for load in loads]
-    places = point_places(shown, points, magnify)
-    found, largest = np.zeros((len(shown.at), len(loads), 2, 2)), 1e-300
-    for i, (load, point) in enumerate(zip(loads, points)):
-        angle = motion.angle[:, motion.links.index(point.split(".")[0])] if load.follows else np.zeros(len(shown.at))
-        force = load.factor_at(motion.theta)[:, None] * turned(np.array(load.force), angle)
-        found[:, i] = np.stack([places[:, i], force], axis=1)
-        largest = max(largest, max(map(abs, load.factor_range)) * float(np.hypot(*load.force)))
-    found[:, :, 1] /= largest
-    return found
+    at_points = [load for load in scene.loads.values() if isinstance(load, Load) and any(load.force)]
+    along = [load for load in scene.loads.values() if isinstance(load, LineLoad)]
+    arrows = [
+        *_largest_is_one([_at_a_place(load, shown, motion, (lines[1], magnify)) for load in at_points], at_points),
+        *_largest_is_one([_along_a_member(load, shown, motion, lines) for load in along], along),
+    ]
+    return np.concatenate([np.zeros((len(shown.at), 0, 2, 2)), *arrows], axis=1)
+
+
+def _largest_is_one(arrows: list[Array], loads: Sequence[Load | LineLoad]) -> list[Array]:
+    """Divide the forces of arrows, ``(frames, arrows, 2, 2)`` of each load, by the largest over the whole cycle."""
+    largest = max((max(map(abs, load.factor_range)) * max(map(np.hypot, *_ends(load))) for load in loads), default=0)
+    scale = np.array([1.0, 1 / max(largest, 1e-300)])
+    return [one * scale[:, None] for one in arrows]
+
+
+def _at_a_place(load: Load, shown: Moments, motion: Motion, drawn: tuple[Array, float]) -> Array:
+    """Place (m) and force (N) of a load at a point or at a place along a member, ``(frames, 1, 2, 2)``.
+
+    `drawn` has the bent lines of the members and the factor on the deflection.
+    """
+    scene, path = shown.result.scene, drawn[0]
+    if "@" in load.at:
+        label, s = load.at.split("@")
+        place, link = _on_line(shown, path, label, np.array([float(s)])), scene.place(load.at)[0]
+    else:
+        point = _point_of(scene, load.at)
+        place, link = point_places(shown, [point], drawn[1]), point.split(".")[0]
+    angle = motion.angle[:, motion.links.index(link)] if load.follows else np.zeros(len(shown.at))
+    force = load.factor_at(motion.theta)[:, None] * turned(np.array(load.force), angle)
+    return np.stack([place, force[:, None]], axis=2)
+
+
+def _along_a_member(load: LineLoad, shown: Moments, motion: Motion, lines: tuple[Array, Array]) -> Array:
+    """Places (m) and forces per length (N/m) of a load along a member, ``(frames, ARROWS, 2, 2)``."""
+    ends, path = lines
+    s = np.linspace(0, 1, ARROWS)
+    chord = np.diff(ends[:, [*shown.result.scene.members()].index(load.member)], axis=1)[:, 0]
+    angle = np.arctan2(chord[:, 1], chord[:, 0]) if load.axes == "member" else np.zeros(len(shown.at))
+    first, last = np.array(_ends(load)).T
+    force = turned((1 - s[:, None]) * first + s[:, None] * last, angle[:, None])
+    force *= load.factor_at(motion.theta)[:, None, None]
+    return np.stack([_on_line(shown, path, load.member, s), force], axis=2)
+
+
+def _ends(load: Load | LineLoad) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """X and Y of the forces of a load without its factor: of one force, or of those at both ends of a member."""
+    if isinstance(load, Load):
+        return (load.force[0],), (load.force[1],)
+    ends = load.line, load.line if load.line_end is None else load.line_end
+    return tuple(x for x, _ in ends), tuple(y for _, y in ends)
+
+
+def _on_line(shown: Moments, path: Array, member: str, s: Array) -> Array:
+    """Places (m) along the bent line of a member, ``(frames, places, 2)``."""
+    line = np.moveaxis(path[:, [*shown.result.scene.members()].index(member)], 1, -1)
+    stations = shown.result.data["s"].to_numpy()
+    return np.stack([at_place(line, stations, float(place)) for place in s], axis=1)
 
 
 def moving_guides(result: Result, motion: Motion, place: Callable[[list[str]], Array]) -> Array:

@@ -13,7 +13,6 @@ from rich.table import Table
 
 from fenics_mech._files import write_whole
 from fenics_mech.errors import percent
-from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.refine import RATIO, Refinement
 from fenics_mech.views.figures import empty_figure, finish, save
 from fenics_mech.views.tables import number, table_of
@@ -40,7 +39,7 @@ def refinement_table(found: Refinement) -> Group:
 
 
 def _table(data: xr.Dataset, refinement: str, found: Refinement) -> Table:
-    data, units = data.sel(refinement=refinement), AnswerUnits()
+    data, units = data.sel(refinement=refinement), found.scene.answer_units
     own = 1 if refinement == "sub_intervals" else 0
     counts = [f"{int(count)}{'*' * (i == own)}" for i, count in enumerate(data["count"].to_numpy())]
     table = table_of(f"By {WORDS[refinement]}", "quantity", *counts, "order", "extra-\npolated", "error")

@@ -19,6 +19,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save
 from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.frequency_plot import plot_frequencies
+from fenics_mech.views.motion_figures import freedom_spectrum_figure, growth_figure, poincare_figure
 from fenics_mech.views.plot_marks import named
 from fenics_mech.views.plots import (
     plot_deflection,
@@ -54,7 +55,8 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     -------
     list of Path
         The files, none where there is only one position: strains where they are largest, strains by angle and place,
-        deflections, joint forces by size and by direction, paths of points, freedoms. A periodic motion has the
+        deflections, joint forces by size and by direction, paths of points, freedoms with their section, spectrum
+        and disturbances where a scene asks for these. A periodic motion has the
         spectrum of the strains, and modes have their frequencies. Each place that was measured has a plot of its own.
 
     Raises
@@ -242,6 +244,12 @@ FIGURES: dict[str, Build] = {
     "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
     "point_paths": (lambda result: bool(path_points(result)), lambda result: figure_in(plot_point_path(result))),
     "freedoms": (lambda result: "freedom_place" in result.data, freedom_figure),
+    "freedom_spectrum": (
+        lambda result: "lyapunov_exponent" in result.data or "section_place" in result.data,
+        freedom_spectrum_figure,
+    ),
+    "poincare": (lambda result: bool(result.data.sizes.get("section_point")), poincare_figure),
+    "disturbances": (lambda result: "disturbance_growth" in result.data, growth_figure),
     "spectrum": (lambda result: "strain_amplitude" in result.data, spectrum_figure),
     "frequencies": (
         lambda result: "frequency" in result.data,

@@ -13,6 +13,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
+from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
 
 NAMES = {"joint_force": "joint force", "drive_effort": "effort", "freedom_place": "angles and strokes"}  # of errors
@@ -82,7 +83,7 @@ def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
         rows["error estimate"] = f"NOT known: {data.attrs['not_estimated']}"
     if "contacts_closed" in data.attrs and scene.analysis.method == "transient":
         rows["contacts"] = f"closed {data.attrs['contacts_closed']} times"
-    return rows | {"damped by": damping_of(scene)}
+    return rows | motion_rows(result, units) | {"damped by": damping_of(scene)}
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 MOST_RANGES = 6  # of values that failed, that are listed
 NONE = "NO errors are estimated at {}: the theory is judged there by fixed limits, and mesh and steps are not judged."
+EVERYWHERE = "`--estimates all` estimates and judges them at all points."
 KINDS = {  # of errors, in words
     "SceneError": "the scene is not valid there",
     "TooLargeError": "too large for memory or a solver",
@@ -62,9 +63,9 @@ def sweep_summary(sweep: Sweep) -> Group:
         parts.append(Text(f"{text}: take more sub_intervals"))
     for source in np.unique(missing[missing != ""]):
         at = _where(data, paths, np.argwhere(missing == source))
-        parts.append(
-            Text(NONE.format(at) if source == NO_ESTIMATE else f"NOT included in the error estimates at {at}: {source}")
-        )
+        told = NONE.format(at) if source == NO_ESTIMATE else f"NOT included in the error estimates at {at}: {source}"
+        some = source == NO_ESTIMATE and not (missing == source).all()
+        parts.append(Text(f"{told} {EVERYWHERE}" if some else told))
     if (warned != "").any():
         first = warned[tuple(np.argwhere(warned != "")[0])].splitlines()[0]
         at = _where(data, paths, np.argwhere(warned != ""))

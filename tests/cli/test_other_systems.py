@@ -27,7 +27,7 @@ main()
 
 @pytest.fixture
 def run(tmp_path):
-    def command(*arguments, lacks="mpi4py petsc4py slepc4py dolfinx"):
+    def command(*arguments, lacks="mpi4py petsc4py slepc4py dolfinx ufl"):
         done = subprocess.run(
             [sys.executable, "-c", WITHOUT, lacks, *map(str, arguments)],
             capture_output=True, text=True, timeout=120, cwd=ROOT, check=False,
@@ -43,8 +43,13 @@ def test_schema_and_check_need_no_posix_nor_solver(run):
     assert "coupler" in run("check", DEMOS / "four_bar.toml")
 
 
-def test_the_report_of_a_result_needs_no_posix(run, tmp_path):
+def test_results_are_reported_drawn_and_compared_without_a_solver(run, tmp_path):
     scene = load(DEMOS / "four_bar.toml").changed({"effects": (), "analysis.method": "quasi-static"})
-    analyse(scene).save(tmp_path / "result.nc")
-    run("report", tmp_path / "result.nc", "-o", tmp_path / "report.html", lacks="")
+    file = analyse(scene).save(tmp_path / "result.nc")
+    run("report", file, "-o", tmp_path / "report.html")
     assert "four-bar" in (tmp_path / "report.html").read_text()
+    run("plot", file, "-o", tmp_path / "plots")
+    run("animate", file, "-o", tmp_path / "peak.png")
+    run("export", file, tmp_path / "stress.csv")
+    assert "strain crank" in run("compare", file, file, "-o", tmp_path)
+    assert {"plots", "peak.png", "stress.csv", "compare.csv"} <= {path.name for path in tmp_path.iterdir()}

@@ -1,4 +1,4 @@
-"""Make `free_exact.csv`: a double pendulum of slender bars, geometrically exact, from rest along X, by Exudyn.
+"""Make `free_exact.csv`: double pendulums of slender bars, geometrically exact, from rest along X, by Exudyn.
 
 Run it with Exudyn 1.13 beside it: `python tests/data/free_exact.py`.
 Columns: linkage, time (s), and x and y (m) of the end of the second bar.
@@ -24,12 +24,12 @@ from exudyn.itemInterface import (
 )
 
 ELEMENTS, STEPS, SAMPLES = 8, 4000, 10
-MODULUS, DENSITY, WIDTH, HEIGHT, G = 2e11, 7850.0, 0.02, 0.01, 9.81
-AREA, BENDING = WIDTH * HEIGHT, MODULUS * WIDTH * HEIGHT**3 / 12
+MODULUS, DENSITY, WIDTH, G = 2e11, 7850.0, 0.02, 9.81
 
 
-def beam(system, start, end, velocities):
-    """Add a bar; give its nodes."""
+def beam(system, start, end, velocities, height):
+    """Add a bar of a height (m); give its nodes."""
+    area, bending = WIDTH * height, MODULUS * WIDTH * height**3 / 12
     direction = (end - start) / np.linalg.norm(end - start)
     (first, last), length = velocities, np.linalg.norm(end - start)
     turning = (direction[0] * (last - first)[1] - direction[1] * (last - first)[0]) / length
@@ -48,9 +48,9 @@ def beam(system, start, end, velocities):
             ObjectANCFCable2D(
                 nodeNumbers=[one, other],
                 length=length / ELEMENTS,
-                massPerLength=DENSITY * AREA,
-                axialStiffness=MODULUS * AREA,
-                bendingStiffness=BENDING,
+                massPerLength=DENSITY * area,
+                axialStiffness=MODULUS * area,
+                bendingStiffness=bending,
                 useReducedOrderIntegration=2,
             )
         )
@@ -75,12 +75,12 @@ def hold(system, ground, node):
         system.AddObject(ObjectConnectorCoordinate(markerNumbers=markers))
 
 
-def course(places, velocities, grounded, duration):
+def course(places, velocities, grounded, duration, height):
     """Place of the last pin at equal times, ``(samples + 1, 3)`` with the time first; bars run from place to place."""
     container = exu.SystemContainer()
     system = container.AddSystem()
     ground = system.AddNode(NodePointGround())
-    bars = [beam(system, places[k], places[k + 1], velocities[k : k + 2]) for k in range(len(places) - 1)]
+    bars = [beam(system, places[k], places[k + 1], velocities[k : k + 2], height) for k in range(len(places) - 1)]
     for one, other in pairwise(bars):
         pin(system, one[-1], other[0])
     for bar, end in grounded:
@@ -110,7 +110,8 @@ def main():
     """Write the table."""
     pendulum = np.array([[0.0, 0], [1, 0], [2, 0]])
     runs = {
-        "double pendulum": course(pendulum, np.zeros((3, 2)), [(0, 0)], 0.3),
+        "double pendulum": course(pendulum, np.zeros((3, 2)), [(0, 0)], 0.3, 0.01),
+        "soft double pendulum": course(pendulum, np.zeros((3, 2)), [(0, 0)], 0.4, 0.002),
     }
     with Path(__file__).with_suffix(".csv").open("w", newline="") as file:
         writer = csv.writer(file)

@@ -64,9 +64,11 @@ def test_frequencies_of_a_spinning_cantilever(ratio):
     assert np.sqrt(squares) / UNIT == pytest.approx(expected, rel=2e-3)
 
 
-def test_disturbances_of_a_spinning_cantilever_have_these_frequencies():
+@pytest.mark.parametrize("stiffening", ["geometric-stiffness", "large-rotations"])
+def test_disturbances_of_a_spinning_cantilever_have_these_frequencies(stiffening):
     speed = 4 * UNIT
-    scene = spinning(speed, damping={"material": 1e-6}, analysis={"sub_intervals": 48, "modes": 6, "scheme": "gauss"})
+    analysis = {"sub_intervals": 48, "modes": 6, "scheme": "gauss"}
+    scene = spinning(speed, damping={"material": 1e-6}, effects=["coupling", stiffening], analysis=analysis)
     found = analyse(scene).data["multiplier_frequency"].to_numpy()
     expected = np.sqrt(np.square(OUT_OF_PLANE[4][0]) - 16) * UNIT / (2 * np.pi)
     assert np.abs(found - expected).min() < 2e-3 * expected

@@ -57,3 +57,66 @@ def assert_near(scene: fm.Scene, point: str, linkage: str, limit: float) -> None
 @pytest.mark.slow  # steps of bending links
 def test_double_pendulum_of_slender_bars():
     assert_near(bars([1.0, 1.0], [0.0, 0.0]), "b1.B", "double pendulum", 5e-4)  # of 0.42 m that it falls
+
+
+@pytest.mark.slow  # steps of bending links
+def test_double_pendulum_of_bars_that_bend_far():
+    """Their ends move by 0.13 of their length against a frame that is clamped at the pin."""
+    soft = {"sections.bar": fm.RectangleSection(width=0.02, height=0.002), "analysis.duration": 0.4}
+    scene = bars([1.0, 1.0], [0.0, 0.0], **soft, **{"analysis.time_tolerance": 1e-3})
+    assert_near(scene, "b1.B", "soft double pendulum", 3e-3)  # 1.2e-3 of 0.89 m, with 2 elements a bar
+
+
+def flying() -> fm.Scene:
+    """Give the beam of `tests/data/flying_exact.py`: two carriages without weight let its middle go where it will."""
+    halves = {
+        name: fm.Member(ends=ends, section="bar", material="metal")
+        for name, ends in (("lower", ("A", "M")), ("upper", ("M", "B")))
+    }
+    carriage = fm.RigidBody(mass=1e-3, inertia=1e-3)
+    return fm.Scene(
+        name="flying beam",
+        materials={"metal": fm.Material(modulus=1e4, density=1.0)},
+        sections={"bar": fm.CustomSection(area=1.0, inertia=0.05, fibre=0.3)},
+        ground=fm.Ground(points={"O": (3, 4)}),
+        links={
+            "along": fm.Link(points={"P": (0, 0)}, rigid=carriage),
+            "across": fm.Link(points={"P": (0, 0), "Q": (0, 0)}, rigid=carriage),
+            "beam": fm.Link(
+                points={"A": (-5, 0), "M": (0, 0), "B": (5, 0)}, members=halves, angle=float(np.arctan2(8, -6))
+            ),
+        },
+        joints={
+            "X": fm.Prismatic(connect=("ground.O", "along.P")),
+            "Y": fm.Prismatic(connect=("along.P", "across.P"), angle=np.pi / 2),
+            "M": fm.Revolute(connect=("across.Q", "beam.M")),
+        },
+        freedoms={name: fm.Freedom() for name in "XYM"},
+        loads={"end": fm.Load(at="beam.A", force=(8, 0), moment=80)},
+        effects=("coupling", "large-rotations"),
+        mesh=fm.Mesh(elements=2),
+        analysis=fm.Analysis(
+            method="transient",
+            duration=0.8,
+            sub_intervals=8,
+            time_tolerance=1e-3,
+            stations=9,
+            allow_coarse=True,
+            error_estimates=False,
+        ),
+    )
+
+
+@pytest.mark.slow  # steps of bending links
+def test_a_beam_that_flies_off():
+    """Of Simo and Vu-Quoc (1986): it turns by 1.1 rad against its middle."""
+    known = np.loadtxt(ROOT / "tests" / "data" / "flying_exact.csv", delimiter=",", skiprows=1)
+    data = fm.analyse(flying()).data
+    np.testing.assert_allclose(data["time"].to_numpy(), known[:, 0], atol=1e-9)
+    assert data["rotation"].max() > 1.05
+    for k, point in enumerate("AMB"):
+        found = data["point_position_bent"].sel(point=f"beam.{point}").to_numpy()
+        wanted = known[:, 1 + 2 * k : 3 + 2 * k]
+        # a moment that begins at once bends elements that are a quarter of the beam; it moves the ends by 3.5 and 1.1 m
+        assert np.abs(found - wanted).max() < 0.1
+    assert data.attrs["power_balance_error"] < 1e-3

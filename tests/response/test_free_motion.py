@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import fenics_mech as fm
+from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.free_linkage import with_freedoms
+from fenics_mech.recovery.balance import stored_energy
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
@@ -98,6 +101,68 @@ def test_energy_of_a_bending_pendulum_is_balanced():
     data = fm.analyse(scene).data
     assert data.attrs["power_balance_error"] < 1e-6
     assert float(abs(data["deflection"]).max()) > 1e-3  # it does bend (m)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.03, 0.3])
+def test_mass_is_that_of_the_kinetic_energy_however_far_links_bend(bend):
+    scene = with_freedoms(
+        bars(2, duration=1.0).changed(
+            {"effects": ("coupling", "gravity", "large-rotations"), "materials.stiff.modulus": 2e5}
+        )
+    )
+    state, rng = FreeState(scene, mechanism(scene)), np.random.default_rng(0)
+    y = bend * rng.standard_normal((1, state.size + state.freedoms))
+    y[0, state.size :] = -0.3, 0.2
+    still, time = np.zeros_like(y), np.zeros(1)
+    mass = state.tangents(time, (y, still, still))[0][0]
+
+    def energy(rate):
+        system = state.system_at(time, (y, rate, still))
+        return stored_energy(Forces(scene, system, state.response(system, (y, rate, still))))[0]
+
+    for rate in rng.standard_normal((4, *y.shape)):
+        kinetic = energy(rate) / 2 + energy(-rate) / 2 - energy(still)
+        assert rate[0] @ mass @ rate[0] / 2 == pytest.approx(kinetic, rel=1e-9, abs=1e-9 * abs(energy(still)))
+    assert np.linalg.eigvalsh(mass + mass.T)[0] > 0
+
+
+def test_drag_of_the_air_on_a_falling_bar_against_an_independent_program():
+    density, coefficient, line = 300.0, 2.0, 7850 * 2e-4
+    scene = bars(1, duration=1.0, sub_intervals=5, time_tolerance=1e-7, error_estimates=False)
+    scene = scene.changed(
+        {
+            "damping.air": {"density": density, "coefficient": coefficient},
+            "effects": ("coupling", "gravity", "air-drag"),
+        }
+    )
+    data = fm.analyse(scene).data
+    drag = density * coefficient * 0.02 / 2 * LENGTH**4 / 4
+
+    def rates(_, y):
+        return [y[1], (-line * G * LENGTH**2 / 2 * np.cos(y[0]) - drag * abs(y[1]) * y[1]) / (line * LENGTH**3 / 3)]
+
+    expected = solve_ivp(rates, (0, 1), [0, 0], "DOP853", data["time"], rtol=1e-12, atol=1e-12).y
+    np.testing.assert_allclose(data["freedom_place"][:, 0], expected[0], atol=1e-7)
+    np.testing.assert_allclose(data["freedom_rate"][:, 0], expected[1], atol=1e-7)
+    assert data.attrs["power_balance_error"] < 1e-9
+
+
+@pytest.mark.slow
+def test_an_impulse_beside_a_heavy_flywheel_is_that_beside_a_drive():
+    scene = bars(1, duration=0.02, sub_intervals=10, time_tolerance=1e-5, error_estimates=False)
+    blow = {"impulses": {"blow": {"at": "b0.A", "impulse": (0, 0.05), "time": 0.005}}, "materials.stiff.modulus": 2e11}
+    wheel = {"P0": {"start": 0.0, "speed": 4.0, "inertia": 1e7}}
+    free = scene.changed(blow | {"freedoms": wheel, "effects": ("coupling",), "gravity": (0, 0), "mesh.elements": 2})
+    struck = {"at": "b0.A", "impulse": (0, 0.05), "angle": 0.02}
+    led = free.changed(
+        {"freedoms": {}, "impulses": {"blow": struck}, "drive": {"joint": "P0", "speed": 4.0}, "analysis.cycles": 1}
+    ).changed({"analysis.sub_intervals": 785, "analysis.start": "rigid"})  # 2 ms each, but for 0.05 %
+    by_wheel, by_drive = fm.analyse(free).data, fm.analyse(led).data
+    time, found = by_wheel["time"].to_numpy(), by_wheel["deflection"].isel(s=-1).to_numpy()[:, 0]
+    theirs = by_drive["deflection"].isel(s=-1, theta=slice(0, 14)).to_numpy()[:, 0]
+    wanted = np.stack([np.interp(time, by_drive["time"][:14], part) for part in theirs.T], axis=1)
+    assert np.abs(wanted).max() > 1e-3  # m
+    np.testing.assert_allclose(found, wanted, atol=0.02 * np.abs(wanted).max())
 
 
 def start(scene):

@@ -152,7 +152,6 @@ def test_a_torsional_spring_and_damper_swing_a_rigid_bar():
         ({"analysis.method": "periodic"}, "nothing drives"),
         ({"tolerance": 0.01}, "tolerance"),
         ({"damping.air": {"density": 1.2, "coefficient": 1.1}}, "damping.air"),
-        ({"impulses": {"p": {"at": "b0.A", "impulse": (1, 0), "angle": 0.0}}}, "impulses"),
     ],
 )
 def test_what_rigid_links_have_not_is_refused(changes, place):
@@ -192,3 +191,48 @@ def test_a_result_of_rigid_links_is_summarised_and_plotted(tmp_path):
     assert fm.plot_joint_forces(loaded).get_lines()[-1].get_ydata()[0] == pytest.approx(largest)  # the ring
     assert fm.animate(loaded, tmp_path / "motion.png", size=(240, 180)).exists()
     assert fm.report(loaded, tmp_path / "report.html").exists()
+
+
+@pytest.mark.parametrize("time", [0.25, 0.0])
+def test_an_impulse_on_a_rigid_pendulum(time):
+    # it hangs; a blow of 1.2 N s at its end gives it 1.2 N s 1 m/(1/3 kg m^2)
+    scene = bars(1, 1e-9, duration=1.0, sub_intervals=8).changed(
+        {
+            "impulses": {"blow": {"at": "b0.A", "time": time, "impulse": (1.2, 0)}},
+            "freedoms": {"P0": {"start": -np.pi / 2}},
+        }
+    )
+    data = fm.analyse(scene).data
+    place, rate = (data[f"freedom_{what}"].to_numpy()[:, 0] for what in ("place", "rate"))
+    struck = int(8 * time)
+    np.testing.assert_allclose(rate[:struck], 0, atol=1e-12)
+    assert rate[struck] == pytest.approx(3.6, rel=1e-9)  # of the state just after it
+    energy = rate[struck:] ** 2 / 6 + G / 2 * np.sin(place[struck:])
+    np.testing.assert_allclose(energy, 3.6**2 / 6 - G / 2, rtol=1e-9)
+    assert data.attrs["power_balance_error"] < 1e-9
+    power = dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy()))
+    assert power["impulses"] == pytest.approx(3.6**2 / 6 if time else 0.0, rel=1e-9)  # the start is just after a blow
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"impulses.blow.angle": 0.3}, "by both"),
+        ({"impulses.blow": {"at": "b0.A", "impulse": (1.0, 0)}}, "must state when it strikes"),
+        ({"impulses.blow": {"at": "b0.A", "impulse": (1.0, 0), "angle": 0.3}}, "nothing is driven"),
+        ({"joint_laws": {"rub": {"kind": "friction", "joint": "P0", "coefficient": 0.1, "radius": 0.01}}}, "friction"),
+        ({"analysis.lyapunov": True, "freedoms": {"P0": {}}}, "Lyapunov"),
+        ({"analysis.start": "periodic", "freedoms": {"P0": {}}}, "made to repeat"),
+        ({"analysis.method": "static"}, "impulses"),
+    ],
+)
+def test_impulses_that_cannot_strike_are_refused(changes, message):
+    blow = {"impulses": {"blow": {"at": "b0.A", "time": 0.25, "impulse": (1.2, 0)}}}
+    with pytest.raises(fm.SceneError, match=message):
+        bars(1, 1e-5, duration=1.0).changed(blow).changed(changes)
+
+
+def test_an_impulse_on_rigid_links_that_drives_lead_is_refused():
+    scene = slider_crank(drive={"joint": "O", "speed": 60.0}, impulses={"b": {"at": "rod.B", "angle": 1.0}})
+    with pytest.raises(fm.SceneError, match="drives lead all rigid links"):
+        fm.analyse(scene)

@@ -83,6 +83,49 @@ def test_a_line_through_a_circle_is_one_link_with_a_pin(svg):
     assert len(scene.links["long"].members) == 2
 
 
+def slider_crank(guide='<g id="guide"><line x1="70" y1="85" x2="110" y2="75"/></g>', more=""):
+    return (
+        SVG[: SVG.index("<g transform")].replace('<circle id="C" cx="120" cy="80" r="2"/>', "")
+        + '<line id="crank" x1="20" y1="80" x2="40" y2="80"/><line id="rod" x1="40" y1="80" x2="90" y2="80"/>'
+        + f'<circle id="A" cx="40" cy="80" r="2"/><circle id="B" cx="90" cy="80" r="2"/>{guide}{more}</svg>'
+    )
+
+
+def test_a_guide_in_a_sketch_is_a_slider(svg):
+    """Against a slider-crank in closed form: the pin is where the guide's line meets the circle of the rod."""
+    scene = fm.from_drawing(svg(text=slider_crank()))
+    angle = math.atan2(10, 40)
+    assert scene.joints["B"].kind == "slot"
+    assert scene.joints["B"].angle == pytest.approx(angle)
+    motion = solve_motion(scene, theta := np.linspace(0, 2 * np.pi, 9))
+    pin = 0.02 * np.stack([np.cos(theta), np.sin(theta)], axis=-1) + (0.02, -0.08)
+    along = np.array([math.cos(angle), math.sin(angle)])
+    away = pin - (0.09, -0.08)
+    off = away @ along
+    expected = off + np.sqrt(off**2 - (away**2).sum(axis=-1) + 0.05**2)
+    found = motion.of_point(*scene.point("rod.B"))[0]
+    assert found == pytest.approx((0.09, -0.08) + expected[:, None] * along, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("guide", "said"),
+    [
+        ('<line id="guide" x1="0" y1="0" x2="9" y2="0"/>', "meets 0 circles"),
+        ('<line id="guide" x1="30" y1="80" x2="100" y2="80"/>', "meets 2 circles"),
+        ('<polyline id="guide" points="80,70 90,80 100,95"/>', "is no straight line"),
+        ('<line id="guide" x1="20" y1="70" x2="20" y2="85"/>', "of a pin that is on the frame"),
+    ],
+)
+def test_guides_that_say_nothing_are_refused(svg, guide, said):
+    with pytest.raises(SceneError, match=f"the guide at .* {said}"):
+        fm.from_drawing(svg(text=slider_crank(guide)))
+
+
+def test_a_slider_that_joins_links_is_refused(svg):
+    with pytest.raises(SceneError, match=r"joins 2 links\. A slider that joins links needs a block"):
+        fm.from_drawing(svg(text=slider_crank(more='<line id="arm" x1="90" y1="80" x2="90" y2="40"/>')))
+
+
 def test_what_is_written_is_the_scene(svg, tmp_path):
     text = imported(svg(), "mm")
     scene, again = fm.from_drawing(svg()), fm.load(written(tmp_path, "scene.toml", text))

@@ -14,7 +14,7 @@ from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
 from fenics_mech.recovery.peaks import between_positions, doubt
-from fenics_mech.studies import sweep_points
+from fenics_mech.studies import sweep_peaks, sweep_points
 from fenics_mech.studies.sweep import Sweep, first_difference, run_sweep
 from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
@@ -251,7 +251,7 @@ def test_what_error_estimates_lack_is_told(arm, tmp_path):
 
 def test_points_without_estimates_are_told(arm, tmp_path):
     whole = swept(arm, tmp_path / "whole", SHORT).data
-    sweep = swept(arm, tmp_path / "peaks", SHORT, estimates_at_peaks=True)
+    sweep = swept(arm, tmp_path / "peaks", SHORT, estimates="peaks")
     data, peak = sweep.data, int(whole["peak_strain"].argmax("drive.period").item())
     assert data["peak_strain"].identical(whole["peak_strain"])
     estimated = [0, peak, 7]  # of a curve with one peak
@@ -265,10 +265,27 @@ def test_points_without_estimates_are_told(arm, tmp_path):
     assert (off["not_estimated"] == NO_ESTIMATE).all()
 
 
+def test_many_points_are_estimated_at_peaks_unless_it_is_asked_for_otherwise(arm, tmp_path, monkeypatch):
+    def unknown(name, **asked):
+        return int((swept(arm, tmp_path / name, SHORT, **asked).data["not_estimated"] == NO_ESTIMATE).sum())
+
+    assert unknown("few") == 0
+    monkeypatch.setattr(sweep_peaks, "MANY_POINTS", 7)  # the range has 8
+    assert unknown("many") == 5
+    assert unknown("asked", estimates="all") == 0
+
+
+def test_many_points_that_choose_by_estimates_have_them_all(arm, tmp_path, monkeypatch):
+    monkeypatch.setattr(sweep_peaks, "MANY_POINTS", 1)
+    chosen = arm.changed(effects="auto")
+    data = swept(chosen, tmp_path, "drive.period=1:1.1:2").data
+    assert (data["not_estimated"] != NO_ESTIMATE).all()
+
+
 def test_estimates_at_peaks_choose_nothing(seed, tmp_path):
     for stated, place in (({"effects": "auto"}, "effects"), ({"tolerance": 0.01}, "tolerance")):
         with pytest.raises(SceneError, match="error estimates choose this for each point") as refused:
-            swept(seed.changed(**stated), tmp_path, "drive.speed=10:20:3", estimates_at_peaks=True)
+            swept(seed.changed(**stated), tmp_path, "drive.speed=10:20:3", estimates="peaks")
         assert refused.value.place == place
 
 

@@ -24,6 +24,11 @@ POINTS = 12
 OVER = RANGE.replace(":16", f":{POINTS}")
 
 
+def alone(count):
+    """So many tasks, of which none follows another."""
+    return [[task] for task in range(count)]
+
+
 def write(folder, task):
     """Write the process that a task is worked on by."""
     (folder / str(task)).write_text(str(os.getpid()))
@@ -41,7 +46,7 @@ def fail(task):
 
 def test_each_task_is_done_once_by_one_of_the_processes(tmp_path):
     begun = []
-    over_processes(2, range(8), partial(write, tmp_path), pytest.fail, begun.append)
+    over_processes(2, alone(8), partial(write, tmp_path), pytest.fail, begun.append)
     found = [path.read_text() for path in sorted(tmp_path.iterdir())]
     assert len(found) == 8
     assert 1 <= len(set(found)) <= 2
@@ -51,9 +56,19 @@ def test_each_task_is_done_once_by_one_of_the_processes(tmp_path):
 
 def test_a_process_that_is_killed_costs_its_task(tmp_path):
     lost = []
-    over_processes(2, range(8), partial(write_or_die, tmp_path), lost.append)
+    over_processes(2, alone(8), partial(write_or_die, tmp_path), lost.append)
     assert lost == [3]
     assert sorted(int(path.name) for path in tmp_path.iterdir()) == [0, 1, 2, 4, 5, 6, 7]
+
+
+def test_one_process_works_on_a_run_and_another_goes_on_where_it_is_killed(tmp_path):
+    lost = []
+    over_processes(2, [range(3), range(3, 6), range(6, 8)], partial(write_or_die, tmp_path), lost.append)
+    assert lost == [3]
+    by = {int(path.name): path.read_text() for path in tmp_path.iterdir()}
+    assert sorted(by) == [0, 1, 2, 4, 5, 6, 7]
+    for run in ([0, 1, 2], [4, 5], [6, 7]):
+        assert len({by[task] for task in run}) == 1
 
 
 def log_or_die(task):
@@ -66,7 +81,7 @@ def log_or_die(task):
 
 def test_what_processes_log_is_told_here(caplog):
     caplog.set_level(logging.INFO, "fenics_mech")
-    over_processes(2, range(6), log_or_die, lambda task: None)
+    over_processes(2, alone(6), log_or_die, lambda task: None)
     told = [record.getMessage() for record in caplog.records if record.name == "fenics_mech.somewhere"]
     assert sorted(told) == [f"task {n}" for n in range(6)]
 
@@ -90,7 +105,7 @@ def link_of(path):
 def test_no_daemon_of_mpi_keeps_the_socket_at_which_processes_are_asked_for(tmp_path):
     """Else who asks a process for another one that is lost in between waits for ever."""
     work = "from tests.studies.test_worker_processes import over_processes, tell_holders"
-    ended = finished("-c", f"{work}; over_processes(1, [{str(tmp_path / 'holders')!r}], tell_holders, print)")
+    ended = finished("-c", f"{work}; over_processes(1, [[{str(tmp_path / 'holders')!r}]], tell_holders, print)")
     assert ended.returncode == 0, ended.stderr
     starter, *holders = (tmp_path / "holders").read_text().split()
     assert holders == [starter]
@@ -103,14 +118,14 @@ def end_the_starter(task):
 
 def test_the_loss_of_the_process_that_starts_the_others_costs_their_tasks():
     lost = []
-    over_processes(2, range(4), end_the_starter, lost.append)
+    over_processes(2, alone(4), end_the_starter, lost.append)
     assert set(lost) <= set(range(4))
     assert lost
 
 
 def test_an_error_of_a_task_ends_all():
     with pytest.raises(SolverError, match="no answer"):
-        over_processes(2, range(8), fail, pytest.fail)
+        over_processes(2, alone(8), fail, pytest.fail)
 
 
 def python_children(process):

@@ -226,6 +226,28 @@ def test_points_masses_and_loads_move_with_the_bent_links(acted_on):
     assert frames.half_width[:, 0] == pytest.approx([section.fibre for section in sections])
 
 
+def test_loads_along_members_are_arrows_on_the_bent_line(acted_on):
+    """A follower's normal is its chord turned by 90 degrees; the line load falls from 50 N/m to none."""
+    loads = {
+        "wind": {"member": "follower", "line": (0, 50), "line_end": (0, 0), "axes": "member"},
+        "weight": {"member": "coupler", "line": (0, -25)},
+        "hook": {"at": "coupler@0.3", "force": (0, -8)},
+    }
+    found = analyse(acted_on.scene.changed(loads=loads))
+    frames = frames_at(found, cycle(found, 6), 40.0)
+    hook, wind, weight = frames.loads[:, 0], frames.loads[:, 1:8], frames.loads[:, 8:]
+    assert hook[:, 1] == pytest.approx(np.broadcast_to([0, -1], (6, 2)))
+    assert weight[:, :, 1] == pytest.approx(np.broadcast_to([0, -0.5], (6, 7, 2)))
+    pin = [[*found.scene.joints].index(name) for name in "CB"]
+    chord = frames.rigid[:, 2, 1] - frames.rigid[:, 2, 0]
+    normal = np.stack([-chord[:, 1], chord[:, 0]], axis=-1) / np.linalg.norm(chord, axis=-1)[:, None]
+    assert wind[:, :, 1] == pytest.approx(np.linspace(1, 0, 7)[:, None] * normal[:, None])
+    assert {tuple(np.round(wind[0, i, 0], 9)) for i in (0, 6)} == {tuple(np.round(frames.pins[0, i], 9)) for i in pin}
+    stations = found.data["s"].to_numpy()
+    middle = np.array([np.interp(0.3, stations, frames.path[2, 1, :, c]) for c in range(2)])
+    assert hook[2, 0] == pytest.approx(middle)
+
+
 def test_a_motion_in_time_is_shown_at_its_times():
     found = analyse(parse(FOUR_BAR.replace('"periodic"', '"transient"\ncycles = 2')))
     at = cycle(found, 7)

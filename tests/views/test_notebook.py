@@ -2,6 +2,7 @@
 
 import re
 import sys
+from html import unescape
 from types import SimpleNamespace
 
 import pytest
@@ -10,6 +11,7 @@ import fenics_mech as fm
 from fenics_mech.recovery import Result
 from fenics_mech.views.judgements import judgements, verdict
 from fenics_mech.views.notebook import html
+from fenics_mech.views.page.report import page
 from tests.common import DEMOS
 
 HOSTILE = "<script>alert(1)</script><img src=x onerror=alert(2)> [red]&amp;"
@@ -41,9 +43,9 @@ def test_a_result_shows_peak_and_verdict(result):
 def test_tags_in_names_are_text(result):
     scene = fm.load(DEMOS / "four_bar.toml").changed(name=HOSTILE)
     named = Result(result.data.assign_attrs(scene=scene.model_dump_json(), title=HOSTILE))
-    for page in (html(scene), html(named)):
-        assert set(re.findall(r"</?([a-z]+)", page)) == {"pre", "span"}
-        assert "&lt;script&gt;alert(1)&lt;/script&gt;&lt;img src=x onerror=alert(2)&gt; [red]&amp;amp;" in page
+    for shown in (html(scene), html(named)):
+        assert set(re.findall(r"</?([a-z]+)", shown)) == {"pre", "span"}
+        assert "&lt;script&gt;alert(1)&lt;/script&gt;&lt;img src=x onerror=alert(2)&gt; [red]&amp;amp;" in shown
 
 
 def test_a_scene_that_cannot_be_assembled_is_shown_with_the_reason():
@@ -69,3 +71,14 @@ def test_without_a_shell_nothing_is_registered(shell, monkeypatch):
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: None))
     fm._show_in_notebooks()
     assert not shell
+
+
+def test_the_page_stands_in_a_frame_that_can_do_nothing_to_the_notebook(result):
+    shown = fm.interactive(result, height=640)._repr_html_()
+    (policy,) = re.findall(r'<iframe sandbox="([^"]*)"', shown)
+    assert policy.split() == ["allow-scripts", "allow-downloads"]
+    assert "height: 640px" in shown
+    assert shown.count("<") == 2  # the frame alone: what is in it is escaped
+    assert unescape(re.findall(r'srcdoc="([^"]*)"', shown)[0]) == page(result)
+    with pytest.raises(fm.ViewError, match="height must be a positive number of pixels, found 0"):
+        fm.interactive(result, height=0)

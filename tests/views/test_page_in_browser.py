@@ -1,8 +1,11 @@
 """The report in a browser: clicks and drags are followed, and it is readable narrow, printed, and without script."""
 
+import time
+
 import pytest
 
 from fenics_mech.scene import parse
+from fenics_mech.views.notebook import interactive
 from fenics_mech.views.page.report import report
 from tests.common import analysed
 from tests.studies.test_rigid_linkages import FOUR_BAR
@@ -42,6 +45,23 @@ def test_it_opens_in_two_seconds_at_the_peak(window, file):
     assert window.text("#curve-where").startswith("crank, at O, ")
     assert window.run("return document.querySelectorAll('#forces figure').length") == 5  # with that on the frame
     assert window.ask("se/log", type="browser") == []
+
+
+def test_it_works_in_the_frame_of_a_notebook(window, result, tmp_path):
+    ready = "<script>onload = () => document.body.dataset.ready = 1</script>"
+    note = tmp_path / "notebook.html"
+    note.write_text(f"<!DOCTYPE html><meta charset=utf-8>{interactive(result)._repr_html_()}{ready}", encoding="utf-8")
+    window.open(note)
+    window.ask("frame", id=0)
+    try:
+        end = time.monotonic() + 20
+        while not window.run("return document.body.dataset.ready") and time.monotonic() < end:
+            time.sleep(0.02)
+        window.choose("#position", 360)
+        assert window.text("#told") == "180\N{DEGREE SIGN}"
+        assert window.run("return document.querySelectorAll('#forces figure').length") == 5
+    finally:
+        window.ask("frame", id=None)
 
 
 def test_all_follow_the_slider_and_the_arrow_keys(window, file):
@@ -97,7 +117,7 @@ def test_clicks_in_the_drawing_choose_members(window, file):
     window.open(file)
     chosen = window.run(
         "const box = document.getElementById('mechanism').getBoundingClientRect(), found = []; "
-        "for (let x = 0; x < box.width; x += 12) for (let y = 0; y < box.height; y += 12) { "
+        "for (let x = 0; x < box.width; x += 20) for (let y = 0; y < box.height; y += 20) { "
         "document.getElementById('mechanism').dispatchEvent("
         "new MouseEvent('click', { clientX: box.left + x, clientY: box.top + y })); "
         "found.push(document.getElementById('member').value); } return found"

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-import ufl
+from fenics_mech._fenicsx import ufl
 
 
 def axial(space: Any, stiffness: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-import ufl
+from fenics_mech._fenicsx import ufl
 
 QUADRATURE_DEGREE = 7  # of the quadrature, four points: the integrands are no polynomials
 

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-import ufl
-
+from fenics_mech._fenicsx import ufl
 from fenics_mech.beams.forms.rotary import section_rotation
 
 

@@ -2,9 +2,7 @@
 
 from typing import Any
 
-import ufl
-
-from fenics_mech._fenicsx import fem
+from fenics_mech._fenicsx import fem, ufl
 
 
 def stretching(space: Any, tension: Any, xi: Any) -> tuple[Any, Any, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -62,7 +62,13 @@ def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalS
     )
 
 
-def by_collocation(scene: Scene, system: System, modes: Modes, near: KnownMotion | None = None) -> CollocationSolution:
+def by_collocation(
+    scene: Scene,
+    system: System,
+    modes: Modes,
+    near: KnownMotion | None = None,
+    found: Callable[[KnownMotion], None] = lambda motion: None,
+) -> CollocationSolution:
     """Solve at collocation points; the response is that at the starts of the sub-intervals, after any impulse there.
 
     Parameters
@@ -75,6 +81,8 @@ def by_collocation(scene: Scene, system: System, modes: Modes, near: KnownMotion
         Its modes, by which a resonance or an instability is named.
     near
         A motion beside the one that is sought, from which Newton's method may begin.
+    found
+        Called with the motion, before its stability is judged, where Newton's method may begin others from it.
 
     Raises
     ------
@@ -90,6 +98,8 @@ def by_collocation(scene: Scene, system: System, modes: Modes, near: KnownMotion
         orbit = _orbit(cycle, at_points, near)
     assert orbit.flow is not None
     cycle.keep(orbit.flow)
+    if (known := KnownMotion.of(at_points, orbit)) is not None:
+        found(known)
     condition, motion = condition_of(orbit), cycle.motion(orbit)
     cycle.refuse_magnified(modes, condition, motion)
     if not cycle.linear:

@@ -78,7 +78,7 @@ class Steps:
         """Cut the cycle where impulses act and loads jump, and at corners of their factors (rad)."""
         rate = scene.cycle_rate
         equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
-        impulses = _turned(rate, [impulse.angle for impulse in scene.impulses.values()])
+        impulses = _turned(rate, [impulse.angle or 0.0 for impulse in scene.impulses.values()])
         jumps = _turned(rate, _load_jumps(scene))
         turned = equal
         for angle in (*impulses, *jumps, *_turned(rate, corners)):

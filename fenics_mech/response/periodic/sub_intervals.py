@@ -87,7 +87,7 @@ def solve_sub_intervals(
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
         _refuse_ringing(scene.period, modes, state, free)
-    return _superpose(system, modes, state, load, scene), joined, condition
+    return superpose(system, modes, state, load, scene), joined, condition
 
 
 @dataclass(frozen=True)
@@ -265,8 +265,20 @@ def _without_ringing(slower: int, count: int) -> str:
     return f"To avoid it, {', or '.join(ways)}; effects = 'auto' finds whether method quasi-static is enough"
 
 
-def _superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> ElasticResponse:
-    """Displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out."""
+def superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> ElasticResponse:
+    """Give displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out.
+
+    Parameters
+    ----------
+    system, modes
+        The mechanism and its modes at the positions.
+    state
+        y and y'/omega of each mode, ``(angles, modes, 2)``.
+    load
+        Modal loads (N/sqrt(kg)), ``(angles, modes)``.
+    scene
+        States damping and static correction.
+    """
     y = state[..., 0]
     displacement, elastic = superposed(modes, y), -(modes.omega**2) * y
     inertia = np.zeros_like(system.rigid_acceleration)

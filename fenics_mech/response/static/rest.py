@@ -15,7 +15,8 @@ from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import RestSolution
 from fenics_mech.response.static.small_motions import REST, RestSearch
 from fenics_mech.response.transient.free_state import FreeState, States
-from fenics_mech.response.transient.rigid_motion import RigidMotion, instants_of, part_of, stated_start
+from fenics_mech.response.transient.rigid_instants import instants_of, part_of
+from fenics_mech.response.transient.rigid_motion import RigidMotion, stated_start
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.scene import Friction, Scene
 

@@ -32,7 +32,6 @@ class RestLimits:
     shorter: int = 60  # times that a step is halved at most
     back: float = 0.9  # of what pushed along a step, with which forces may push back at its end
     least: float = 1e-5  # 1/s^2, of stiffness over mass, up to which it counts as none
-    left: float = 3e-4  # of the freedoms' mass beside that of the links' modes, at least
     basis: int = 3  # modes of the links for each small motion that is given
     shift: float = 2.0  # times the negative eigenvalue that is added to the stiffness
     rounding: float = 1e-6  # of the fastest rate of a small motion, by which one may seem to grow
@@ -183,27 +182,17 @@ class Condensed:
     def small_motions(self, modes: int) -> SmallMotions:
         """Give the small motions, of the freedoms and of the links' lowest modes beside them.
 
-        The mass that the freedoms of a bent mechanism move is known to first order. So modes are left out from where on
-        hardly a part of it is left beside those of the links.
-
         Parameters
         ----------
         modes
             How many modes of the links at most.
         """
-        n, moved = len(self.bend), self._moved
+        n = len(self.bend)
         shapes = np.zeros((len(self.left), min(n, modes)))
         if shapes.size:
             held = (self.stiffness + self.stiffness.T)[:n, :n] / 2, (self.mass + self.mass.T)[:n, :n] / 2
             shapes[:n] = eigh(*held, subset_by_index=(0, shapes.shape[1] - 1))[1]
-        whole, shared = moved.T @ self.mass @ moved, (shapes.T @ self.mass @ moved).T
-        count = 0
-        for k in range(1, shapes.shape[1] + 1):
-            share = np.linalg.solve(whole, whole - shared[:, :k] @ shared[:, :k].T)
-            if np.linalg.eigvals(share).real.min() < REST.left:
-                break
-            count = k
-        basis = np.hstack([moved, shapes[:, :count]])
+        basis = np.hstack([self._moved, shapes])
         return SmallMotions.of(*(basis.T @ part @ basis for part in (self.mass, self.damping, self.stiffness)))
 
 

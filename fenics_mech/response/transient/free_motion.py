@@ -6,24 +6,25 @@ The steps are those of `stepping`. The equation is that of `free_state`.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import PETSc, configured, name_of
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import FreeSolution
+from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT, FreeCourse, LawCourse, PointsInside, StartState
 from fenics_mech.response.transient.free_state import FreeState, States
-from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes
+from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
+from fenics_mech.response.transient.time_steps import stepped
 from fenics_mech.scene import Scene
 
 
@@ -128,7 +129,7 @@ def start_of(state: FreeState) -> StartState:
     places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "rate_at_start"))
     n, start = state.size, state.scene.analysis.start
     y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
-    if start == "smooth":
+    if start in ("smooth", "periodic"):
         return _smooth(state, y, rate)
     if start == "static":
         y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
@@ -175,7 +176,7 @@ def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
     return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
 
 
-def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
+def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carries: bool = False) -> FreeCourse:
     """Integrate from a start to the end.
 
     Parameters
@@ -184,6 +185,8 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
         The equation, and the state that the motion starts from.
     rougher
         Factor on the tolerance of the scene.
+    carries
+        Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
     """
     state.rewind(start)
     scene, analysis = state.scene, state.scene.analysis
@@ -192,45 +195,31 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> Free
     times = start.time + step * np.arange(cycles * analysis.sub_intervals + 1, dtype=float)
     weight, sizes = _scales(state, start)
     tolerance = rougher * analysis.time_tolerance
+    due = strikes_between(scene, start.time, float(times[-1]))
+    scaled = ScaledState(state, weight)
+    strikes = Strikes(scaled, partial(_momentum, state, weight), due) if due else None
+    start = started(strikes, start, weight)
     record = _Record(times, start, state, weight)
     watch = record.watch if record.events.laws else None
-    equation, tableau = ScaledState(state, weight), Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
-    context = Collocation(equation, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
-    steps = stepped(context, (start.displacement * weight, start.velocity * weight), times, scene.petsc)
-    return record.course(steps)
+    tableau = Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
+    context = Collocation(scaled, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
+    beside = Beside.of(scene, context, weight, carries=carries)
+    context.beside = beside.takes
+    here = start.displacement * weight, start.velocity * weight
+    steps = stepped(context, here, times, scene.petsc, (strikes, record.forget))
+    return replace(record.course(steps), beside=beside)
 
 
-def stepped(context: Collocation, start: tuple[Array, Array], times: Array, petsc: Mapping[str, Any]) -> int:
-    """Integrate a free motion from the first of some times on; give the number of time steps.
-
-    Parameters
-    ----------
-    context
-        The steps, which keep the motion.
-    start
-        Unknowns and their rates there, ``(unknowns,)`` each.
-    times
-        Times at which the motion is wanted (s), ``(times,)``: the first step is no longer than between two of them.
-    petsc
-        Options of PETSc from the scene.
-
-    Raises
-    ------
-    SolverError
-        When the time steps fail.
-    """
-    ts = PETSc.TS().create(comm=PETSc.COMM_SELF)
-    context.begin(ts, *start, min(float(times[1] - times[0]), context.longest))
-    ts.setTime(float(times[0]))
-    ts.setMaxTime(float(times[-1]))
-    defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
-    with configured(ts, "transient_", defaults, petsc):
-        ts.solve(ts.getSolution())
-        reason, steps = ts.getConvergedReason(), ts.getStepNumber()
-    reasons = PETSc.TS.ConvergedReason
-    if reason not in (reasons.CONVERGED_TIME, reasons.CONVERGED_USER):
-        raise SolverError(f"the time steps of the free motion failed ({name_of(reasons, reason)})")
-    return steps
+def _momentum(state: FreeState, weight: Array, names: tuple[str, ...], time: float, place: Array, _: Array) -> Array:
+    """Give what impulses give to the scaled coordinates, ``(coordinates,)``."""
+    at, y = np.array([time]), (place / weight)[None]
+    left = []
+    for acting in ((), names):
+        scene = loaded(state.scene, acting)
+        other = replace(state, scene=scene, system=mechanism(scene))
+        other.rewind(StartState(time, y[0], np.zeros_like(y[0]), state.known_links))
+        left.append(other.residual(at, (y, np.zeros_like(y), np.zeros_like(y)))[0])
+    return np.asarray((left[0] - left[1]) / weight)
 
 
 class _Record:
@@ -280,6 +269,12 @@ class _Record:
         self.state.move_on(end, y, rate)
         self.exerted.contacts += self.events.settle(end, y, rate)
         return False
+
+    def forget(self, time: float) -> None:
+        """Forget a sample at a time at which an impulse strikes: it is taken after it."""
+        if self.known and self.times[self.known - 1] >= time - TRANSIENT.rounding * self.times[-1]:
+            self.known -= 1
+            self.exerted.forget_last()
 
     def _take(self, known: int, y: Array, rate: Array) -> None:
         """Take the samples up to a number, which are near to where the equation is."""
@@ -341,6 +336,13 @@ class _Exerted:
         }
         self.parts.append((forces, efforts, depths))
         self._note(efforts)
+
+    def forget_last(self) -> None:
+        """Forget the last sample."""
+        if self.parts:
+            self.parts[-1] = tuple(
+                {name: values[:-1] for name, values in by_name.items()} for by_name in self.parts[-1]
+            )
 
     def note_contacts(self, start: float, end: float, curve: Curve) -> None:
         """Look for the peaks of contacts between the points of a step: they need no accelerations."""

@@ -92,6 +92,11 @@ class FreeState:
         self.contacts = {name: Touching.open(law.contacts) for name, law in self.laws.items()}
 
     @property
+    def known_links(self) -> Array:
+        """Coordinates of the links at the position that others are near to, ``(3 links,)``."""
+        return self._known[1]
+
+    @property
     def laws(self) -> dict[str, JointLaw]:
         """The joint laws, by name."""
         return {} if self.joints is None else self.joints.laws

@@ -6,7 +6,8 @@ The steps are those of `stepping`; they end where contacts open and close. Power
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -21,11 +22,15 @@ from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.static.small_motions import SmallMotions
+from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
-from fenics_mech.response.transient.free_motion import FREE, stepped
+from fenics_mech.response.transient.free_motion import FREE
+from fenics_mech.response.transient.rigid_instants import RigidInstants, instants_of, part_of, states_part
 from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.stepping import Collocation, Curve
+from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
+from fenics_mech.response.transient.time_steps import stepped
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import TOUCHING
 
@@ -41,42 +46,6 @@ class RigidMotionLimits:
 
 
 RIGID_MOTION = RigidMotionLimits()
-
-
-@dataclass(frozen=True)
-class RigidInstants:
-    """What acts at some instants of a motion.
-
-    Parameters
-    ----------
-    states
-        The motion.
-    efforts
-        Of the drives, then of the freedoms (N m or N), ``(times, drives)``.
-    joint_forces
-        Force of each joint (N), ``(times, 2)`` each, by its name.
-    law_efforts
-        What each joint law exerts (N or N m), ``(times,)`` each: along the guide or about the pin; the size of its
-        force where it takes the place of a pin.
-    depths
-        Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each: the largest of its
-        contacts, negative where none touches.
-    powers
-        Power of each cause (W), ``(times,)`` each.
-    energy
-        Of motion and of springs (J), ``(times,)``.
-    on_frame
-        Force on the frame (N), and its moment about the origin of the ground (N m), ``(times, 3)``.
-    """
-
-    states: RigidStates
-    efforts: Array
-    joint_forces: dict[str, Array]
-    law_efforts: dict[str, Array]
-    depths: dict[str, Array]
-    powers: dict[str, Array]
-    energy: Array
-    on_frame: Array
 
 
 @dataclass
@@ -101,6 +70,8 @@ class RigidMotion:
         How often each law's contacts closed.
     vibrations
         Small motions about an equilibrium.
+    beside
+        What was followed beside a motion in time.
     """
 
     scene: Scene
@@ -112,40 +83,7 @@ class RigidMotion:
     largest: dict[str, float] = field(default_factory=dict)
     contacts: int = 0
     vibrations: SmallMotions | None = None
-
-
-def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) -> RigidInstants:
-    """Give what acts in a motion.
-
-    Parameters
-    ----------
-    dynamics
-        The forces of the linkage.
-    states
-        The motion.
-    contacts
-        Which contacts are closed, by law.
-    """
-    balance = dynamics.balance(states, contacts)
-    efforts = dynamics.efforts(balance.multipliers)
-    joints, exerted, depths = dynamics.law_states(states.links), {}, {}
-    for name, wrench in dynamics.wrenches(states, contacts).items():
-        exerted[name] = dynamics.size_of(name, states, wrench) + balance.friction.get(name, 0.0)
-        if dynamics.laws[name].contacts:
-            depths[name] = dynamics.laws[name].depths(joints[name])[0].max(axis=0)
-    rates = (
-        dynamics.loops.jacobian(states.q)[:, len(dynamics.loops.names) - dynamics.loops.drives :]
-        @ states.velocity[..., None]
-    )
-    ordered = np.empty(efforts.shape)
-    ordered[:, list(dynamics.loops.drive_order)] = rates[..., 0]
-    powers = {"drives" if efforts.shape[1] > 1 else "drive": np.sum(efforts * ordered, axis=1)}
-    powers |= {name: np.sum(force * states.velocity, axis=1) for name, force in balance.forces.items()}
-    energy = dynamics.loads.inertia.kinetic_energy(states.links) + dynamics.loads.spring_energy(states.links)
-    powers.pop(Cause.SPRINGS, None)
-    forces = dynamics.joint_forces(states, balance, contacts)
-    shaking = dynamics.on_frame(states, balance)
-    return RigidInstants(states, efforts, forces, exerted, depths, powers, energy, shaking)
+    beside: Beside | None = None
 
 
 def by_rigid_motion(scene: Scene, start: StartState | None = None) -> RigidMotion:
@@ -183,6 +121,9 @@ def led_course(scene: Scene) -> RigidMotion:
     SceneError
         When a joint law is of contact.
     """
+    for name in scene.impulses:
+        place = f"impulses.{name}"
+        raise SceneError("drives lead all rigid links, and an impulse does not change their motion", place=place)
     for name, law in scene.joint_laws.items():
         if isinstance(law, TOUCHING) and scene.analysis.method != "static":
             raise SceneError(
@@ -217,7 +158,9 @@ def led_course(scene: Scene) -> RigidMotion:
     return motion
 
 
-def free_course(scene: Scene, start: StartState | None = None, rougher: float = 1.0) -> RigidMotion:
+def free_course(
+    scene: Scene, start: StartState | None = None, rougher: float = 1.0, *, carries: bool = False
+) -> RigidMotion:
     """Integrate the motion of the freedoms.
 
     Parameters
@@ -228,6 +171,8 @@ def free_course(scene: Scene, start: StartState | None = None, rougher: float = 
         The state to go on from; None for that at time 0.
     rougher
         Factor on the tolerance of the scene.
+    carries
+        Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
     """
     _refuse_too_many(scene)
     refuse_rough(scene.analysis)
@@ -238,6 +183,9 @@ def free_course(scene: Scene, start: StartState | None = None, rougher: float = 
     step = scene.period / analysis.sub_intervals
     count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
     times = start.time + step * np.arange(count + 1, dtype=float)
+    due, unit = strikes_between(scene, start.time, float(times[-1])), np.ones(len(start.displacement))
+    strikes = Strikes(state, partial(_momentum, state), due) if due else None
+    start = started(strikes, start, unit)
     place, rate = start.displacement, start.velocity
     record = _Recorder(state, times, place, rate, step)
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, RIGID_MOTION.stages))
@@ -253,8 +201,22 @@ def free_course(scene: Scene, start: StartState | None = None, rougher: float = 
         of_motion=True,
     )
     record.context = context
-    record.motion.steps = stepped(context, (place, rate), times, scene.petsc)
+    record.motion.beside = Beside.of(scene, context, unit, carries=carries)
+    context.beside = record.motion.beside.takes
+    record.motion.steps = stepped(context, (place, rate), times, scene.petsc, (strikes, record.forget))
+    if strikes is not None:
+        record.motion.work[Cause.IMPULSES] = sum(strikes.work)
     return record.motion
+
+
+def _momentum(state: RigidState, names: tuple[str, ...], time: float, place: Array, _: Array) -> Array:
+    """Give what impulses give to the freedoms, ``(freedoms,)``."""
+    left, still = [], np.zeros((1, len(place)))
+    for acting in ((), names):
+        other = RigidState(loaded(state.scene, acting), state.linkage)
+        other.rewind(StartState(time, place, still[0], state.known_links))
+        left.append(other.residuals(np.array([time]), place[None], still, still)[0])
+    return np.asarray(left[0] - left[1])
 
 
 def stated_start(scene: Scene) -> StartState:
@@ -321,9 +283,17 @@ class _Recorder:
             self._add(part_of(found, slice(0, count)), place[:count], rate[:count])
         self.energy = max(self.energy, 2 * float(self.state.dynamics.loads.inertia.kinetic_energy(states.links)[-1]))
         self.context.sizes = self.sizes
-        self.state.move_on(_states_part(states, slice(-1, None)))
+        self.state.move_on(states_part(states, slice(-1, None)))
         self.motion.contacts += self.events.settle(end, place[-1], rate[-1])
         return False
+
+    def forget(self, time: float) -> None:
+        """Forget a sample at a time at which an impulse strikes: it is taken after it."""
+        if self.known and self.times[self.known - 1] >= time - TRANSIENT.rounding * self.times[-1]:
+            self.known -= 1
+            motion, last = self.motion, slice(None, -1)
+            motion.instants[-1] = part_of(motion.instants[-1], last)
+            motion.places[-1], motion.rates[-1] = motion.places[-1][last], motion.rates[-1][last]
 
     def _take(self, time: Array, place: Array, rate: Array) -> None:
         """Take samples near to where the equation is."""
@@ -364,34 +334,3 @@ def _refuse_too_many(scene: Scene) -> None:
             hint="Give fewer cycles or sub_intervals",
         )
     require_positions(scene, positions)
-
-
-def _states_part(states: RigidStates, part: slice) -> RigidStates:
-    names = ("time", "theta", "q", "velocity", "acceleration", "inverse")
-    return RigidStates(*(getattr(states, name)[part] for name in names))
-
-
-def part_of(found: RigidInstants, part: slice) -> RigidInstants:
-    """Give some instants of several, to be kept: without what the solver needed the Jacobian for.
-
-    Parameters
-    ----------
-    found
-        The instants.
-    part
-        Which of them.
-    """
-
-    def cut(by_name: dict[str, Array]) -> dict[str, Array]:
-        return {name: values[part] for name, values in by_name.items()}
-
-    return RigidInstants(
-        states=replace(_states_part(found.states, part), inverse=np.zeros((0, 0, 0))),
-        efforts=found.efforts[part],
-        joint_forces=cut(found.joint_forces),
-        law_efforts=cut(found.law_efforts),
-        depths=cut(found.depths),
-        powers=cut(found.powers),
-        energy=found.energy[part],
-        on_frame=found.on_frame[part],
-    )

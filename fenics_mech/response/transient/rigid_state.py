@@ -150,6 +150,11 @@ class RigidState:
         return self._moved(time, states[0], given, self._pose_near(time, given[0]))
 
     @property
+    def known_links(self) -> Array:
+        """Coordinates of the links at the position that others are near to, ``(3 links,)``."""
+        return self._known[1]
+
+    @property
     def laws(self) -> dict[str, JointLaw]:
         """The joint laws, by name."""
         return self.dynamics.laws

@@ -47,6 +47,29 @@ class StepLimits:
 STEPPING = StepLimits()
 
 
+@dataclass(frozen=True)
+class Step:
+    """A step that was made.
+
+    Parameters
+    ----------
+    start, length
+        Its start and its length (s).
+    state
+        z and z' at its start, ``(coordinates,)`` each.
+    made
+        z'' at its collocation points, ``(points, coordinates)``.
+    curve
+        The motion in it.
+    """
+
+    start: float
+    length: float
+    state: tuple[Array, Array]
+    made: Array
+    curve: Curve
+
+
 class EquationInTime(Protocol):
     """An equation of motion of second order for scaled coordinates z, which have the unit sqrt(J)."""
 
@@ -85,6 +108,8 @@ class Collocation:
     of_motion
         Whether errors are relative to the energy of the motion alone, and Newton's method ends by the energy of its
         changes: coordinates of rigid motion count from anywhere, and have no common unit.
+    beside
+        Are called with every step, before `keep`.
     """
 
     equation: EquationInTime
@@ -95,6 +120,7 @@ class Collocation:
     keep: Keep
     watch: Watch | None = None
     of_motion: bool = False
+    beside: tuple[Callable[[Step], None], ...] = ()
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
 
@@ -120,6 +146,7 @@ class Collocation:
         length
             Length of the first step (s).
         """
+        self._latest = None
         ts.setType("python")
         ts.setPythonContext(self)
         ts.setSolution(PETSc.Vec().createWithArray(np.concatenate([z, rate]), comm=PETSc.COMM_SELF))
@@ -167,6 +194,8 @@ class Collocation:
         curve = self._curve(start, length, z, rate, made)
         vector.array[:] = np.concatenate([part[0] for part in curve(np.array([start + length]))])
         self._latest = length, made
+        for take in self.beside:
+            take(Step(start, length, (z, rate), made, curve))
         ts.setTime(end if last else start + length)
         ts.setTimeStep(max(asked, length * change) if last else length * change)
         if self.keep(ts.getTime(), curve):

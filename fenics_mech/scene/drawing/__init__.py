@@ -10,6 +10,8 @@ groups say what is what:
 - Points, named "joint A" (or just "A"): a pin through all links that have the end of a line there. Links that share
   the point need list it once; coincident points of different links are all listed.
 - Points, named "ground O": a pin through the ground and all links that have the end of a line there.
+- Points, named "slide B 30": a pin that slides on the ground along a line at 30 degrees from the x axis. One link
+  alone has it.
 - Points, named "point D": no pin, but a name, for a mass or another kind of joint; one point of each link.
 
 In each of these links the point bears the group's name ("crank.A"), in the ground too ("ground.O"). Other ends are

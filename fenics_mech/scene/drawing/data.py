@@ -158,4 +158,7 @@ def _link_data(
 
 def _joint_data(name: str, pin: Pin) -> dict[str, Any]:
     """Table of a pin as a scene file has it."""
-    return {"connect": tuple(f"{body}.{name}" for body in (("ground",) if pin.on_ground else ()) + pin.links)}
+    points = tuple(f"{body}.{name}" for body in (("ground",) if pin.on_ground else ()) + pin.links)
+    return (
+        {"connect": points} if pin.guide is None else {"kind": "slot", "connect": points, "angle": f"{pin.guide!r} deg"}
+    )

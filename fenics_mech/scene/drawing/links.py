@@ -12,6 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene.drawing.gmsh_files import DRAWING, Drawing
 
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
+SLIDE = rf"slide[ _]({NAME})[ _](-?\d+(?:\.\d+)?)"
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,15 @@ class DrawnLink:
 
 @dataclass(frozen=True)
 class Pin:
-    """A joint: the links in it, in the order of the drawing, the node where it is, and whether the ground is in it."""
+    """A joint: the links in it, in the order of the drawing, the node where it is, and whether the ground is in it.
+
+    One that slides on the ground has the angle (deg) of its guide.
+    """
 
     links: tuple[str, ...]
     node: int
     on_ground: bool
+    guide: float | None = None
 
 
 def trace(drawing: Drawing) -> tuple[dict[str, DrawnLink], dict[str, Pin]]:
@@ -71,10 +76,12 @@ def _points(drawing: Drawing, ends: dict[str, set[int]]) -> tuple[dict[str, dict
     pins: dict[str, Pin] = {}
     size = float(np.ptp(drawing.nodes, axis=0).max())
     for group, nodes in drawing.point_groups.items():
+        slide = re.fullmatch(SLIDE, group)
         words = re.fullmatch(rf"(?:(joint|ground|point)[ _])?({NAME})", group)
-        if not words:
-            raise drawing.error(f"a group of points is named {group!r}", 'Name it "joint A", "ground O" or "point D"')
-        kind, name = words[1] or "joint", words[2]
+        if not words and not slide:
+            known = '"joint A", "ground O", "slide B 30" with the angle of its guide, or "point D"'
+            raise drawing.error(f"a group of points is named {group!r}", f"Name it {known}")
+        kind, name = ("slide", slide[1]) if slide else (words[1] or "joint", words[2]) if words else ("", "")
         if not nodes:
             raise drawing.error(f"the group {group!r} is empty")
         for node in nodes:
@@ -91,7 +98,7 @@ def _points(drawing: Drawing, ends: dict[str, set[int]]) -> tuple[dict[str, dict
         if kind != "point":
             links = [link for link, points in named.items() if points.get(name) in nodes]
             _check_pin(drawing, group, nodes, links, kind, size)
-            pins[name] = Pin(tuple(links), nodes[0], kind == "ground")
+            pins[name] = Pin(tuple(links), nodes[0], kind != "joint", float(slide[2]) if slide else None)
     return named, pins
 
 
@@ -101,6 +108,9 @@ def _check_pin(drawing: Drawing, group: str, nodes: tuple[int, ...], links: list
         if np.linalg.norm(drawing.nodes[node] - drawing.nodes[nodes[0]]) > DRAWING.coincident * size:
             where = f"{drawing.at(nodes[0])} and {drawing.at(node)}"
             raise drawing.error(f"the points of {group!r} lie apart, at {where}", "Draw the mechanism assembled")
+    if kind == "slide" and len(links) > 1:
+        hint = "A slider that joins links needs a block: draw it as a joint, and give block and guide in the scene file"
+        raise drawing.error(f"{group!r} at {drawing.at(nodes[0])} joins {len(links)} links", hint)
     if kind == "joint" and len(links) < 2:
         name = group.rsplit(" ", maxsplit=1)[-1]
         raise drawing.error(

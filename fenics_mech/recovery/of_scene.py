@@ -1,0 +1,51 @@
+"""What was found of a scene, and keeps that scene with it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Self
+
+from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.recovery.saved import Saved
+from fenics_mech.scene import Scene
+
+
+class OfScene(Saved):
+    """A saved dataset with the scene that it was made of, as the attribute "scene"."""
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The scene; of a sweep or a branch, that of its first point.
+
+        Raises
+        ------
+        ResultError
+            When there is none, or one that is not valid.
+        """
+        try:
+            return Scene.read(json.loads(self.data.attrs["scene"]))
+        except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
+            raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
+
+    def told_in(self, units: Sequence[str]) -> Self:
+        """Give the same, whose numbers are printed and drawn in other units.
+
+        Parameters
+        ----------
+        units
+            Names of units, such as "in", "psi", "lbf", "rpm". Quantities without one have their usual unit.
+
+        Raises
+        ------
+        SceneError
+            When a name is no unit of an answer.
+
+        Examples
+        --------
+        >>> fm.Result.load("out/result.nc").told_in(["lbf in"]).plot("drive").get_ylabel()
+        'torque (lbf in)'
+        """
+        scene = self.scene.changed(units=tuple(units))
+        return type(self)(self.data.assign_attrs(scene=scene.model_dump_json()))

@@ -1,0 +1,237 @@
+"""Motions with freedoms that repeat: of rigid links, and of links that bend."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import Array
+from fenics_mech.kinematics.free_linkage import FreeLinkage
+from fenics_mech.mechanism import System
+from fenics_mech.response.solution import FreeSolution
+from fenics_mech.response.transient.course import FreeCourse, StartState
+from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
+from fenics_mech.response.transient.free_state import FreeState
+from fenics_mech.response.transient.rigid_motion import RigidMotion, free_course, stated_start
+from fenics_mech.response.transient.rigid_state import RigidState
+from fenics_mech.response.transient.shooting import History, Lap, repeated_motion
+from fenics_mech.scene import Scene
+
+OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
+SAME = 1e-9  # of the accelerations, up to which they are the same at another time
+SAMPLES = 48  # of a cycle at which its size is seen
+
+
+@dataclass(frozen=True)
+class RigidRunner:
+    """Integrates the motion of rigid links.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that can move and no drive leads.
+    """
+
+    scene: Scene
+
+    @cached_property
+    def _state(self) -> RigidState:
+        return RigidState(self.scene, FreeLinkage(self.scene))
+
+    @property
+    def pins(self) -> NDArray[np.bool_]:
+        """Which freedoms are angles of pins, ``(freedoms,)``."""
+        return pins_of(self.scene)
+
+    def begin(self) -> StartState:
+        """Give the state that the freedoms state."""
+        return stated_start(self.scene)
+
+    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time.
+
+        Parameters
+        ----------
+        start, duration, samples
+            The state, the time (s), and the number of steps.
+        """
+        motion = free_course(lasting(self.scene, duration, samples), start)
+        return _end_of(motion), _history(motion)
+
+    def lap(self, start: StartState, duration: float) -> Lap:
+        """Give the motion from a state on, with all disturbances of it.
+
+        Parameters
+        ----------
+        start, duration
+            The state, and the time (s).
+        """
+        motion = free_course(lasting(self.scene, duration, SAMPLES), start, carries=True)
+        assert motion.beside is not None
+        end, (_, place, rate) = _end_of(motion), _history(motion)
+        seconds = np.stack([self._second(state, state.time) for state in (start, end)])
+        spans = np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
+        return Lap(start, end, seconds, spans, motion.beside.monodromy, motion.contacts > 0)
+
+    def depends_on_time(self, start: StartState) -> bool:
+        """Whether the equation at a state is another one at other times.
+
+        Parameters
+        ----------
+        start
+            The state.
+        """
+        here = self._second(start, start.time)
+        others = [self._second(start, start.time + share * self.scene.period) for share in OTHER_TIMES]
+        return differs(here, np.array(others))
+
+    def _second(self, start: StartState, time: float) -> Array:
+        self._state.rewind(start)
+        states = start.displacement[None], start.velocity[None]
+        return self._state.accelerations(np.array([time]), *states)[0]
+
+
+@dataclass(frozen=True)
+class BendingRunner:
+    """Integrates the motion of links that bend.
+
+    Parameters
+    ----------
+    state
+        The equation.
+    """
+
+    state: FreeState
+
+    @property
+    def pins(self) -> NDArray[np.bool_]:
+        """Which coordinates are angles of pins, ``(coordinates,)``."""
+        return np.append(np.zeros(self.state.size, dtype=bool), pins_of(self.state.scene))
+
+    def begin(self) -> StartState:
+        """Give the state that the freedoms state, without vibration."""
+        return start_of(self.state)
+
+    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time.
+
+        Parameters
+        ----------
+        start, duration, samples
+            The state, the time (s), and the number of steps.
+        """
+        course = self._course(start, duration, samples, carries=False)
+        return _last_of(course), (course.time, course.displacement, course.velocity)
+
+    def lap(self, start: StartState, duration: float) -> Lap:
+        """Give the motion from a state on, with all disturbances of it.
+
+        Parameters
+        ----------
+        start, duration
+            The state, and the time (s).
+        """
+        course = self._course(start, duration, SAMPLES, carries=True)
+        assert course.beside is not None
+        spans = np.stack([np.ptp(course.displacement, axis=0), np.abs(course.velocity).max(axis=0)])
+        seconds = course.acceleration[[0, -1]]
+        return Lap(start, _last_of(course), seconds, spans, course.beside.monodromy, course.touched)
+
+    def depends_on_time(self, start: StartState) -> bool:
+        """Whether the equation at a state is another one at other times.
+
+        Parameters
+        ----------
+        start
+            The state.
+        """
+        self.state.rewind(start)
+        times = start.time + self.state.scene.period * np.append(0.0, OTHER_TIMES)
+        states = (np.tile(part, (len(times), 1)) for part in (start.displacement, start.velocity))
+        here, *others = self.state.accelerations(times, *states)
+        return differs(here, np.array(others))
+
+    def _course(self, start: StartState, duration: float, samples: int, *, carries: bool) -> FreeCourse:
+        other = replace(self.state, scene=lasting(self.state.scene, duration, samples))
+        return course_of(other, start, carries=carries)
+
+
+def by_repeated_motion(scene: Scene, system: System) -> FreeSolution:
+    """Find the motion of freedoms and links that repeats.
+
+    Parameters
+    ----------
+    scene
+        A scene with a freedom for all that can move.
+    system
+        Its mechanism at time 0.
+
+    Raises
+    ------
+    SolverError
+        When no motion beside that of the scene repeats, or it is not stable.
+    """
+    repeated = repeated_motion(scene, BendingRunner(FreeState(scene, system)))
+    state = FreeState(repeated.scene, system)
+    course = course_of(state, repeated.start)
+    if scene.analysis.repeats == 1:
+        course = replace(course, change=repeated.change)
+    return replace(solution_from(state, repeated.start, course), repeated=repeated)
+
+
+def pins_of(scene: Scene) -> NDArray[np.bool_]:
+    """Give which freedoms are angles of pins, ``(freedoms,)``.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    return np.array([scene.joints[name].kind == "revolute" for name in scene.freedoms], dtype=bool)
+
+
+def lasting(scene: Scene, duration: float, samples: int) -> Scene:
+    """Give the scene of a motion that goes on for so long, without what else is wanted to be known of it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    duration
+        How long (s): of drives, whole cycles.
+    samples
+        Steps at whose ends the motion is given.
+    """
+    cycles = round(duration / scene.period) if scene.drives else 1
+    changes: dict[str, Any] = {"cycles": cycles} if scene.drives else {"duration": duration}
+    changes |= {"sub_intervals": max(4, samples // cycles), "lyapunov": False, "poincare": None}
+    return scene.model_copy(update={"analysis": scene.analysis.model_copy(update=changes)})
+
+
+def differs(here: Array, others: Array) -> bool:
+    """Whether accelerations at other times are others.
+
+    Parameters
+    ----------
+    here, others
+        ``(coordinates,)`` and ``(times, coordinates)``.
+    """
+    return bool(np.abs(others - here).max() > SAME * max(float(np.abs(here).max()), float(np.abs(others).max())))
+
+
+def _end_of(motion: RigidMotion) -> StartState:
+    states = motion.instants[-1].states
+    return StartState(float(states.time[-1]), motion.places[-1][-1], motion.rates[-1][-1], states.q[-1])
+
+
+def _history(motion: RigidMotion) -> History:
+    time = np.concatenate([part.states.time for part in motion.instants])
+    return time, np.concatenate(motion.places), np.concatenate(motion.rates)
+
+
+def _last_of(course: FreeCourse) -> StartState:
+    return StartState(float(course.time[-1]), course.displacement[-1], course.velocity[-1], course.links[-1])

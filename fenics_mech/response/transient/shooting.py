@@ -1,0 +1,311 @@
+"""Motions with freedoms that repeat: the state that comes back to itself after a cycle, by Newton's method.
+
+The motion first goes on by itself for some cycles. Newton's method then looks for the state beside it that the cycle
+brings back, with the transition of small disturbances through the cycle, whose eigenvalues are the Floquet
+multipliers. Where nothing depends on time the period is unknown too, and the state moves across the motion only.
+Angles of pins may come back whole turns later. That forces come back with them is seen at the accelerations.
+
+Source: Parker and Chua, Practical Numerical Algorithms for Chaotic Systems (1989), chapters 3 and 5.
+"""
+
+from __future__ import annotations
+
+import logging
+import math
+from dataclasses import dataclass, replace
+from itertools import product
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
+from fenics_mech.errors import AssemblyError, SolverError
+from fenics_mech.response.transient.course import StartState
+from fenics_mech.scene import Analysis, Scene
+
+logger = logging.getLogger(__name__)
+History = tuple[Array, Array, Array]  # times (s), coordinates and rates there, ``(times, coordinates)`` each
+
+
+@dataclass(frozen=True)
+class ShootingLimits:
+    """Limits of the search for a motion that repeats."""
+
+    samples: int = 48  # of a cycle at which its size is seen
+    in_recurrence: int = 192  # of the period that is stated: states among which the last is looked for
+    most_iterations: int = 12  # of Newton's method
+    halvings: int = 4  # of its steps
+    closed: float = 10.0  # times the tolerance of a time step, down to which a cycle has to close
+    rounding: float = 1e-9  # of a cycle that needs no further step of Newton's method
+    forces: float = 1e-3  # of the largest acceleration, by which it may have changed after a cycle
+    beside: float = 0.2  # of the largest distance of two states, below which one comes near to the other again
+    away: float = 0.3  # of it, that the motion has to go away before
+    shortest: float = 0.2  # of the period, that Newton's method may make it shorter
+    open_ends: tuple[float, ...] = (1e-9, 1e-2)  # of the largest singular value: families leave their member open
+    farthest: float = 1.0  # of the largest way or rate, by which a step may move the state
+    stable: float = 1e-3  # beyond 1, up to which a multiplier's magnitude shows no growth
+
+
+SHOOTING = ShootingLimits()
+
+
+@dataclass(frozen=True)
+class Lap:
+    """A motion from a state to the end of a cycle.
+
+    Parameters
+    ----------
+    start, end
+        The states: times (s), coordinates, rates and places of the links.
+    seconds
+        Second derivatives of the coordinates at both, ``(2, coordinates)``.
+    spans
+        Largest size of each coordinate's way and rate in the cycle, ``(2, coordinates)``.
+    transition
+        What becomes of small disturbances of the coordinates and rates, ``(2 coordinates, 2 coordinates)``.
+    touched
+        Whether bodies touched: disturbances of such a motion are known roughly only.
+    """
+
+    start: StartState
+    end: StartState
+    seconds: Array
+    spans: Array
+    transition: Array
+    touched: bool
+
+    @property
+    def duration(self) -> float:
+        """Time that it takes (s)."""
+        return self.end.time - self.start.time
+
+
+class Runner(Protocol):
+    """Integrates the motion of a scene."""
+
+    @property
+    def pins(self) -> NDArray[np.bool_]:
+        """Which coordinates are angles of pins, ``(coordinates,)``."""
+
+    def lap(self, start: StartState, duration: float) -> Lap:
+        """Give the motion from a state on for so long (s)."""
+
+    def begin(self) -> StartState:
+        """Give the state that the motion goes on from at first."""
+
+    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
+
+    def depends_on_time(self, start: StartState) -> bool:
+        """Whether the equation at a state is another one at other times."""
+
+
+@dataclass(frozen=True)
+class RepeatedMotion:
+    """A motion that repeats.
+
+    Parameters
+    ----------
+    scene
+        The scene of one cycle: it goes on for its period.
+    start
+        The state that comes back.
+    multipliers
+        Floquet multipliers, largest magnitude first; none where bodies touch in the cycle.
+    period
+        Time after which it repeats (s).
+    change
+        By how much it misses that: of coordinates over their way in the cycle, of rates over the largest.
+    own
+        Whether its period is its own, and none of forces or drives.
+    """
+
+    scene: Scene
+    start: StartState
+    multipliers: NDArray[np.complex128]
+    period: float
+    change: float
+    own: bool
+
+    @property
+    def growing(self) -> NDArray[np.complex128]:
+        """Multipliers of disturbances that may grow: along a motion of its own period one neither grows nor decays."""
+        along = int(np.abs(self.multipliers - 1).argmin()) if self.own and len(self.multipliers) else None
+        return self.multipliers if along is None else np.delete(self.multipliers, along)
+
+    @property
+    def stable(self) -> bool:
+        """Whether no disturbance grows."""
+        return bool((np.abs(self.growing) <= 1 + SHOOTING.stable).all())
+
+
+def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
+    """Find the motion that repeats.
+
+    Parameters
+    ----------
+    scene
+        The scene, with freedoms, whose `analysis.start` is "periodic".
+    runner
+        Integrates it.
+
+    Raises
+    ------
+    SolverError
+        When no motion beside that of the scene repeats, or it is not stable.
+    """
+    analysis, start = scene.analysis, runner.begin()
+    own = not scene.drives and not runner.depends_on_time(start)
+    if own:
+        start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * SHOOTING.in_recurrence)
+        period = _recurrence(history, runner.pins)
+    else:
+        period = scene.period * analysis.repeats
+        start = _run_in(runner, start, period, analysis)
+    tolerance = SHOOTING.closed * analysis.time_tolerance
+    lap = _closed(runner, start, period, own, tolerance, scene)
+    missed = np.abs(lap.seconds[1] - lap.seconds[0]).max() / max(np.abs(lap.seconds).max(), TINY)
+    if missed > SHOOTING.forces:
+        raise SolverError(
+            f"the state comes back after {lap.duration:.6g} s, but not its acceleration: it differs by {missed:.1%}. "
+            "Forces depend on how often a joint has turned, or have another period. "
+            "Give analysis.duration the period of the forces, or leave out what counts turns"
+        )
+    values = np.linalg.eigvals(lap.transition).astype(complex) if not lap.touched else np.zeros(0, dtype=complex)
+    cycle = {"start": "periodic"} | ({"cycles": analysis.repeats} if scene.drives else {"duration": lap.duration})
+    found = RepeatedMotion(
+        scene=scene.changed({f"analysis.{key}": value for key, value in cycle.items()}),
+        start=lap.start,
+        multipliers=values[np.argsort(-np.abs(values), kind="stable")],
+        period=lap.duration,
+        change=_change(lap, runner.pins),
+        own=own,
+    )
+    if not found.stable and not analysis.allow_unstable:
+        worst = complex(found.growing[0])
+        factor = f"{worst.real:.5g}" if worst.imag == 0 else f"{abs(worst):.5g} (multiplier {worst:.4g})"
+        raise SolverError(
+            f"the motion that repeats after {found.period:.6g} s is unstable: a small disturbance is multiplied by "
+            f"{factor} in each. Other cycles of the forces may bring a stable one back: try analysis.repeats = "
+            f"{2 * analysis.repeats}, or another start. analysis.allow_unstable lets it pass"
+        )
+    return found
+
+
+def _run_in(runner: Runner, start: StartState, period: float, analysis: Analysis) -> StartState:
+    """Let the motion go on for some cycles, fewer where two of them differ little."""
+    for _ in range(math.ceil(analysis.cycles / analysis.repeats)):
+        end, (_, place, rate) = runner.run(start, period, SHOOTING.samples)
+        spans = np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
+        change = _over(_missed(start, end, runner.pins), spans)
+        logger.info("after %.6g s the motion differs by %.3g from a cycle before", end.time, change)
+        if change <= analysis.settled:
+            return end
+        start = end
+    return start
+
+
+def _recurrence(history: History, pins: NDArray[np.bool_]) -> float:
+    """Time (s) since which the last of some states has been met before, but for whole turns of pins."""
+    time, place, rate = history
+    half = slice(len(time) // 2, None)
+    time, place, rate = time[half], place[half], rate[half]
+    away = place - place[-1]
+    away = np.where(pins, np.angle(np.exp(1j * away)), away)
+    parts = [part / max(float(np.ptp(part)), TINY) for part in (away, rate - rate[-1])]
+    distance = np.linalg.norm(np.hstack(parts), axis=1)
+    largest = float(distance.max())
+    left = np.flatnonzero(distance > SHOOTING.away * largest)
+    inside = np.arange(1, len(time) - 1)
+    lowest = inside[(distance[1:-1] <= distance[:-2]) & (distance[1:-1] <= distance[2:])]
+    near = lowest[(lowest < left[-1]) & (distance[lowest] < SHOOTING.beside * largest)] if len(left) else lowest[:0]
+    if not len(near):
+        raise SolverError(
+            f"the motion does not come back within {time[-1] - time[0]:.6g} s to the state that it has at the end. "
+            "Let it go on for longer by analysis.cycles and duration"
+        )
+    least = distance[near].min()
+    close = near[distance[near] <= 3 * least + 1e-3 * largest]  # the latest of those that are as near as any
+    return float(time[-1] - time[close[-1]])
+
+
+def _missed(start: StartState, end: StartState, pins: NDArray[np.bool_]) -> Array:
+    """By how much an end misses a start but for whole turns of pins, ``(2 coordinates,)``."""
+    way = end.displacement - start.displacement
+    way = way - np.where(pins, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
+    return np.concatenate([way, end.velocity - start.velocity])
+
+
+def _sizes(spans: Array) -> Array:
+    """What coordinates and rates are relative to, ``(2 coordinates,)``: the largest way and rate of all."""
+    return np.repeat(np.maximum(spans.max(axis=1), TINY), spans.shape[1])
+
+
+def _over(missed: Array, spans: Array) -> float:
+    return float(np.abs(missed / _sizes(spans)).max())
+
+
+def _change(lap: Lap, pins: NDArray[np.bool_]) -> float:
+    """By how much a cycle misses its start, over the largest way and rate."""
+    return _over(_missed(lap.start, lap.end, pins), lap.spans)
+
+
+def _closed(runner: Runner, start: StartState, period: float, own: bool, tolerance: float, scene: Scene) -> Lap:
+    """Close a cycle beside a start by Newton's method."""
+    lap = runner.lap(start, period)
+    first = change = _change(lap, runner.pins)
+    for _ in range(SHOOTING.most_iterations):
+        logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
+        if change <= tolerance:
+            better = _nearer(runner, lap, change, own, tries=1) if change > SHOOTING.rounding else None
+            return lap if better is None else better[0]
+        found = _nearer(runner, lap, change, own, tries=SHOOTING.halvings)
+        if found is None:
+            break
+        lap, change = found
+    settled = scene.analysis.settled
+    if lap.touched and change <= max(settled, tolerance):  # disturbances are known roughly where bodies touch
+        return lap
+    raise SolverError(
+        f"the motion does not repeat: it misses its state by {first:.2%} after {period:.6g} s, and Newton's method "
+        f"leaves {change:.2g} of that size. Let it go on for more analysis.cycles before, or try another "
+        "analysis.repeats. Where no cycle repeats, take another start, with analysis.lyapunov and analysis.poincare"
+    )
+
+
+def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> tuple[Lap, float] | None:
+    """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long."""
+    n = len(lap.start.displacement)
+    matrix = lap.transition - np.eye(2 * n)
+    missed, sizes = -_missed(lap.start, lap.end, runner.pins), _sizes(lap.spans)
+    columns = rows = sizes
+    if own:
+        along = [np.append(state.velocity, second) for state, second in zip((lap.start, lap.end), lap.seconds)]
+        across = along[0] / sizes**2
+        matrix = np.block([[matrix, along[1][:, None]], [across[None], np.zeros((1, 1))]])
+        missed = np.append(missed, 0.0)
+        columns, rows = np.append(sizes, lap.duration), np.append(sizes, np.linalg.norm(across * sizes))
+    scaled = matrix * columns / rows[:, None]
+    for least, halving in product(SHOOTING.open_ends, range(tries)):
+        solved = np.linalg.lstsq(scaled, missed / rows, rcond=least)[0] / 2**halving
+        if np.abs(solved).max() > SHOOTING.farthest:
+            continue
+        step = solved * columns
+        duration = lap.duration + (step[-1] if own else 0.0)
+        moved = replace(
+            lap.start,
+            displacement=lap.start.displacement + step[:n],
+            velocity=lap.start.velocity + step[n : 2 * n],
+        )
+        if duration < SHOOTING.shortest * lap.duration:
+            continue
+        try:
+            trial = runner.lap(moved, duration)
+        except (SolverError, AssemblyError) as error:
+            logger.info("a trial of a cycle failed: %s", error)
+            continue
+        if (left := _change(trial, runner.pins)) < change:
+            return trial, left
+    return None

@@ -1,0 +1,129 @@
+"""Checks of freedoms, and of what motions with freedoms may be asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import check_known
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.models import Scene
+
+
+OWN_STEPS = "a motion with freedoms takes steps by collocation, without options that begin with transient_"
+MOVE_IN_TIME = (
+    "move in time: write method = 'transient', with start = 'periodic' for a motion that repeats, or 'static' for an "
+    "equilibrium of freedoms"
+)
+NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
+
+
+def check_freedoms(scene: Scene) -> None:
+    """Raise `SceneError` where a freedom is at a joint that has none, or a motion is asked for more than it has.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    _check_places(scene)
+    if scene.freedoms or (scene.joint_laws and scene.members()):
+        _check_free_motion(scene)
+    _check_cycles(scene)
+    _check_impulses(scene)
+
+
+def _check_places(scene: Scene) -> None:
+    """Raise where a freedom is at a joint that has none."""
+    driven = {drive.joint for drive in scene.drives}
+    for name, freedom in scene.freedoms.items():
+        place = f"freedoms.{name}"
+        check_known(name, scene.joints, "joint", place)
+        joint = scene.joints[name]
+        if name in driven:
+            raise SceneError(f"joint {name!r} is driven, and has no freedom left", place=place)
+        if joint.kind == "weld" or len(joint.connect) != 2:
+            raise SceneError(
+                "a freedom is the angle or the stroke of a joint of two bodies, which is no weld", place=place
+            )
+        if freedom.inertia and joint.kind != "revolute":
+            raise SceneError(
+                "what slides has no moment of inertia",
+                place=f"{place}.inertia",
+                hint="Put a point mass on the second body",
+            )
+        turns_only = getattr(freedom.effort, "kind", "") in ("dc-motor", "induction-motor")
+        if turns_only and joint.kind != "revolute":
+            raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
+
+
+def _check_impulses(scene: Scene) -> None:
+    """Raise where impulses strike at a time that the motion does not have, or beside what does not know them."""
+    free = bool(scene.freedoms) or bool(scene.joint_laws) or not scene.members()
+    for name, impulse in scene.impulses.items():
+        if impulse.time is not None and not (free and scene.analysis.method == "transient"):
+            raise SceneError(
+                "an impulse at a `time` is of motions in time with freedoms, joint laws or rigid links",
+                place=f"impulses.{name}.time",
+                hint="State the drive's `angle` at which it strikes, or the [freedoms] that move by themselves",
+            )
+        if impulse.angle is not None and not scene.drives:
+            raise SceneError("nothing is driven", place=f"impulses.{name}.angle", hint="State the `time` of the blow")
+    if not scene.impulses or not free:
+        return
+    rubs = next((name for name, law in scene.joint_laws.items() if law.kind == "friction"), None)
+    refused = (
+        (rubs is not None, f"joint_laws.{rubs}", "friction at the instant of an impulse is not known"),
+        (scene.analysis.start == "periodic", "impulses", "a motion is made to repeat without impulses"),
+        (scene.analysis.lyapunov, "impulses", "Lyapunov exponents are of motions without impulses"),
+    )
+    for wrong, place, why in refused:
+        if wrong:
+            raise SceneError(why, place=place)
+
+
+def _check_cycles(scene: Scene) -> None:
+    """Raise where what only a motion of freedoms has is asked of another."""
+    analysis = scene.analysis
+    cyclic = analysis.start == "periodic"
+    asked = {"start = 'periodic'": cyclic, "lyapunov": analysis.lyapunov, "poincare": analysis.poincare is not None}
+    for name, wanted in asked.items():
+        place = f"analysis.{name.partition(' ')[0]}"
+        if wanted and analysis.method != "transient":
+            raise SceneError(f"{name} is of motions in time", place=place, hint="Write method = 'transient'")
+        if wanted and not scene.freedoms:
+            raise SceneError(
+                f"{name} is of motions with freedoms, and the scene states none",
+                place=place,
+                hint="State the joint that moves by itself under [freedoms]; drives alone have method = 'periodic'",
+            )
+    if cyclic and any(drive.run_up is not None for drive in scene.drives):
+        raise SceneError("a motion that repeats has no run-up", place="drive.run_up")
+    section = analysis.poincare
+    if section is None:
+        return
+    if section.joint is not None:
+        check_known(section.joint, scene.freedoms, "freedom", "analysis.poincare.joint")
+    elif section.every is None and not scene.drives:
+        raise SceneError(
+            "nothing is driven, and the section has neither a period nor a place",
+            place="analysis.poincare",
+            hint="Give `every`, such as '2 s', or the `joint` of a freedom",
+        )
+
+
+def _check_free_motion(scene: Scene) -> None:
+    """Raise where a scene asks for more than a motion with freedoms, or with joint laws of links that bend, has."""
+    what = "freedoms" if scene.freedoms else "joint laws of links that bend"
+    in_time, rests = scene.analysis.method == "transient", scene.analysis.method == "static" and bool(scene.freedoms)
+    lasts = bool(scene.drives) or scene.analysis.duration is not None
+    refused = (
+        (not in_time and not rests, "analysis.method", f"{what} {MOVE_IN_TIME}"),
+        (in_time and not lasts, "analysis.duration", NO_DURATION),
+        (scene.tolerance is not None, "tolerance", f"a motion with {what} is not made to a tolerance of its result"),
+        (any(name.startswith("transient_") for name in scene.petsc), "petsc", OWN_STEPS),
+    )
+    for wrong, place, why in refused:
+        if wrong:
+            raise SceneError(why, place=place)

@@ -1,0 +1,99 @@
+"""Figures of motions with freedoms that go on for long: Poincaré section, growth of disturbances, spectrum."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.recovery import Result
+from fenics_mech.views.figures import empty_figure, finish
+from fenics_mech.views.freedom_figure import SHOWN
+
+ROW = 3.2  # inches
+LEAST_SHOWN = 1e-5  # of the largest amplitude
+
+
+def poincare_figure(result: Result) -> Figure:
+    """Draw the rate of each freedom over its angle or stroke, in the Poincaré section.
+
+    Angles are drawn within a turn.
+
+    Parameters
+    ----------
+    result
+        The result of a motion with a section.
+    """
+    panels, figure = _panels(result)
+    for axes, freedom, (unit, factor, turns) in zip(panels, result.data["freedom"].to_numpy(), _units(result)):
+        place, rate = (result.data[name].sel(freedom=freedom).to_numpy() for name in ("section_place", "section_rate"))
+        if turns:
+            place = np.angle(np.exp(1j * place))
+        size = 6 if len(place) < 200 else 1.5
+        axes.plot(factor * place, factor * rate, "o", markersize=size, markeredgewidth=0)
+        finish(axes, f"Poincaré section of {freedom}: {len(place)} points", f"rate ({unit}/s)")
+        axes.set_xlabel(f"{'angle' if turns else 'stroke'} ({unit})")
+    return figure
+
+
+def growth_figure(result: Result) -> Figure:
+    """Draw the logarithms of what disturbances of a motion have grown by; their slopes are the Lyapunov exponents.
+
+    Parameters
+    ----------
+    result
+        The result of a motion with Lyapunov exponents.
+    """
+    figure, (axes,) = empty_figure(height=4.2)
+    time, data = result.data["time"].to_numpy(), result.data
+    for exponent, size, curve in zip(
+        data["exponent"].to_numpy(),
+        data["lyapunov_exponent"].to_numpy(),
+        data["disturbance_growth"].transpose("exponent", "theta").to_numpy(),
+    ):
+        axes.plot(time, curve, label=f"exponent {exponent}: {size:.4g} 1/s")
+    finish(axes, "Growth of disturbances; exponents over the second half", "natural logarithm")
+    axes.set_xlabel("time (s)")
+    return figure
+
+
+def freedom_spectrum_figure(result: Result) -> Figure:
+    """Draw the spectrum of the freedoms' rates.
+
+    Parameters
+    ----------
+    result
+        The result of a motion with freedoms.
+    """
+    spectrum = result.derived("freedom_spectrum")
+    figure, (axes,) = empty_figure(height=4.2)
+    frequency = spectrum["spectrum_frequency"].to_numpy()
+    least = LEAST_SHOWN * float(np.maximum(spectrum.to_numpy().max(), np.finfo(float).tiny))
+    for freedom, (unit, factor, _) in zip(spectrum["freedom"].to_numpy(), _units(result)):
+        sizes = np.maximum(spectrum.sel(freedom=freedom).to_numpy(), least)
+        axes.semilogy(frequency[1:], factor * sizes[1:], label=f"{freedom} ({unit}/s)")
+    units = " or ".join(sorted({f"{unit}/s" for unit, _, _ in _units(result)}))
+    finish(axes, "Spectrum of the freedoms' rates", f"amplitude ({units})")
+    axes.set_xlabel("frequency (Hz)")
+    _until_small(axes, frequency, spectrum.max("freedom").to_numpy())
+    return figure
+
+
+def _until_small(axes: Axes, frequency: np.ndarray, sizes: np.ndarray) -> None:
+    """End the axis where nothing larger than a thousandth of the largest amplitude follows."""
+    heard = np.flatnonzero(sizes[1:] > 1e-3 * sizes[1:].max())
+    last = frequency[min(len(frequency) - 1, 2 + int(heard[-1]))] if len(heard) else frequency[-1]
+    axes.set_xlim(0, float(last))
+
+
+def _panels(result: Result) -> tuple[list[Axes], Figure]:
+    rows = result.data.sizes["freedom"]
+    figure, panels = empty_figure(rows=rows, height=max(4.2, ROW * rows), shared=False)
+    return panels, figure
+
+
+def _units(result: Result) -> list[tuple[str, float, bool]]:
+    """Unit and factor that each freedom is drawn in, and whether it is an angle."""
+    efforts = effort_units(tuple(result.scene.freedoms), result.scene.joints)
+    return [(*SHOWN[effort], effort == "N m") for effort in efforts]

@@ -1,0 +1,105 @@
+"""Runs of a sweep: which points begin from others, and that their motions are the same."""
+
+import logging
+
+import numpy as np
+import pytest
+
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.response.periodic.cycle import Cycle
+from fenics_mech.response.setup import CommonParts
+from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep_axes import parse_axes
+from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of
+
+EXACT = {
+    "effects": ["coupling", "large-rotations"],
+    "analysis.solver": "collocation",
+    "analysis.sub_intervals": 40,
+    "analysis.allow_coarse": True,
+    "analysis.error_estimates": False,
+    "analysis.stability": False,
+}
+SPEEDS = "drive.speed=34:36:4"  # where Newton's method takes 4 iterations from nothing
+NEWTON = 1e-8  # of the peaks: Newton's method ends at 1e-9 of the displacement
+
+
+def test_the_first_point_is_alone_and_runs_are_of_neighbours():
+    line = [(float(k),) for k in range(12)]
+    assert runs_of(line, range(12), 5) == [[0], [1, 2, 3, 4, 5], [6, 7, 8, 9, 10], [11]]
+    assert runs_of(line, range(12), 1) == [[k] for k in range(12)]
+    assert runs_of([], [], 5) == []
+
+
+def test_a_run_stays_in_its_row_of_a_grid():
+    grid = [(float(row), float(column)) for row in range(2) for column in range(3)]
+    assert runs_of(grid, range(6), 5) == [[0], [1, 2], [3, 4, 5]]
+
+
+def test_what_is_missing_of_a_run_is_one_too():
+    line = [(float(k),) for k in range(8)]
+    assert runs_of(line, [3, 4, 7], 4) == [[3], [4], [7]]  # the first one compiles the forms
+    assert runs_of(line, [0, 2, 4], 4) == [[0], [2, 4]]
+
+
+@pytest.mark.parametrize(
+    ("changes", "longest"),
+    [
+        ({"effects": "auto"}, LONGEST),
+        ({"effects": ["coupling", "large-rotations"]}, LONGEST),
+        ({"effects": ["coupling"]}, 1),
+        ({"effects": "auto", "analysis.method": "quasi-static"}, 1),
+    ],
+)
+def test_motions_that_need_newtons_method_begin_from_others(seed, changes, longest):
+    assert longest_run(seed.changed(changes)) == longest
+
+
+def iterations(caplog):
+    return [record.args[0] for record in caplog.records if record.msg.startswith("Newton %d")]
+
+
+@pytest.mark.slow
+def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, tmp_path, caplog, monkeypatch):
+    scene = seed.changed(EXACT)
+    axes = parse_axes(scene, [SPEEDS])
+    found, counts = {}, {}
+    for longest in (1, LONGEST):
+        monkeypatch.setattr("fenics_mech.studies.sweep.longest_run", lambda scene, longest=longest: longest)
+        with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
+            found[longest] = run_sweep(scene, axes, tmp_path / str(longest)).data
+        counts[longest] = len(iterations(caplog))
+        caplog.clear()
+    for name in ("peak_strain", "peak_deflection", "peak_joint_force", "peak_input_torque"):
+        alone, beside = found[1][name].to_numpy(), found[LONGEST][name].to_numpy()
+        assert beside == pytest.approx(alone, rel=NEWTON)
+        assert not np.array_equal(beside[2:], alone[2:])  # else they did not begin from others
+        assert np.array_equal(beside[:2], alone[:2])  # the first one, and that of the first run
+    assert counts[LONGEST] <= counts[1] - 2
+
+
+@pytest.mark.slow
+def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path):
+    scene = seed.changed(EXACT)
+    axes = parse_axes(scene, [SPEEDS])
+    one, two = (run_sweep(scene, axes, tmp_path / str(jobs), jobs=jobs).data for jobs in (1, 2))
+    assert one.identical(two)
+
+
+def test_a_motion_that_is_refused_as_unstable_is_one_to_begin_from(seed, monkeypatch):
+    def refused(*_):
+        raise SolverError("unstable")
+
+    monkeypatch.setattr(Cycle, "stability", refused)
+    scene, common = seed.changed(EXACT), CommonParts(begin_from_last=True)
+    with pytest.raises(SolverError, match="unstable"):
+        analyse(scene, common=common)
+    beams = common.links(scene)
+    assert common.near(beams).displacement.any()
+    assert common.near(CommonParts().links(scene)) is None  # of other links
+    common.keep(None)
+    assert common.near(beams) is None
+    with pytest.raises(SolverError, match="unstable"):
+        analyse(scene, common=(apart := CommonParts()))
+    assert apart.near(apart.links(scene)) is None
