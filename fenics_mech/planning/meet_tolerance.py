@@ -336,9 +336,12 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
 def _others(scene: Scene, result: Result) -> list[str]:
     """Say what errors the quantities have that the tolerance does not name, by all sources but effects left out."""
     data = result.data.drop_sel(source="effects", errors="ignore")
-    rest = {name: prefix for name, (_, prefix, _) in ERROR_VARIABLES.items() if name not in scene.tolerances}
-    totals = {WORDS[name]: data[f"{prefix}relative_error"].sum().item() for name, prefix in rest.items()}
-    told = [f"{name} {percent_of_error(total)}" for name, total in totals.items()]
+    rest = {name: f"{prefix}relative_error" for name, (_, prefix, _) in ERROR_VARIABLES.items()}
+    told = [
+        f"{WORDS[name]} {percent_of_error(data[error].sum().item())}"
+        for name, error in rest.items()
+        if error in data and name not in scene.tolerances
+    ]
     return [f"errors of the rest: {', '.join(told)}"] if told else []
 
 
