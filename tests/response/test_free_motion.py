@@ -73,10 +73,11 @@ def test_spin_up_by_a_motor_in_closed_form():
 
 
 @pytest.mark.slow  # free motions of bending links take a second of processor time a step
-def test_a_heavy_flywheel_leads_as_a_drive_does():
+@pytest.mark.parametrize(("strains", "near"), [((), 2e-5), (("large-rotations",), 2e-3)])
+def test_a_heavy_flywheel_leads_as_a_drive_does(strains, near):
     led = fm.load("demos/four_bar.toml").changed(
         {
-            "effects": ("coupling", "large-rotations"),
+            "effects": ("coupling", *strains),
             "damping": {},
             "mesh.elements": 2,
             "analysis": {"method": "transient", "cycles": 1, "sub_intervals": 240, "time_tolerance": 1e-6},
@@ -87,8 +88,9 @@ def test_a_heavy_flywheel_leads_as_a_drive_does():
     free = led.changed({"drive": (), "freedoms": {"O": wheel}, **{f"analysis.{k}": v for k, v in short.items()}})
     by_drive = fm.analyse(led.changed({"analysis.allow_coarse": True})).data.isel(theta=slice(0, 7))
     by_wheel = fm.analyse(free).data
-    # joint forces hold axial vibration of the straight start, which is too fast for the steps of either
-    for name, limit in {"strain": 2e-5, "deflection": 2e-5, "joint_force": 1e-3}.items():
+    # joint forces hold axial vibration of the straight start, which is too fast for the steps of either; bending moves
+    # the mass of elements along their axes in a led motion alone, which falls with h^2
+    for name, limit in {"strain": near, "deflection": near, "joint_force": max(near, 1e-3)}.items():
         values, wanted = by_wheel[name].to_numpy(), by_drive[name].to_numpy()
         assert np.abs(values - wanted).max() < limit * np.abs(wanted).max(), name
 
