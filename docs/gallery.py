@@ -19,6 +19,7 @@ import fenics_mech as fm
 from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.judgements import ADVICE, Judgement, headline, judgements, verdict
 from fenics_mech.views.key_figures import key_figures
+from fenics_mech.views.motion_figures import poincare_figure
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.result_figures import force_figure
 from fenics_mech.views.words import share, short
@@ -117,6 +118,15 @@ def swinging(result: fm.Result) -> str:
     return f"It swings with a period of {short(float(np.diff(lowest)[0]))} s, where small swings would have 1.64 s."
 
 
+def parting(result: fm.Result) -> str:
+    """Tell how fast motions beside a chaotic one part."""
+    largest, change = (float(result.data[name][0]) for name in ("lyapunov_exponent", "lyapunov_change"))
+    return (
+        f"It is chaotic: motions beside it part by a factor of e in about {short(1 / largest)} s. Its largest Lyapunov "
+        f"exponent is {short(largest)} 1/s, which changes by {short(change)} 1/s between quarters of the motion."
+    )
+
+
 def shutting(result: fm.Result) -> str:
     """Tell when a door is shut, and how hard it hits."""
     time, place, rate = motion(result)
@@ -213,6 +223,7 @@ SHOWN = {
     "joint_laws/rattling_slider_crank": Shown("How hard does a piston's pin with 0.5 mm of clearance hit?", rattling),
     "joint_laws/valve_train": Shown("Does a valve stay on its cam at 9000 rpm?", lifting),
     "free_motion/pendulum": Shown("How long does a bar take that swings from horizontal?", swinging),
+    "free_motion/driven_pendulum": Shown("Does a pendulum repeat its motion under an alternating torque?", parting),
     "free_motion/door_closer": Shown("When does a door shut, and how hard?", shutting),
     "free_motion/drop_hammer": Shown("How hard does a ram of 50 kg hit that drops by 1 m?", hammering),
     "free_motion/motor_start": Shown("How long does a motor take to bring a fan up to its speed?", starting),
@@ -254,6 +265,8 @@ def usable(result: fm.Result) -> str:
         return verdict(judgements(result))[1]
     if "not_estimated" in result.data.attrs:
         return f"The links are rigid. Not estimated is {result.data.attrs['not_estimated']}."
+    if "lyapunov_exponent" in result.data:
+        return "The links are rigid. Only statistics of such a motion can be compared, so that no error is estimated."
     if "joint_force_error_estimate" not in result.data.attrs:
         return "The links are rigid, and the drive leads them: each position is exact."
     wrong = float(result.data.attrs["joint_force_error_estimate"])
@@ -290,7 +303,9 @@ def draw(name: str, result: fm.Result) -> None:
         fm.animate(result, DEMOS / f"{name}.png", size=SIZE)
     else:
         free = "freedom_place" in result.data and SHOWN[name].answer is not rattling
-        figure = (freedom_figure if free else force_figure)(result)
+        figure = (poincare_figure if SHOWN[name].answer is parting else freedom_figure if free else force_figure)(
+            result
+        )
         figure.savefig(DEMOS / f"{name}.png", dpi=110)
 
 

@@ -17,6 +17,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
+from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.rigid_report import freedoms_table, law_table, rigid_parts, small_motions_table
 from fenics_mech.views.words import share, short
@@ -157,6 +158,7 @@ def _rest(reading: Reading, judged: list[Judgement]) -> Table:
     others["frequencies"] = _frequencies(result)
     rows |= {name: text for name, text in others.items() if text}
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
+    rows |= motion_rows(result, reading.units)
     rows["effects"] = _effects(result)
     rows["damped by"] = damping_of(result.scene)
     table = Table.grid(padding=(0, 2))

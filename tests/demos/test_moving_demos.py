@@ -34,6 +34,18 @@ def test_pendulum_has_the_period_of_its_comment():
     assert 2 * np.pi * np.sqrt(2 / (3 * G)) == pytest.approx(1.638, abs=5e-4)
 
 
+@pytest.mark.slow  # 150 periods of a chaotic motion
+def test_driven_pendulum_is_chaotic_as_its_comment_says():
+    scene = fm.load(DEMOS / "free_motion/driven_pendulum.toml")
+    result = fm.analyse(scene)
+    exponents, natural = result.data["lyapunov_exponent"].to_numpy(), np.sqrt(G)
+    assert exponents.sum() == pytest.approx(-natural / 2, rel=1e-5)  # q = 2
+    # of the natural frequency, by a Runge-Kutta rule of order 4 with the variational equation over 1450 periods
+    assert exponents[0] / natural == pytest.approx(0.112, abs=0.04)
+    assert "CHAOTIC" in str(fm.summary(result))
+    assert result.data.sizes["section_point"] == 150
+
+
 def test_door_shuts_when_and_as_fast_as_its_comment_says():
     time, place, rate, data = moved("free_motion/door_closer")
     inertia, damping, stiffness, rest = 30 * 0.45**2 + 2.025, 45.0, 20.0, np.radians(-40)

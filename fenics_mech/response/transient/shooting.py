@@ -34,9 +34,11 @@ class ShootingLimits:
     """Limits of the search for a motion that repeats."""
 
     samples: int = 48  # of a cycle at which its size is seen
+    in_recurrence: int = 192  # of the period that is stated: states among which the last is looked for
     most_iterations: int = 12  # of Newton's method
     halvings: int = 4  # of its steps
     closed: float = 10.0  # times the tolerance of a time step, down to which a cycle has to close
+    rounding: float = 1e-9  # of a cycle that needs no further step of Newton's method
     forces: float = 1e-3  # of the largest acceleration, by which it may have changed after a cycle
     beside: float = 0.2  # of the largest distance of two states, below which one comes near to the other again
     away: float = 0.3  # of it, that the motion has to go away before
@@ -157,7 +159,7 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
     analysis, start = scene.analysis, runner.begin()
     own = not scene.drives and not runner.depends_on_time(start)
     if own:
-        start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * analysis.sub_intervals)
+        start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * SHOOTING.in_recurrence)
         period = _recurrence(history, runner.pins)
     else:
         period = scene.period * analysis.repeats
@@ -257,8 +259,9 @@ def _closed(runner: Runner, start: StartState, period: float, own: bool, toleran
     for _ in range(SHOOTING.most_iterations):
         logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
         if change <= tolerance:
-            return lap
-        found = _nearer(runner, lap, change, own)
+            better = _nearer(runner, lap, change, own, tries=1) if change > SHOOTING.rounding else None
+            return lap if better is None else better[0]
+        found = _nearer(runner, lap, change, own, tries=SHOOTING.halvings)
         if found is None:
             break
         lap, change = found
@@ -272,8 +275,8 @@ def _closed(runner: Runner, start: StartState, period: float, own: bool, toleran
     )
 
 
-def _nearer(runner: Runner, lap: Lap, change: float, own: bool) -> tuple[Lap, float] | None:
-    """Give a cycle that misses its start by less, or None."""
+def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> tuple[Lap, float] | None:
+    """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long."""
     n = len(lap.start.displacement)
     matrix = lap.transition - np.eye(2 * n)
     missed, sizes = -_missed(lap.start, lap.end, runner.pins), _sizes(lap.spans)
@@ -285,7 +288,7 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool) -> tuple[Lap, fl
         missed = np.append(missed, 0.0)
         columns, rows = np.append(sizes, lap.duration), np.append(sizes, np.linalg.norm(across * sizes))
     scaled = matrix * columns / rows[:, None]
-    for least, halving in product(SHOOTING.open_ends, range(SHOOTING.halvings)):
+    for least, halving in product(SHOOTING.open_ends, range(tries)):
         solved = np.linalg.lstsq(scaled, missed / rows, rcond=least)[0] / 2**halving
         if np.abs(solved).max() > SHOOTING.farthest:
             continue
