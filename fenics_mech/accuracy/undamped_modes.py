@@ -40,6 +40,8 @@ def left_undamped(solution: Solution) -> dict[str, Array]:
     assert modal is not None
     q, rate = (part[left.angles, : equation.system.size] for part in _at_positions(solution))
     forces = left.forces(modes, modal.rates(q, rate))
+    if left.beyond and equation.system.terms.law is None:  # else bending moves the axis without stress
+        forces = forces + left.forces_beyond(q, rate)
     bare = replace(equation.system, terms=NOTHING)
     inertia = -equation.system.to_links(equation.linear.mass.solve(forces))
     lost = ElasticResponse(equation.links_stiffness.solve(forces), inertia)

@@ -82,6 +82,11 @@ class ReducedLinks:
         return self.beams.reduction
 
     @property
+    def fastest(self) -> float:
+        """Frequency of the fastest clamped mode (rad/s)."""
+        return float(self._reduction.mode_omega.max())
+
+    @property
     def _shapes(self) -> sp.csr_matrix:
         """Clamped modes of the members, ``(nodal dofs, modes)``."""
         return self._reduction.shape[:, len(self._reduction.kept) :]

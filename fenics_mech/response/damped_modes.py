@@ -45,6 +45,7 @@ class DampedModesLimits:
     most: int = 600  # coordinates, whose modes are all found there
     many: int = 120  # coordinates, from which modes are looked for by fewer
     reduced: float = 0.5  # of the coordinates, up to which fewer are worth their while
+    beyond: float = 1 / 3  # of a clamped mode's 2 zeta/omega, for modes beyond them; told is 1.0 to 1.9 of the truth
     clamped: float = 2.0  # frequency of the members' clamped modes in them, over that of the fastest damped mode
 
 
@@ -63,12 +64,16 @@ class LeftOut:
         The equation there, with all modes of unit stiffness.
     omega, damping
         Of these modes, the angular frequency (rad/s) and ``2 zeta/omega`` (s), ``(angles, modes)``.
+    beyond
+        A share of ``2 zeta/omega`` (s) of the fastest clamped mode of links by few coordinates; 0 where all modes are
+        known.
     """
 
     angles: slice
     equation: Equation
     omega: Array
     damping: Array
+    beyond: float
 
     @classmethod
     def of(cls, scene: Scene, system: System, modes: DampedModes) -> LeftOut | None:
@@ -91,7 +96,9 @@ class LeftOut:
         inverse = np.sqrt(np.maximum(squares, 0.0))  # without mass it is 0, but for rounding
         omega = 1 / np.maximum(inverse, TINY)
         damping = 2 * damping_ratios(scene.damping.ratio, omega) * inverse
-        return cls(angles, Equation(there, modes.factor(forces)), omega, damping)
+        clamped = math.inf if modes.links is None else modes.links.fastest
+        beyond = DAMPED.beyond * 2 * float(np.atleast_1d(scene.damping.ratio)[-1]) / clamped
+        return cls(angles, Equation(there, modes.factor(forces)), omega, damping, beyond)
 
     def forces(self, modes: DampedModes, rates: Array) -> Array:
         """Give the forces of the damping that is left out on the coordinates, ``(angles, coordinates)``.
@@ -106,6 +113,19 @@ class LeftOut:
         linear = self.equation.linear.modal
         assert linear is not None
         return linear.forces(self.damping * (1 - modes.share(self.omega)) * rates)
+
+    def forces_beyond(self, q: Array, rate: Array) -> Array:
+        """Give the forces of modes that links by few coordinates do not have, as `forces`.
+
+        Parameters
+        ----------
+        q, rate
+            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        """
+        equation, linear = self.equation, self.equation.linear.modal
+        assert linear is not None
+        whole = equation.links_stiffness.times(rate) + equation.links_turning.times(q)
+        return self.beyond * (whole - linear.forces(linear.rates(q, rate)))
 
 
 def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -> DampedModes | None:

@@ -58,6 +58,18 @@ def test_damping_that_is_left_out_is_told(speed, effects, equal, monkeypatch):
     assert told == pytest.approx(true, abs=equal * true.max())
 
 
+def test_damping_of_modes_beyond_few_coordinates_is_told(monkeypatch):
+    """It is not less than the truth, and at most twice as much."""
+    scene = many().changed(mesh__elements=10, analysis__error_estimates=False)
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, many=40, reduced=0.9))
+    solution, found = solved(scene)
+    assert solution.cycle.damped.seen < 50  # of 90
+    told = left_undamped(solution)["strain"].max()
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, small=1000))
+    true = float(abs(solved(scene)[1].data["strain"] - found.data["strain"]).max())
+    assert 0.9 * true < told < 2 * true
+
+
 def test_no_more_modes_are_damped_than_change_the_strains():
     """Forces that change slowly leave fast modes without damping; a smaller tolerance asks for more of them."""
     scene = many().changed(mesh__elements=16)
