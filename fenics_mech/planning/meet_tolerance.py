@@ -14,7 +14,7 @@ from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.theory_ladder import UNKNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
-from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
+from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, TAKEN, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
@@ -330,19 +330,30 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
     )
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
     said = f"{met}, met by {', '.join(parts)} (errors: {least}; {trials})"
-    left = _left_out(scene, result)
-    return f"{said}; {left}" if left else said
+    return "; ".join([said, *_others(scene, result), *_left_out(scene, result)])
 
 
-def _left_out(scene: Scene, result: Result) -> str:
+def _others(scene: Scene, result: Result) -> list[str]:
+    """Say what errors the quantities have that the tolerance does not name, by all sources but effects left out."""
+    data = result.data.drop_sel(source="effects", errors="ignore")
+    rest = {name: f"{prefix}relative_error" for name, (_, prefix, _) in ERROR_VARIABLES.items()}
+    told = [
+        f"{WORDS[name]} {percent_of_error(data[error].sum().item())}"
+        for name, error in rest.items()
+        if error in data and name not in scene.tolerances
+    ]
+    return [f"errors of the rest: {', '.join(told)}"] if told else []
+
+
+def _left_out(scene: Scene, result: Result) -> list[str]:
     """Say what the effects leave out that act, where it is more than the tolerance or not known."""
     names = {"theory": "the effects that the scene lists leave out", "effects": "effects left out by estimate come to"}
     shares = result.data["relative_error"]
     beyond = [
-        f"{name} {percent(float(shares.sel(source=source)))}"
+        f"{name} {percent_of_error(float(shares.sel(source=source)))}"
         for source, name in names.items()
         if source in shares["source"] and shares.sel(source=source) > scene.neglected
     ]
     if UNKNOWN in result.data.attrs.get("not_estimated", ""):
         beyond.append(f"{UNKNOWN}, which is not estimated")
-    return f"NOT in it: {', '.join(beyond)}" if beyond else ""
+    return [f"NOT in it: {', '.join(beyond)}"] if beyond else []
