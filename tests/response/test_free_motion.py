@@ -101,6 +101,7 @@ def test_energy_of_a_bending_pendulum_is_balanced():
     assert float(abs(data["deflection"]).max()) > 1e-3  # it does bend (m)
 
 
+@pytest.mark.slow
 def test_drag_of_the_air_on_a_falling_bar_against_an_independent_program():
     density, coefficient, line = 300.0, 2.0, 7850 * 2e-4
     scene = bars(1, duration=1.0, sub_intervals=5, time_tolerance=1e-7, error_estimates=False)
