@@ -34,9 +34,13 @@ os.environ.setdefault("NUMPY_MADVISE_HUGEPAGE", "0")  # clearing huge pages take
 if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
+    from fenics_mech.recovery.sound import sound
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.scene import *
+    from fenics_mech.studies.design.identify import Identified, identify
+    from fenics_mech.studies.design.measured_values import Observation
     from fenics_mech.studies.design.optimise import Optimum, optimise
+    from fenics_mech.studies.design.spread import Spread, spread
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
@@ -91,6 +95,7 @@ __all__ = [
     "HingeDamper",
     "HingeSpring",
     "ISection",
+    "Identified",
     "Impulse",
     "InductionMotor",
     "JointEffort",
@@ -109,6 +114,7 @@ __all__ = [
     "MotionTask",
     "Motor",
     "NaturalFrequencies",
+    "Observation",
     "Optimum",
     "PathTask",
     "Ply",
@@ -126,11 +132,13 @@ __all__ = [
     "Revolute",
     "RigidBody",
     "RoundSection",
+    "Scatter",
     "Scene",
     "SceneError",
     "Slot",
     "SolverError",
     "SpeedController",
+    "Spread",
     "Stop",
     "StressLife",
     "Study",
@@ -161,6 +169,7 @@ __all__ = [
     "four_bar",
     "from_drawing",
     "from_pylinkage",
+    "identify",
     "interactive",
     "load",
     "load_task",
@@ -185,6 +194,8 @@ __all__ = [
     "refined",
     "report",
     "slider_crank",
+    "sound",
+    "spread",
     "summary",
     "sweep",
     "synthesise",
@@ -193,9 +204,12 @@ __all__ = [
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
     "Gauge": "studies.sweep_points",
+    "Identified": "studies.design.identify",
     "NaturalFrequencies": "studies.natural_frequencies",
+    "Observation": "studies.design.measured_values",
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
+    "Spread": "studies.design.spread",
     "Sweep": "studies.sweep",
     "Synthesised": "studies.synthesis.synthesise",
     "SystemMatrices": "studies.system_matrices",
@@ -205,6 +219,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
+    "identify": "studies.design.identify",
     "interactive": "views.notebook",
     "modes": "studies.natural_frequencies",
     "matrices": "studies.system_matrices",
@@ -223,6 +238,8 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
     "report": "views.page.report",
+    "sound": "recovery.sound",
+    "spread": "studies.design.spread",
     "summary": "views.summary",
     "sweep": "studies.sweep",
     "synthesise": "studies.synthesis.synthesise",

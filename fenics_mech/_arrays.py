@@ -35,7 +35,8 @@ def turned(vectors: Array, angle: Array) -> Array:
 
 def each(matrices: Array, vectors: Array) -> Array:
     """One matrix per element times its vector at each angle: ``(elements, i, j)`` by ``(angles, elements, j)``."""
-    return np.einsum("eij,tej->tei", matrices, vectors)
+    by_element = vectors.transpose(1, 0, 2) @ matrices.transpose(0, 2, 1)  # faster than a sum of products by einsum
+    return np.ascontiguousarray(by_element.transpose(1, 0, 2))
 
 
 def summed(values: Numbers, place: Index, size: int) -> Numbers:

@@ -98,6 +98,11 @@ class ViewError(MechanismError):
     """A picture or an animation cannot be made on this machine."""
 
 
+def percent_of_error(share: float, digits: int = 2) -> str:
+    """Write an error in percent; from 100 % on no more than that is known of it."""
+    return percent(share, digits) if share < 1 else "100 % or more"
+
+
 def percent(share: float, digits: int = 2) -> str:
     """Write a share in percent, rounded to some digits and without an exponent where it is large."""
     value = float(f"{100 * share:.{digits}g}")

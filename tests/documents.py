@@ -25,7 +25,19 @@ DOCS = ROOT / "docs"
 FENCE = re.compile(r"^( *)```([^\n`]*)\n(.*?)^ *```$", flags=re.DOTALL | re.MULTILINE)
 WIDTH = "90"
 # Commands that take long are parsed while a page runs. A slow test runs them, but those of `NOT_RUN`.
-LONG = ("cost", "scaling", "follow", "animate", "sweep", "compare", "refine", "fatigue")
+LONG = (
+    "cost",
+    "scaling",
+    "follow",
+    "animate",
+    "sweep",
+    "compare",
+    "refine",
+    "fatigue",
+    "optimise",
+    "identify",
+    "spread",
+)
 LONG_OPTIONS = ("--compare", "--tol", "--refine-peaks")
 MINUTES = "takes minutes"
 INSTALLS = "installs what the tests run on"
@@ -38,6 +50,8 @@ NOT_RUN = {  # shown commands, and why no test of the documents runs them
     'fenics-mech sweep demos/four_bar.toml --over "drive.speed=10:50:161" -o out/campbell': MINUTES,
     'fenics-mech sweep press.toml --over "drive.speed=250 rpm:650 rpm:41" -o speeds': MINUTES,
     'fenics-mech sweep thicker.toml --over "drive.speed=250 rpm:650 rpm:41" -o thicker': MINUTES,
+    "fenics-mech optimise lighter.toml -o lighter": f"{MINUTES}: docs/studies.py runs it",
+    "fenics-mech identify damping.toml record.csv -o damping": f"{MINUTES}: docs/studies.py runs it",
     "make run": INSTALLS,
     "make test": TESTS,
     "make test-all": TESTS,

@@ -59,7 +59,7 @@ PAGES: dict[
         "Mesh, analysis, measurements and traced points",
         ["Mesh", "Analysis", "PoincareSection", "Measurement", "TracedPoint"],
     ),
-    "study": ("Studies", ["Study", "Variable", "Tied", "Limit", "Target"]),
+    "study": ("Studies", ["Study", "Variable", "Tied", "Scatter", "Limit", "Target"]),
 }
 
 

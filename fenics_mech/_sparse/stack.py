@@ -38,6 +38,8 @@ class Stack:
         size = matrices.shape[-1]
         rows, columns = np.nonzero(np.any(matrices != 0, axis=0))
         pattern = Pattern.of(size, rows, columns)
+        if len(pattern.rows) == size**2:
+            return cls(pattern, np.ascontiguousarray(matrices, dtype=float).reshape(-1, size**2))
         return cls(pattern, np.ascontiguousarray(matrices[:, pattern.rows, pattern.columns], dtype=float))
 
     @property
@@ -58,7 +60,10 @@ class Stack:
         if other.pattern is self.pattern:
             return replace(self, values=self.values + other.values)
         joined = self.pattern.joined(other.pattern)
-        return Stack(joined, self.on(joined).values + other.on(joined).values)
+        if joined is other.pattern:
+            return other + self
+        values = self.values.copy() if joined is self.pattern else self.on(joined).values
+        return Stack(joined, other.added_on(joined, values))
 
     def __mul__(self, factor: float) -> Stack:
         """Multiply all matrices by a number."""
@@ -74,9 +79,17 @@ class Stack:
         """Give the matrices on a pattern with more places, or with more unknowns that have zeros."""
         if pattern is self.pattern:
             return self
-        values = np.zeros((len(self.values), len(pattern.rows)))
-        values[:, pattern.places(self.pattern.rows, self.pattern.columns)] = self.values
-        return Stack(pattern, values)
+        return Stack(pattern, self.added_on(pattern, np.zeros((len(self.values), len(pattern.rows)))))
+
+    def added_on(self, pattern: Pattern, values: Array) -> Array:
+        """Add the nonzeros to those of a pattern that has their places, ``(positions, nonzeros)``, which change."""
+        module, given, count = kernels(1), np.ascontiguousarray(self.values), len(self.pattern.rows)
+        places = pattern.places(self.pattern.rows, self.pattern.columns)
+        pairs = (part.astype(np.int32) for part in (np.arange(count), np.zeros(count), places))
+        numbers, one, result = (pointer(module, part) for part in (given, np.ones(1), values))
+        lists = (pointer(module, part) for part in pairs)
+        module.lib.products(len(values), count, *lists, numbers, count, one, 0, result, len(pattern.rows))
+        return values
 
     def times(self, vectors: Array) -> Array:
         """Give the products with vectors, ``(positions, ..., size)``."""

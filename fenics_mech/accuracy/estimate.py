@@ -26,6 +26,7 @@ from fenics_mech.accuracy.superposition_errors import superposition_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors
+from fenics_mech.accuracy.undamped_modes import left_undamped
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS, UNLOADED
 from fenics_mech.effects.effect import Choice
@@ -216,6 +217,8 @@ def estimate(
     corrected = corrected_responses(solution)
     for source, without in corrected.items():
         add(source, _change(solution, system, source, without, base), without.safety, without.order)
+    if undamped := left_undamped(solution):
+        add("time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and not solution.course.touched:
         add("time", _by_rougher_steps(solution, base), ESTIMATES.rough_share, 1.0)
     for source, vibrating, share in missed_vibrations(solution):

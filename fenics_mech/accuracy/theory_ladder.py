@@ -15,14 +15,22 @@ UNKNOWN = "what the theory leaves out"  # as results say it where there is no es
 
 
 def judged_by_answer(scene: Scene) -> bool:
-    """Whether the response of a scene can tell what its theory leaves out.
+    """Whether the response of a scene can tell what its theory leaves out: not where impulses strike in time."""
+    return not (scene.impulses and scene.analysis.method == "transient")
 
-    Motions in time with impulses do not. Reduced members do not have the coordinates of exact strains, nor do members
-    that cannot stretch.
+
+def released(scene: Scene) -> Scene:
+    """Give the scene with all nodes of members, which can stretch, as exact strains need it; itself if it is that.
+
+    Parameters
+    ----------
+    scene
+        The scene.
     """
-    struck = scene.impulses and scene.analysis.method == "transient"
-    stretches = not any(EXACT_STRAINS in EFFECTS[name].refuses for name in _beside(scene.named_effects))
-    return stretches and not struck and scene.analysis.reduction == "none"
+    names = [name for name in scene.named_effects if name in LADDER or EXACT_STRAINS not in EFFECTS[name].refuses]
+    if scene.analysis.reduction == "none" and len(names) == len(scene.named_effects):
+        return scene
+    return scene.changed(effects=tuple(names), analysis__reduction="none")
 
 
 def judged(method: str) -> set[str]:

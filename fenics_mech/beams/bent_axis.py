@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, each
 from fenics_mech._fenicsx import ufl
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.forms.exact_strains import bending_beyond, bending_energy_beyond, shortening
@@ -118,10 +118,12 @@ class BentAxis:
         return self._matrices(self.kernels["force by v"](*state)), self._matrices(self.kernels["force by rate"](*state))
 
     def _deflection(self, v: Array) -> Array:
-        return np.einsum("ebn,ten->teb", self.shape, v)
+        return each(self.shape, v)
 
     def _carried(self, forces: Array) -> Array:
-        return np.einsum("ebn,teb->ten", self.shape, forces)
+        return each(self.shape.transpose(0, 2, 1), forces)
 
     def _matrices(self, blocks: Array) -> Array:
-        return self.shape.transpose(0, 2, 1) @ blocks @ self.shape
+        (elements, inner, outer), count = self.shape.shape, len(blocks)
+        both = np.einsum("ebi,ecj->eijbc", self.shape, self.shape).reshape(elements, outer**2, inner**2)
+        return each(both, blocks.reshape(count, elements, inner**2)).reshape(count, elements, outer, outer)

@@ -22,6 +22,7 @@ from fenics_mech.cli.effects_command import effects
 from fenics_mech.cli.export_command import export
 from fenics_mech.cli.fatigue_command import fatigue
 from fenics_mech.cli.follow_command import follow
+from fenics_mech.cli.identify_command import identify
 from fenics_mech.cli.import_command import import_scene
 from fenics_mech.cli.mesh_command import mesh
 from fenics_mech.cli.modes_command import modes
@@ -32,6 +33,8 @@ from fenics_mech.cli.report_command import report
 from fenics_mech.cli.run_command import run
 from fenics_mech.cli.scaling_command import scaling
 from fenics_mech.cli.schema_command import schema
+from fenics_mech.cli.sound_command import sound
+from fenics_mech.cli.spread_command import spread
 from fenics_mech.cli.sweep_command import sweep
 from fenics_mech.cli.synthesise_command import synthesise
 from fenics_mech.errors import MechanismError
@@ -75,8 +78,8 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 
 _COMMANDS = (
-    *(run, modes, check, effects, sweep, optimise, balance, synthesise),
-    *(follow, compare, refine, fatigue, cost, scaling),
+    *(run, modes, check, effects, sweep, optimise, identify, spread, balance, synthesise),
+    *(follow, compare, refine, fatigue, sound, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _QUICK = check, import_scene, schema

@@ -91,8 +91,8 @@ def _analysed(scene: Scene, path: Path, files: list[Path]) -> Curves:
 
 def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) -> list[Curves]:
     """Read measurements: those that are named, at the gauge or where a scene places them, or those of the scenes."""
+    from fenics_mech.recovery.measured import read_measurement  # noqa: PLC0415
     from fenics_mech.studies.compare import Quantity, curves_of_measurement  # noqa: PLC0415
-    from fenics_mech.views.measured import read_measurement  # noqa: PLC0415
 
     stated = {
         measurement.file.resolve(): Quantity("strain", measurement.member, measurement.s, measurement.fibre)

@@ -42,7 +42,7 @@ def optimise(
 
     loaded = loaded_scene(scene, strict)
     make_folder(folder)
-    with progress_bar(steps * starts) as step:
+    with progress_bar(steps * starts, alike=False) as step:
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:
             now = "" if best is None else ", best " + ", ".join(f"{k} {v:.4g}" for k, v in best.numbers.items())

@@ -96,7 +96,7 @@ class ImpulseWork:
             straight = Rates(rates.motion, rates.rigid, rates.turning, still)
             change = forces.shortening.by_velocity(change)
             work = work + Acceleration(change, still, still).power(system, straight, still)
-        if forces.shift is not None and forces.bent:
-            jump = forces.shift.by_change(system.to_links(self.struck.jump))
-            work = work - forces.shift.momentum(rates.rigid, jump)
+        if (shift := forces.inert_shift) is not None and forces.bent:
+            jump = shift.by_change(system.to_links(self.struck.jump))
+            work = work - shift.momentum(rates.rigid, jump)
         return work

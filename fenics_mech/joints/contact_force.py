@@ -10,7 +10,6 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene import Contact
@@ -51,6 +50,8 @@ def damping_of(contact: Contact) -> float:
     def left(share: float) -> float:
         c = share / e  # up to 1/e, beyond which the bodies would stick
         return math.log1p(c) - math.log1p(-share) - c * (1 + e)
+
+    from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few scenes have contacts)
 
     return float(brentq(left, e * (1 - e) / 2, 1 - 1e-15, xtol=1e-15, rtol=1e-14)) / e
 

@@ -20,9 +20,9 @@ from fenics_mech._sparse import DENSE, Congruence, Stack
 from fenics_mech.effects import Entries
 from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.errors import SolverError
+from fenics_mech.mechanism.damping_factors import DampingFactor
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
-from fenics_mech.mechanism.reduced_damping import ReducedFactor
 from fenics_mech.mechanism.system import System
 
 
@@ -49,11 +49,11 @@ class Equation:
     system
         The mechanism at the angles.
     modal_damping
-        Factor F of the modes' damping ``F^T F`` over the coordinates q, ``(angles, modes, coordinates)``, or over few.
+        Factor F of the modes' damping ``F^T F``.
     """
 
     system: System
-    modal_damping: Array | ReducedFactor | None = None
+    modal_damping: DampingFactor | None = None
 
     @cached_property
     def jets(self) -> tuple[Array, Array | None, Array | None]:
@@ -132,36 +132,22 @@ class Equation:
         q' alone also holds the turning of the fixed frame against the links, and would damp a link that turns with a
         strain that does not change.
         """
-        if self.modal_damping is None:
-            return None
-        if isinstance(self.modal_damping, ReducedFactor):
-            return self.modal_damping.links.forces(self._modes_strain, self.jets[0], self.turned)
-        k = self._congruence.values_of_matrix(self.system.link_stiffness)
-        turning = self._congruence.products(self.system.values, (k, self.turned))
-        by_place = turning.transposed.times(self._modes_strain)
-        return ModalForces(self.modal_damping, self.modal_damping, by_place)
+        return None if self.modal_damping is None else self.modal_damping.forces(self, self.modal_strain)
 
     @cached_property
-    def _modes_strain(self) -> Array:
-        """Coordinates whose elastic forces are those of each mode, ``(angles, modes, coordinates)``, or links' few."""
-        damping = self.modal_damping
-        assert damping is not None
-        if isinstance(damping, ReducedFactor):
-            return damping.links.links_by(damping.factor, self.system.motion)
-        return self.links_stiffness.solve(damping)
+    def modal_strain(self) -> Array:
+        """Coordinates whose elastic forces are those of each mode, of the links or of links by few."""
+        assert self.modal_damping is not None
+        return self.modal_damping.strained(self)
 
     @cached_property
     def modal(self) -> ModalForces | NonlinearModalForces | None:
         """Forces of modal damping, of the whole strain."""
-        law, linear, p, damping = self.system.terms.law, self.linear.modal, self.jets[0], self.modal_damping
-        if law is None or linear is None:
+        law, linear, damping = self.system.terms.law, self.linear.modal, self.modal_damping
+        if law is None or linear is None or damping is None:
             return linear
-        transformation = self.system.transformation
-        if isinstance(damping, ReducedFactor):
-            axial = damping.links.axial(self._modes_strain, law)
-        else:
-            axial = law.axial(transformation.forward(p[:, None], self._modes_strain))
-        return NonlinearModalForces(linear, axial, law, transformation, (p, self.turned))
+        axial = damping.axial(self, self.modal_strain, law)
+        return NonlinearModalForces(linear, axial, law, self.system.transformation, (self.jets[0], self.turned))
 
     def linearised(self, q: Array, rate: Array, tension: Array, share: float = 1.0) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
@@ -317,6 +303,12 @@ class Equation:
         """Stiffness of the links alone, ``P^T k P``: without springs, axial forces and coupling."""
         p, k = self.system.values, self._congruence.values_of_matrix(self.system.link_stiffness)
         return self._congruence.products(p, (k, p))
+
+    @property
+    def links_turning(self) -> Stack:
+        """Elastic forces as the links turn, ``P^T k P'``."""
+        k = self._congruence.values_of_matrix(self.system.link_stiffness)
+        return self._congruence.products(self.system.values, (k, self.turned))
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates `dofs`, ``(angles, elements, n)``, to the mechanism's."""

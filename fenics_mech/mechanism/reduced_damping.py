@@ -138,7 +138,17 @@ class ReducedLinks:
             Shape ``(angles, modes, reduced links' coordinates)``.
         """
         bare = System(self.beams, motion, self.transformation)
-        return self.transformation.forward(bare.values[:, None], bare.held_matrices()[1].solve(factor))
+        return self.transformation.forward(bare.values[:, None], self.stiffness(motion).solve(factor))
+
+    def stiffness(self, motion: Motion) -> Stack:
+        """Give the stiffness of the reduced links alone at the angles of a motion.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        """
+        return System(self.beams, motion, self.transformation).held_matrices()[1]
 
     def forces(self, strained: Array, values: Array, turned: Array) -> ModalForces:
         """Give the forces on the mechanism with all nodes, of modes that strain the links so.
@@ -169,32 +179,3 @@ class ReducedLinks:
             The elements.
         """
         return strained @ law.axial(self._reduction.shape.T.toarray()[None])[0]
-
-
-@dataclass(frozen=True, eq=False)
-class ReducedFactor:
-    """Factor F of the modes' damping ``F^T F`` over few coordinates.
-
-    Parameters
-    ----------
-    factor
-        F over the reduced mechanism's coordinates, ``(angles, modes, reduced coordinates)``.
-    links
-        The links that are reduced.
-    """
-
-    factor: Array
-    links: ReducedLinks
-
-
-def elastic_stiffness(links: ReducedLinks, system: System) -> Stack:
-    """Stiffness of the reduced links alone at the angles of a mechanism.
-
-    Parameters
-    ----------
-    links
-        The links.
-    system
-        The mechanism.
-    """
-    return System(links.beams, system.motion, links.transformation).held_matrices()[1]

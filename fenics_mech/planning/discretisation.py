@@ -27,6 +27,8 @@ class DiscretisationLimits:
     fewest_steps: int = 48  # of a cycle, to start with
     fewest_stations: int = 11  # of a member, to start with
     fewest_elements: int = 2  # in a member, to start with
+    from_fewest: float = 1e-3  # tolerance, below which it starts with more elements, and a second trial is the last
+    order_of_steps: int = 4  # that of stages, with which errors by vibration fall that is fast for the steps
 
 
 REFINE = DiscretisationLimits()

@@ -14,7 +14,7 @@ from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.theory_ladder import UNKNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
-from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent
+from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, TAKEN, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
@@ -43,8 +43,9 @@ class SearchLimits:
     enough: float = 0.7  # of the tolerance: estimates are 0.7 to 2 of the true error
     largest_judged: float = 0.1  # error of a motion that may be called unstable
     most_without_answer: int = 200  # sub-intervals, or the scene's own, after which no answer is an answer
-    largest_step: float = 4.0  # by which a number grows in a round
-    largest_refinement: float = 6.0  # the same of elements, whose errors fall more evenly
+    most_stations: float = 4.0  # times as many in a round
+    most_steps: float = 5.0  # the same of sub-intervals
+    most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
     margin: float = 1.2  # by how much more it grows than it should
 
 
@@ -180,10 +181,12 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
     power = slow_order(trials, what, source) if error > tolerance else None
     if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
         power = max(last.orders[source], 1.0)
-    by = (error / (CHOICE.share * tolerance)) ** (1 / max(power, 1.0))
+    by = SEARCH.margin * (error / (CHOICE.share * tolerance)) ** (1 / max(power, 1.0))
+    if source == "time" and power > REFINE.order_of_steps:
+        by = max(by, (error / (CHOICE.share * tolerance)) ** (1 / REFINE.order_of_steps))
     least = min(error / CHOICE.share, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
-    most = SEARCH.largest_refinement if source == "mesh" else SEARCH.largest_step
-    return min(SEARCH.margin * by, most), SEARCH.margin * least ** (1 / power)
+    most = {"time": SEARCH.most_steps, "mesh": SEARCH.most_elements}.get(source, SEARCH.most_stations)
+    return min(by, most), SEARCH.margin * least ** (1 / power)
 
 
 def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
@@ -267,7 +270,10 @@ def _refuse_unknown(scene: Scene) -> None:
 
 def _start(scene: Scene, common: CommonParts) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
-    return Discretisation(REFINE.fewest_elements, _fewest_steps(scene, common), _fewest_stations(scene))
+    elements = REFINE.fewest_elements
+    if _periodic(scene):  # whose trials take long; errors fall with the fourth power
+        elements = math.ceil(elements * max(1.0, REFINE.from_fewest / min(scene.tolerances.values())) ** 0.25)
+    return Discretisation(elements, _fewest_steps(scene, common), _fewest_stations(scene))
 
 
 def _fewest_stations(scene: Scene) -> int:
@@ -324,19 +330,30 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
     )
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
     said = f"{met}, met by {', '.join(parts)} (errors: {least}; {trials})"
-    left = _left_out(scene, result)
-    return f"{said}; {left}" if left else said
+    return "; ".join([said, *_others(scene, result), *_left_out(scene, result)])
 
 
-def _left_out(scene: Scene, result: Result) -> str:
+def _others(scene: Scene, result: Result) -> list[str]:
+    """Say what errors the quantities have that the tolerance does not name, by all sources but effects left out."""
+    data = result.data.drop_sel(source="effects", errors="ignore")
+    rest = {name: f"{prefix}relative_error" for name, (_, prefix, _) in ERROR_VARIABLES.items()}
+    told = [
+        f"{WORDS[name]} {percent_of_error(data[error].sum().item())}"
+        for name, error in rest.items()
+        if error in data and name not in scene.tolerances
+    ]
+    return [f"errors of the rest: {', '.join(told)}"] if told else []
+
+
+def _left_out(scene: Scene, result: Result) -> list[str]:
     """Say what the effects leave out that act, where it is more than the tolerance or not known."""
     names = {"theory": "the effects that the scene lists leave out", "effects": "effects left out by estimate come to"}
     shares = result.data["relative_error"]
     beyond = [
-        f"{name} {percent(float(shares.sel(source=source)))}"
+        f"{name} {percent_of_error(float(shares.sel(source=source)))}"
         for source, name in names.items()
         if source in shares["source"] and shares.sel(source=source) > scene.neglected
     ]
     if UNKNOWN in result.data.attrs.get("not_estimated", ""):
         beyond.append(f"{UNKNOWN}, which is not estimated")
-    return f"NOT in it: {', '.join(beyond)}" if beyond else ""
+    return [f"NOT in it: {', '.join(beyond)}"] if beyond else []

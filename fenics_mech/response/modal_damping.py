@@ -2,49 +2,31 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
-from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.beam_links import reducible
+from fenics_mech.mechanism.damping_factors import DampingFactor, FullFactor, ReducedFactor
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.mechanism.matrices import not_positive
-from fenics_mech.mechanism.modal_forces import MATRICES
-from fenics_mech.mechanism.reduced_damping import ReducedFactor, ReducedLinks, elastic_stiffness
-from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.scene import Scene
-from fenics_mech.scene.springs_dampers import HingeSpring
+from fenics_mech.mechanism.reduced_damping import ReducedLinks
+from fenics_mech.response.mode_shapes import SHAPES, every, held, slowest
 
 Ratio = float | tuple[float, ...]
 
 
 @dataclass(frozen=True)
-class DampedModesLimits:
-    """Which modes are damped, and how exactly they are found."""
+class FactorLimits:
+    """How the factor of modes' damping is made."""
 
-    small: int = 40  # coordinates, up to which all modes are damped: there full matrices are as fast
-    fastest: float = 128.0  # times the lowest frequency; measured: 2e-4 of a member that is strained little
-    weak: float = 0.02  # ratio up to which that is enough; beyond it is more, as the root of the ratio
-    resolved: float = 4.0  # rad in a step, up to which steps may resolve a vibration
     fading: float = 3.0  # the damping fades out over the last third
-    at_a_time: int = 20  # angles, whose shapes are alike and stay in the processor's cache
-    more_shapes: int = 8  # beside those wanted
-    most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
-    most_iterations: int = 60  # of a subspace, before modes count as not found
-    many: int = 120  # coordinates, from which modes are looked for by fewer
-    reduced: float = 0.5  # of the coordinates, up to which fewer are worth their while
-    clamped: float = 2.0  # frequency of the members' clamped modes in them, over that of the fastest damped mode
-    converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
     smooth: float = 1e-5  # of the damping of all modes: by how much four and six positions may differ
     few_smooth: float = 3e-5  # the same of few modes, which take longest to find; six positions err by a fifth of it
 
 
-DAMPED = DampedModesLimits()
+FACTOR = FactorLimits()
 
 
 def damping_ratios(ratio: Ratio, omega: Array) -> Array:
@@ -79,6 +61,14 @@ class DampedModes:
     fastest: float
     links: ReducedLinks | None = None
 
+    def at(self, system: System) -> System:
+        """Give the mechanism in which they are found, in the place of one at any angles."""
+        return system if self.links is None else self.links.at(system)
+
+    def factor(self, values: Array) -> DampingFactor:
+        """Give a factor over the coordinates of that mechanism, ``(angles, modes, coordinates)``."""
+        return FullFactor(values) if self.links is None else ReducedFactor(values, self.links)
+
     @property
     def seen(self) -> int | None:
         """Number of what they see of the coordinates, where these are not all."""
@@ -92,62 +82,11 @@ class DampedModes:
         omega
             Circular frequencies of modes (rad/s), of any shape.
         """
-        inside = np.clip(DAMPED.fading * (1 - omega / self.fastest), 0.0, 1.0)
+        inside = np.clip(FACTOR.fading * (1 - omega / self.fastest), 0.0, 1.0)
         return np.asarray(inside**4 * (3 - 2 * inside) ** 2)
 
 
-def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -> DampedModes | None:
-    """Find which modes are damped in a periodic motion of many coordinates; None for all.
-
-    These are all that its steps resolve, and those up to some times the lowest frequency. Faster ones follow the loads
-    without vibrating: their damping would change the strains of the seed four-bar by 2e-5, and in a member that is
-    strained little 2e-4 of its own. The frequency is relative to the lowest one, so that it is alike in similar scenes.
-    All are damped beside torsional springs, which fast modes wind, and where the solver's steps let them ring: at
-    Gauss points after impulses and jumps.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    system
-        Its mechanism over a cycle.
-    enough
-        Times the lowest frequency, up to which modes are damped that the steps do not resolve.
-    """
-    wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
-    rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
-    if not np.any(scene.damping.ratio) or system.size <= DAMPED.small or wound or rings:
-        return None
-    enough *= math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / DAMPED.weak))
-    resolved = DAMPED.resolved * scene.analysis.sub_intervals / abs(scene.period)
-    return system.once("damped modes", lambda: _up_to(scene, system, enough, resolved), (enough, resolved))
-
-
-def _up_to(scene: Scene, system: System, enough: float, resolved: float) -> DampedModes | None:
-    """Modes up to so many times the lowest frequency, and to one that is resolved (rad/s); None if they are many."""
-    mass, stiffness = _held(system)
-    some = np.random.default_rng(0).standard_normal((DAMPED.more_shapes, mass.size))
-    lowest = float(1 / np.sqrt(_slowest(mass, stiffness, some, 1)[0].max()))
-    fastest = lowest * 2.0 ** math.ceil(math.log2(max(enough, resolved / lowest)))
-    links = _reduced(scene, system, fastest)
-    if links is not None:
-        mass, stiffness = _held(links.at(system))
-    slower = (stiffness + (-(fastest**2)) * mass).factors.pivots < 0  # as many as frequencies below it (Sylvester)
-    count = int(np.sum(slower, axis=1).max())
-    few = links is not None or count < MATRICES.few_modes * mass.size
-    return DampedModes(count, fastest, links) if few else None
-
-
-def _reduced(scene: Scene, system: System, fastest: float) -> ReducedLinks | None:
-    """Links by few coordinates, for modes up to a frequency (rad/s); None where these are not few."""
-    reduced = system.beams.reduction is not None or system.transformation.base is not None
-    if reduced or system.terms.axial_stiffness or system.size < DAMPED.many:
-        return None
-    links = ReducedLinks.of(scene, system, reducible(scene, system.beams), DAMPED.clamped * fastest)
-    return links if links.transformation.shape[1] < DAMPED.reduced * system.size else None
-
-
-def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> Array | ReducedFactor | None:
+def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None) -> DampingFactor | None:
     """Give F of ``F^T F = M Phi 2 zeta omega Phi^T M`` at every angle; None if nothing is damped.
 
     The modes are those of ``K^{-1} M``, so that the slow ones are exact beside members as good as rigid. With shapes
@@ -163,11 +102,6 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
     modes
         Those that are damped; None for all.
 
-    Returns
-    -------
-    numpy.ndarray or ReducedFactor or None
-        ``(angles, modes, coordinates)``, or over fewer coordinates.
-
     Raises
     ------
     SolverError
@@ -177,15 +111,13 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
         return None
     key = str(ratio), modes
     if modes is None:
-        return system.once("modal damping", lambda: _of_all(ratio, *_held(system)), key)
-    if modes.links is None:
-        return system.once("modal damping", lambda: _of_slowest(ratio, *_held(system), modes), key)
-    here = modes.links.at(system)
-    return ReducedFactor(here.once("modal damping", lambda: _of_slowest(ratio, *_held(here), modes), key), modes.links)
+        return FullFactor(system.once("modal damping", lambda: _of_all(ratio, *held(system)), key))
+    here = modes.at(system)
+    return modes.factor(here.once("modal damping", lambda: _of_slowest(ratio, *held(here), modes), key))
 
 
-def damping_between(damping: Array | ReducedFactor, start: Equation, places: Array) -> Array | ReducedFactor | None:
-    """Interpolate the factor of modes' damping as `interpolated_damping` does, over many coordinates or few.
+def damping_between(damping: DampingFactor, start: Equation, places: Array) -> DampingFactor | None:
+    """Interpolate the factor of modes' damping as `interpolated_damping` does.
 
     Parameters
     ----------
@@ -196,11 +128,8 @@ def damping_between(damping: Array | ReducedFactor, start: Equation, places: Arr
     places
         Where in every step, 0..1.
     """
-    if not isinstance(damping, ReducedFactor):
-        return interpolated_damping(damping, np.sqrt(start.links_stiffness.diagonal.mean(axis=0)), places)
-    stiffness = elastic_stiffness(damping.links, start.system)
-    found = interpolated_damping(damping.factor, np.sqrt(stiffness.diagonal.mean(axis=0)), places)
-    return None if found is None else ReducedFactor(found, damping.links)
+    found = interpolated_damping(damping.values, damping.unit(start), places)
+    return None if found is None else replace(damping, values=found)
 
 
 def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | None:
@@ -226,10 +155,10 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
     """
     scaled = damping / unit
     if scaled.shape[1] < scaled.shape[2]:
-        factors = _through_six(_turned_alike(scaled), places, DAMPED.few_smooth)
+        factors = _through_six(_turned_alike(scaled), places, FACTOR.few_smooth)
         return None if factors is None else factors * unit
     whole = scaled.transpose(0, 2, 1) @ scaled
-    products = _through_six({ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}, places, DAMPED.smooth)
+    products = _through_six({ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}, places, FACTOR.smooth)
     if products is None:
         return None
     try:
@@ -266,31 +195,17 @@ def _through_six(alike: dict[int, Array], places: Array, smooth: float) -> Array
     return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, *alike[0].shape[1:])
 
 
-def _held(system: System) -> tuple[Stack, Stack]:
-    """Mass and positive stiffness at the angles."""
-    return system.once("held matrices", lambda: _positive(system))
-
-
-def _positive(system: System) -> tuple[Stack, Stack]:
-    mass, stiffness = system.held_matrices()
-    if len(indefinite := not_positive(stiffness)):
-        least = [np.linalg.eigvalsh(stiffness.dense(k))[0] for k in indefinite]
-        theta = np.degrees(system.motion.theta[indefinite[int(np.argmin(least))]])
-        raise SolverError(f"the stiffness is not positive at drive angle {theta:.6g} deg: it has no modes to damp")
-    return mass, stiffness
-
-
 def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:
     """Factor of the damping of the slowest modes: each few angles begin from the shapes of the angle before them."""
     count = modes.count
-    width = count + max(DAMPED.more_shapes, count // 2)
+    width = count + max(SHAPES.more_shapes, count // 2)
     shapes, found = np.random.default_rng(0).standard_normal((1, width, mass.size)), []
-    for first in range(0, len(mass), DAMPED.at_a_time):
-        part = slice(first, first + DAMPED.at_a_time)
-        if width > DAMPED.most * mass.size:
-            squares, forces = (each[:, :count] for each in _every(mass[part], stiffness[part])[:2])
+    for first in range(0, len(mass), SHAPES.at_a_time):
+        part = slice(first, first + SHAPES.at_a_time)
+        if width > SHAPES.most * mass.size:
+            squares, forces = (each[:, :count] for each in every(mass[part], stiffness[part])[:2])
         else:
-            squares, shapes, moved = _slowest(mass[part], stiffness[part], shapes[-1], count)
+            squares, shapes, moved = slowest(mass[part], stiffness[part], shapes[-1], count)
             forces = moved[:, :count] / squares[..., None]
         inverse = np.sqrt(squares)
         ratios = damping_ratios(ratio, inverse) * modes.share(1 / inverse)
@@ -298,48 +213,8 @@ def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes)
     return np.concatenate(found)
 
 
-def _slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Array, Array, Array]:
-    """Iterate the subspace of some shapes at all angles (Bathe and Wilson, 1972).
-
-    Returns
-    -------
-    tuple
-        ``1/omega^2`` of so many modes, ``(angles, count)``, and all shapes of unit stiffness and their momenta,
-        ``(angles, shapes, coordinates)``.
-    """
-    shapes, squares = np.broadcast_to(start, (len(mass), *start.shape)), np.zeros((len(mass), count))
-    for _ in range(DAMPED.most_iterations):
-        shapes = stiffness.solve(mass.times(shapes))
-        lower = np.linalg.cholesky(shapes @ stiffness.times(shapes).transpose(0, 2, 1))
-        shapes = np.linalg.inv(lower) @ shapes
-        moved, before = mass.times(shapes), squares
-        every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
-        squares, turn = every[:, : -count - 1 : -1], turn[..., ::-1].transpose(0, 2, 1)
-        shapes, moved = turn @ shapes, turn @ moved
-        if np.all(np.abs(squares - before) < DAMPED.converged * squares):
-            break
-    return squares, shapes, moved
-
-
 def _of_all(ratio: Ratio, mass: Stack, stiffness: Stack) -> Array:
     """Factor of the damping of all modes."""
-    squares, forces, shapes = _every(mass, stiffness)
+    squares, forces, shapes = every(mass, stiffness)
     inverse = np.sqrt(np.maximum(squares, 0))
     return shapes @ (np.sqrt(2 * damping_ratios(ratio, inverse) * inverse)[..., None] * forces)  # (E.12)
-
-
-def _every(mass: Stack, stiffness: Stack) -> tuple[Array, Array, Array]:
-    """Find all modes, which LAPACK does in whole arrays.
-
-    Returns
-    -------
-    tuple
-        ``1/omega^2``, ``(angles, modes)``. The elastic forces of shapes of unit stiffness, ``(angles, modes,
-        coordinates)``. An orthonormal matrix that turns these to be smooth, ``(angles, coordinates, modes)``.
-    """
-    unit = np.sqrt(stiffness.diagonal)
-    pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
-    lower = np.linalg.cholesky(stiffness.full / pairs)
-    scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass.full / pairs).transpose(0, 2, 1))
-    squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
-    return squares, (unit[:, :, None] * lower @ shapes).transpose(0, 2, 1), shapes

@@ -13,7 +13,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import require_room
 from fenics_mech.response.axial_forces import settle, settles
-from fenics_mech.response.modal_damping import damped_modes
+from fenics_mech.response.damped_modes import damped_modes
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
 from fenics_mech.response.periodic.steps import Steps

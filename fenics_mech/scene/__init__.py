@@ -51,7 +51,7 @@ from fenics_mech.scene.sections import (
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.stress_life import StressLife
-from fenics_mech.scene.study import Limit, Study, Target, Tied, Variable
+from fenics_mech.scene.study import Limit, Scatter, Study, Target, Tied, Variable
 from fenics_mech.scene.synthesis_tasks import FunctionTask, MotionTask, PathTask, Pose, load_task
 from fenics_mech.scene.tolerance import stated as stated_tolerance
 from fenics_mech.scene.writing import write_scene
@@ -112,6 +112,7 @@ __all__ = [
     "Revolute",
     "RigidBody",
     "RoundSection",
+    "Scatter",
     "Scene",
     "Section",
     "Slot",

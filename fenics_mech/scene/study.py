@@ -65,6 +65,39 @@ class Variable(Part):
         return self
 
 
+class Scatter(Part):
+    """How a number of the scene scatters, or several numbers that scatter together: one of three ways.
+
+    Parameters
+    ----------
+    numbers
+        Dotted paths of the numbers, or numbers with a factor and a power, as of a variable.
+    tolerance
+        Largest departure from the number of the scene, to both sides; all values are as likely. SI, or a text with a
+        unit; "2 %" is a share of the number.
+    deviation
+        Standard deviation of a normal distribution about the number of the scene, cut at four deviations.
+    between
+        Smallest and largest value; all values are as likely.
+
+    Examples
+    --------
+    >>> fm.Scatter(numbers=["sections.strip.height"], tolerance="0.05 mm").deviation is None
+    True
+    """
+
+    numbers: Annotated[tuple[str | Tied, ...], Field(min_length=1)]
+    tolerance: Value | None = None
+    deviation: Value | None = None
+    between: tuple[Value, Value] | None = None
+
+    @model_validator(mode="after")
+    def _scatters_in_one_way(self) -> Self:
+        if [self.tolerance, self.deviation, self.between].count(None) != 2:
+            raise ValueError("state one of `tolerance`, `deviation` and `between`")
+        return self
+
+
 class Limit(Part):
     """A limit on a number of the result.
 
@@ -127,13 +160,17 @@ class Study(Part):
     Parameters
     ----------
     variables
-        What is varied, by name.
+        What a search varies, by name.
+    scatter
+        What scatters, by name.
     minimise, maximise
         Numbers of the result that are to be small, or large, such as "mass", "strain.max" or "shaking_force.rms".
     limits
         Limits on numbers of the result.
     results
         Other numbers of the result that are kept of every trial.
+    curves
+        Curves over the drive angle whose scatter is told, such as "strain[coupler][@0.5][+]" or "torque".
     targets
         Paths that points are to follow, by name: "tracer_error[NAME].rms".
 
@@ -145,11 +182,13 @@ class Study(Part):
     ('mass', 'strain.max')
     """
 
-    variables: Annotated[dict[Name, Variable], Field(min_length=1, max_length=1000)]
+    variables: Annotated[dict[Name, Variable], Field(max_length=1000)] = Field(default_factory=dict)
+    scatter: Annotated[dict[Name, Scatter], Field(max_length=1000)] = Field(default_factory=dict)
     minimise: tuple[str, ...] = ()
     maximise: tuple[str, ...] = ()
     limits: tuple[Limit, ...] = ()
     results: tuple[str, ...] = ()
+    curves: tuple[str, ...] = ()
     targets: dict[Name, Target] = Field(default_factory=dict)
 
     @property

@@ -14,7 +14,7 @@ from rich.text import Text
 from fenics_mech._constants import MILLI
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS, active, loads_at_nodes
-from fenics_mech.errors import percent
+from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
@@ -27,13 +27,12 @@ from fenics_mech.views.judgements import (
     Judgement,
     acting,
     doubtful_peaks,
-    quantities,
     stability,
     theory,
-    too_uncertain,
 )
 from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
+from fenics_mech.views.uncertain import quantities, too_uncertain
 from fenics_mech.views.words import MINUS, sentence
 
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
@@ -172,10 +171,10 @@ def _errors(result: Result) -> str:
     data, parts, wrong = result.data, [], too_uncertain(result)
     for what, name in quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
-        text = f"{name} {percent(data.attrs[f'{prefix}error_estimate'])}"
+        text = f"{name} {percent_of_error(data.attrs[f'{prefix}error_estimate'])}"
         parts.append(text + (" (TOO LARGE, do not use it)" if name in wrong else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
-    shares = ", ".join(f"{SOURCES.get(source, source)} {percent(error)}" for source, error in by_source)
+    shares = ", ".join(f"{SOURCES.get(source, source)} {percent_of_error(error)}" for source, error in by_source)
     text = f"{', '.join(parts)}; of the strain: {shares}"
     if "not_estimated" in data.attrs:
         text += f"; NOT included: {data.attrs['not_estimated']}"

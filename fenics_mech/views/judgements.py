@@ -9,22 +9,22 @@ from typing import Literal, cast
 
 import numpy as np
 
-from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.estimate import ACCEPTED
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.errors import percent
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.reading import ForceReading, Reading
-from fenics_mech.views.words import UNSEEN, sentence, share, short
+from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
+from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
 Level = Literal["bad", "warn", "good", "note"]
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
+ROUGH = "Estimates that large are rough: 0.5 to 2.5 of the truth."
 SERIOUS = 0.25  # of a strain, or of the Euler load: beyond it a result without the effect is of no use
 SOURCES = {  # of errors, in words
     "time": "time steps",
@@ -259,12 +259,12 @@ def _linear_theory(level: Level, left: tuple[float, float], why: str) -> Judgeme
         return Judgement(
             level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
         )
-    said = f"Linear theory leaves out {share(strain)} of the strain and {share(bent)} of the deflection."
+    said = f"Linear theory leaves out {error_share(strain)} of the strain and {error_share(bent)} of the deflection."
     if level == "good":
         return Judgement(level, "inside the theory", f"{said} {why}")
     if level == "warn":
         return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {ADVICE}")
-    return Judgement(level, "outside the linear theory", f"{said} {why} {ADVICE}")
+    return Judgement(level, "outside the linear theory", f"{said} {ROUGH} {why} {ADVICE}")
 
 
 def stability(result: Result) -> Judgement | None:
@@ -317,13 +317,13 @@ def error(result: Result) -> Judgement:
     sources = [str(source) for source in data["source"].to_numpy()]
     by = dict(zip(sources, data["relative_error"].to_numpy()))
     largest = max(by, key=by.__getitem__)
-    most = share(total) if total < UNSEEN else f"at most {share(total)}"
+    most = f"at most {share(total)}" if UNSEEN <= total < 1 else error_share(total)
     title, text = f"error {most}", f"{sentence(most)} of a member's largest strain, by estimate"
     if total > SCENE.neglected:
-        text += f"; {share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}"
+        text += f"; {error_share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}"
         text += f", which {REMEDIES[largest]} lowers" if largest in REMEDIES else ""  # of theory `theory` says it
     level: Level = "good" if total <= ACCEPTED.of_strain else "warn"
-    parts = [f"{text}."]
+    parts = [f"{text}.", *beside_tolerance(result)]
     if wrong := too_uncertain(result):
         said = ", ".join(f"{name} {share(value)}" for name, value in wrong.items())
         level, parts = "warn", [*parts, f"Too uncertain to be used: {said}."]
@@ -334,41 +334,6 @@ def error(result: Result) -> Judgement:
     if data.attrs["too_coarse"]:
         return Judgement("bad", title, f"Too large: do not use these numbers. {' '.join(parts)}", "error")
     return Judgement(level, title, " ".join(parts), "error")
-
-
-def quantities(result: Result) -> dict[str, str]:
-    """Give the quantities of a result that have an error, and their names.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
-    data = result.data
-    names = {"strain": "strain", "deflection": "deflection"}
-    if data.sizes["joint"]:
-        names["joint_force"] = "joint force"
-    if moved := result.scene.moved_joints:
-        alone = effort_units(moved, result.scene.joints) == ["N m"]
-        names["torque"] = "effort" if not result.scene.drives else "input torque" if alone else "drive effort"
-    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
-
-
-def too_uncertain(result: Result) -> dict[str, float]:
-    """Give the quantities beside the strain whose numerical error is too large, and that error.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
-    data, found = result.data, {}
-    numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
-    for what, name in quantities(result).items():
-        wrong = float(data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source=numerical).sum())
-        if what != "strain" and wrong > ACCEPTED.of_strain:
-            found[name] = wrong
-    return found
 
 
 def doubtful_peaks(result: Result) -> str | None:

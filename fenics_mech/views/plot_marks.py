@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, ViewError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.views.figures import COLOURS, angle_axis, curve
 from fenics_mech.views.geometry import ends_of, member_normals
-from fenics_mech.views.measured import read_measurement
 from fenics_mech.views.reading import ForceReading, Peak, Reading
 from fenics_mech.views.words import short
 

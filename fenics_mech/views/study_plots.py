@@ -32,7 +32,7 @@ def plot_study(found: Optimum, folder: str | Path) -> list[Path]:
         When a file cannot be written.
     """
     figures = {"history": history_figure(found)}
-    if len(found.problem.aims) > 1:
+    if len(found.problem.aims) > 1 and not found.problem.squares:
         figures["pareto"] = pareto_figure(found)
     return [save(figure, Path(folder) / f"{name}.png") for name, figure in figures.items()]
 

@@ -26,7 +26,7 @@ def study_summary(found: Optimum) -> Group:
         The optimum.
     """
     parts: list[RenderableType] = [
-        Text(verdict(found), style="bold"),
+        Text(f"{verdict(found)} {_end(found)}".rstrip(), style="bold"),
         _variables(found),
         _numbers(found),
         Text(_cost(found)),
@@ -47,6 +47,9 @@ def verdict(found: Optimum) -> str:
     """
     if not found.within_limits:
         return "No trial keeps all limits; the best of them comes nearest. Widen the bounds, or relax a limit."
+    if found.problem.squares:
+        gain = 1 - math.sqrt(found.problem.size(found.best) / found.problem.size(found.problem.first))
+        return f"The root of the sum of the squares is {percent(gain, 3)} less than at the start."
     if len(found.problem.aims) > 1:
         return f"{len(found.front)} designs are best in their own way: none is better than another in every aim."
     ((name, gain),), error = found.gains().items(), found.errors()[found.problem.aims[0][0]]
@@ -58,6 +61,13 @@ def verdict(found: Optimum) -> str:
     if gain < error:
         return f"{better} This gain is below the estimated error of {percent(error)}: it may be none."
     return better + (f" Its estimated error is {percent(error)}." if error else "")
+
+
+def _end(found: Optimum) -> str:
+    """Say so where the search did not converge."""
+    if found.ending.converged:
+        return ""
+    return f"It was not searched to the end ({found.ending.message.rstrip('.')}): more --steps may find better."
 
 
 def _variables(found: Optimum) -> Table:
@@ -84,5 +94,6 @@ def _numbers(found: Optimum) -> Table:
 
 
 def _cost(found: Optimum) -> str:
-    run = sum(trial.seconds for trial in found.history)
-    return f"{len(found.history)} trials of {run:.0f} s in all; {found.seconds:.0f} s in this run. {found.message}."
+    run, count = sum(trial.seconds for trial in found.history), len(found.history)
+    said = found.ending.message.rstrip(".")
+    return f"{count} trials of {run:.0f} s in all; {found.seconds:.0f} s in this run. The search ended with: {said}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from fenics_mech.errors import percent
+from fenics_mech.errors import percent, percent_of_error
 
 DEGREE, MINUS = "\N{DEGREE SIGN}", "\N{MINUS SIGN}"
 LEAST, MOST = 1e-4, 1e6  # between them no exponent is written
@@ -41,6 +41,17 @@ def share(value: float) -> str:
         The share, 1 being the whole.
     """
     return percent(value) if value >= UNSEEN or not math.isfinite(value) else "less than 0.1 %"
+
+
+def error_share(value: float) -> str:
+    """Write an error in percent as `share` does; from 100 % on no more than that is known of it.
+
+    Parameters
+    ----------
+    value
+        The error, 1 being all of what it is measured by.
+    """
+    return share(value) if value < UNSEEN else percent_of_error(value)
 
 
 def sentence(text: str) -> str:

@@ -164,7 +164,7 @@ def test_modes_are_damped_at_the_cranks_own_angle():
     there = solve_motion(scene, system.motion.theta + ahead, near=system.motion)
     expected, found = modal_damping(0.02, moved(scene, system, there)), solution.equation.modal_damping
     of_drive = modal_damping(0.02, system)
-    damping, right, wrong = (part.transpose(0, 2, 1) @ part for part in (found, expected, of_drive))
+    damping, right, wrong = (part.values.transpose(0, 2, 1) @ part.values for part in (found, expected, of_drive))
     size = np.abs(right).max()
     assert np.abs(damping - right).max() < 1e-8 * size
     assert np.abs(wrong - right).max() > 1e-2 * size

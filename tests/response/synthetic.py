@@ -77,6 +77,7 @@ class Duffing:
         load = -(self.rate**2) * q + self.damping * rate + self.stiffness * q + self.cubic * q**3
         ones = np.ones((len(time), 1, 1))
         self.linear = Matrices.of_full(ones, self.damping * ones, self.stiffness * ones, load)
+        self.links_stiffness = self.linear.stiffness
         self.system = SimpleNamespace(terms=SimpleNamespace(law=self), motion=SimpleNamespace(theta=time))
         self.tension = np.zeros((len(time), 1))
 

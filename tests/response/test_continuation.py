@@ -26,6 +26,7 @@ class Forced:
     def __init__(self, force=FORCE):
         ones = np.ones((len(ANGLES), 1, 1))
         self.linear = Matrices.of_full(ones, DAMPING * ones, ones, force * np.cos(ANGLES)[:, None])
+        self.links_stiffness = self.linear.stiffness
         self.system = SimpleNamespace(terms=SimpleNamespace(law=self), motion=SimpleNamespace(theta=ANGLES, omega=1))
 
     def linearised(self, q, rate, tension, share=1.0):

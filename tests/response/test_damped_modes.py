@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fenics_mech.response import modal_damping
-from fenics_mech.response.modal_damping import damped_modes
+from fenics_mech.accuracy.undamped_modes import left_undamped
+from fenics_mech.analysis import solved
+from fenics_mech.response import damped_modes as module
+from fenics_mech.response.damped_modes import damped_modes
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -36,10 +38,32 @@ def test_fast_modes_need_no_damping(more, monkeypatch):
     scene = many(**more)
     assert damped_modes(scene, mechanism(scene)).count < 30  # of 54
     found = response_of(scene).data["strain"]
-    monkeypatch.setattr(modal_damping, "DAMPED", replace(modal_damping.DAMPED, small=1000))
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, small=1000))
     whole = response_of(scene.changed(name="all")).data["strain"]
     others = [part for part in whole.dims if part != "member"]
     assert (abs(found - whole).max(others) < 1e-4 * abs(whole).max(others)).all()
+
+
+@pytest.mark.parametrize("speed", [32.3, 44.0])  # the second is nearer to a resonance
+@pytest.mark.parametrize(("effects", "equal"), [(("coupling",), 0.02), (("coupling", "large-rotations"), 0.2)])
+def test_damping_that_is_left_out_is_told(speed, effects, equal, monkeypatch):
+    """Of every member it is what all modes' damping changes of the strains."""
+    scene = many().changed(drive__speed=speed, effects=effects, analysis__error_estimates=False)
+    solution, found = solved(scene)
+    assert solution.cycle.damped.count < 30  # of 54
+    told = left_undamped(solution)["strain"]
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, small=1000))
+    whole = solved(scene)[1].data["strain"]
+    true = abs(whole - found.data["strain"]).max(("theta", "s", "fibre")).to_numpy()
+    assert told == pytest.approx(true, abs=equal * true.max())
+
+
+def test_no_more_modes_are_damped_than_change_the_strains():
+    """Forces that change slowly leave fast modes without damping; a smaller tolerance asks for more of them."""
+    scene = many().changed(mesh__elements=16)
+    slow, less = scene.changed(drive__speed=10.0), scene.changed(tolerance=1e-5)
+    counts = [damped_modes(there, mechanism(there)).count for there in (slow, scene, less)]
+    assert counts[0] < counts[1] < counts[2], counts
 
 
 def test_modes_of_many_nodes_are_found_by_few_coordinates(monkeypatch):
@@ -48,7 +72,7 @@ def test_modes_of_many_nodes_are_found_by_few_coordinates(monkeypatch):
     modes = damped_modes(scene, mechanism(scene))
     assert modes.seen < 50  # of 144 coordinates
     found = response_of(scene).data
-    monkeypatch.setattr(modal_damping, "DAMPED", replace(modal_damping.DAMPED, many=1000))
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, many=1000))
     assert damped_modes(scene, mechanism(scene)).seen is None
     whole = response_of(scene.changed(name="all")).data
     for name, equal in (("strain", 1e-4), ("stress", 1e-5), ("joint_force", 1e-5)):

@@ -15,12 +15,12 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.kinematics import reachable_range
+from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.drawing import completed
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.plausibility import implausible
 from fenics_mech.scene.solver_options import OPTIONS
-from fenics_mech.views.measured import read_measurement
 from tests.scene.mutation import damaged_bytes, damaged_data, damaged_options, damaged_text, data_of, drawings, scenes
 
 FILES = int(os.environ.get("FENICS_MECH_FUZZ", "800"))

@@ -14,8 +14,8 @@ from fenics_mech import Result
 from fenics_mech._compiling import compile_safely
 from fenics_mech.analysis import STEPS
 from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.saved import seal_of
-from fenics_mech.views.measured import read_measurement
 
 DEMO = Path(__file__).parents[2] / "demos" / "four_bar.toml"
 SECRET = "hunter:x:0"

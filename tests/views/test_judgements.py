@@ -55,6 +55,35 @@ def test_theory_by_the_estimate_of_what_it_leaves_out(result, left_out, level):
         assert "effects = 'auto'" in judged.text
 
 
+@pytest.mark.parametrize(("left_out", "said"), [(0.4, "leaves out 40 % of"), (1.0, "leaves out 100 % or more of")])
+def test_large_estimates_of_the_theory_say_that_they_are_rough(result, left_out, said):
+    judged = theory(changed(result, sources={"mesh": 0.01, "theory": left_out}, **STRAIGHT))
+    assert said in judged.text
+    assert "Estimates that large are rough" in judged.text
+
+
+def test_errors_of_all_and_more_are_told_as_that(result):
+    sources = {"mesh": 0.1, "theory": 1.0}
+    total = {f"{prefix}error_estimate": 1.1 for prefix in ("", "deflection_", "joint_force_", "drive_effort_")}
+    judged = error(changed(result, sources=sources, attributes=total))
+    assert judged.title == "error 100 % or more"
+    assert "100 % or more by linear theory" in judged.text
+
+
+def test_quantities_that_a_tolerance_does_not_name_are_told_where_they_are_worse(result):
+    errors = {"error_estimate": 0.005, "deflection_error_estimate": 0.02, "joint_force_error_estimate": 0.003}
+    changes = {"sources": {"mesh": 0.005}, "attributes": errors | {"drive_effort_error_estimate": 0.001}}
+    of_strain = changed(Result(result.data.assign_attrs(scene=scene_with(result, 0.01))), **changes)
+    assert "The tolerance does not name what has larger errors: deflection 2 %." in error(of_strain).text
+    of_both = scene_with(result, {"strain": 0.01, "deflection": 0.03})
+    assert "does not name" not in error(changed(Result(result.data.assign_attrs(scene=of_both)), **changes)).text
+
+
+def scene_with(result, tolerance):
+    """The scene of a result as it keeps it, with a tolerance."""
+    return result.scene.changed(tolerance=tolerance).model_dump_json()
+
+
 def with_multiplier(result, size):
     places = {"multiplier": [[size, 0.0]]}
     data = result.data.assign_attrs(stability_limit=500.0).assign(

@@ -13,6 +13,7 @@ from fenics_mech.effects import active
 from fenics_mech.effects.impulses import EFFECT as IMPULSES
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces
@@ -195,7 +196,7 @@ class Turning:
         modal = None if factor is None else ModalForces(factor, factor, of_modes[1])
         return _Known(
             self.equation.system,
-            factor,
+            None if factor is None else FullFactor(factor),
             matrices=Matrices(mass, damping, stiffness, load, modal),
             nonzeros=(p, first, second),
         )

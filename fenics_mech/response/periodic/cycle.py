@@ -16,17 +16,12 @@ from fenics_mech.forces.elastic_response import ElasticResponse, elastic_respons
 from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
+from fenics_mech.mechanism.damping_factors import DampingFactor
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.mechanism.reduced_damping import ReducedFactor
 from fenics_mech.response.axial_forces import settles, with_axial_forces
-from fenics_mech.response.modal_damping import (
-    DAMPED,
-    DampedModes,
-    damped_modes,
-    damping_between,
-    modal_damping,
-)
+from fenics_mech.response.damped_modes import DAMPED, damped_modes
+from fenics_mech.response.modal_damping import DampedModes, damping_between, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -121,7 +116,7 @@ class Cycle:
             self._equations[tableau] = self.damped_equation(there) if known is None else Equation(there, known)
         return self._equations[tableau]
 
-    def _between_starts(self, there: System, tableau: Tableau) -> Array | ReducedFactor | None:
+    def _between_starts(self, there: System, tableau: Tableau) -> DampingFactor | None:
         """Give the damping of modes at points by that at the starts of the steps; None where it is not smooth."""
         known = self.start.modal_damping
         if known is None or not self.steps.regular.all():

@@ -144,8 +144,7 @@ def _at_load(
     tension: Array,
 ) -> tuple[Orbit, Array]:
     """Iterate at a share of the load until nothing changes."""
-    own, whole = (np.abs(part.diagonal) for part in (equation.links_stiffness, equation.linear.stiffness))
-    weight = np.sqrt(np.where(own > 0, own, whole))  # makes energies of forces and moments; hinges may be far stiffer
+    weight = _weights(equation)
     zero = np.zeros_like(equation.linear.load)
     old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
     changes: list[float] = []
@@ -170,6 +169,16 @@ def _at_load(
         old = new
     assert orbit is not None
     return orbit, tension
+
+
+def _weights(equation: Equation) -> Array:
+    """Give factors that make roots of energies of the coordinates, ``(points, coordinates)``.
+
+    They are by the stiffness of the links, where these resist: springs at joints may be far stiffer, and hide changes.
+    """
+    own, whole = (np.abs(part.diagonal) for part in (equation.links_stiffness, equation.linear.stiffness))
+    of_links = whole[:, : own.shape[1]]  # a motor's twist comes after them
+    return np.sqrt(np.hstack([np.where(own > 0, own, of_links), whole[:, own.shape[1] :]]))
 
 
 def settled(changes: Sequence[float], tolerance: float = NEWTON.tolerance) -> bool:

@@ -8,7 +8,6 @@ from functools import cache
 from typing import Protocol
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
@@ -149,6 +148,8 @@ class ContactEvents:
         ends = depth(bracket[0]), depth(bracket[1])
         if ends[0] > 0 or ends[1] <= 0:
             return None
+        from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few scenes have contacts)
+
         return float(brentq(depth, *bracket, xtol=EVENT.found * (bracket[1] - bracket[0]) + 1e-300, rtol=1e-15))
 
     def settle(self, time: float, place: Array, rate: Array) -> int:

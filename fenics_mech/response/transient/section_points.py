@@ -9,7 +9,6 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
 from fenics_mech.response.transient.stepping import Curve, Step
@@ -100,6 +99,10 @@ class PoincareRecord:
         values, sign = ahead(times), 1.0 if self.section.direction == "+" else -1.0
         passed = (sign * values[:-1] < 0) & (sign * values[1:] >= 0)
         passed &= np.abs(values[1:] - values[:-1]) < 1  # where a pin is half a turn away the difference jumps
+        if not passed.any():
+            return []
+        from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few steps pass the section)
+
         return [
             float(brentq(lambda time: float(ahead(np.array([time]))[0]), times[k], times[k + 1]))
             for k in np.flatnonzero(passed)

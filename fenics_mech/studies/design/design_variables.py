@@ -105,8 +105,10 @@ class Design:
         if study is None:
             raise SceneError("the scene states no study", place="study", hint="Add a [study] with its variables")
         bare = scene.model_copy(update={"study": None, "measurements": ()})
-        found = tuple(_read(bare, name, variable) for name, variable in study.variables.items())
-        _refuse_twice(found)
+        if not study.variables:
+            raise SceneError("the study has no variables", place="study", hint="Add a table [study.variables]")
+        found = tuple(_read(bare, f"study.variables.{name}", variable) for name, variable in study.variables.items())
+        refuse_twice(found, "study.variables")
         return cls(bare, study, found)
 
     @property
@@ -158,33 +160,57 @@ class Design:
         return {variable.name: variable.shown(float(value)) for variable, value in zip(self.variables, values)}
 
 
-def _refuse_twice(variables: Sequence[DesignVariable]) -> None:
-    """Raise `SceneError` where two variables change one number."""
+def refuse_twice(variables: Sequence[DesignVariable], place: str) -> None:
+    """Raise `SceneError` where two variables change one number.
+
+    Parameters
+    ----------
+    variables
+        The variables.
+    place
+        The table that states them.
+    """
     seen: dict[str, str] = {}
     for variable in variables:
         for tied in variable.numbers:
             if tied.number in seen:
                 raise SceneError(
                     f"{tied.number} follows this variable and {seen[tied.number]!r}",
-                    place=f"study.variables.{variable.name}",
+                    place=f"{place}.{variable.name}",
                     hint="Leave it out of one of them",
                 )
             seen[tied.number] = variable.name
 
 
-def _read(scene: Scene, name: str, variable: Variable) -> DesignVariable:
+def _read(scene: Scene, place: str, variable: Variable) -> DesignVariable:
     """Read one variable; errors name its place in the study."""
-    place = f"study.variables.{name}"
-    numbers = tuple(tied if isinstance(tied, Tied) else Tied(number=tied) for tied in variable.numbers)
     try:
-        for tied in numbers:
-            _refuse_unknown(scene, tied.number)
-        if variable.choices:
-            return _choice(scene, name, numbers, variable)
-        return _range(scene, name, numbers, variable)
+        numbers = tied_numbers(scene, variable.numbers)
+        return _choice(scene, place, numbers, variable) if variable.choices else _range(scene, place, numbers, variable)
     except SceneError as error:
         at = place if error.place.startswith(place) or not error.place else f"{place}: {error.place}"
         raise SceneError(error.message, place=at, hint=error.hint) from None
+
+
+def tied_numbers(scene: Scene, numbers: Sequence[str | Tied]) -> tuple[Tied, ...]:
+    """Give the numbers of the scene that follow a variable.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    numbers
+        Paths, or numbers with a factor and a power.
+
+    Raises
+    ------
+    SceneError
+        When the scene has no such number.
+    """
+    found = tuple(tied if isinstance(tied, Tied) else Tied(number=tied) for tied in numbers)
+    for tied in found:
+        _refuse_unknown(scene, tied.number)
+    return found
 
 
 def _refuse_unknown(scene: Scene, path: str) -> None:
@@ -206,20 +232,21 @@ def _leaves(data: Any, path: str = "") -> Iterator[tuple[str, Any]]:
         yield from _leaves(value, where)
 
 
-def _choice(scene: Scene, name: str, numbers: tuple[Tied, ...], variable: Variable) -> DesignVariable:
+def _choice(scene: Scene, place: str, numbers: tuple[Tied, ...], variable: Variable) -> DesignVariable:
     """Read a variable that is a choice; every choice must be valid in the scene."""
     for chosen in variable.choices:
         Scene.read(placed(scene_data(scene), {tied.number: chosen for tied in numbers}))
     stated = variable.start if variable.start is not None else dict(_leaves(scene_data(scene)))[numbers[0].number]
     if variable.start is not None and stated not in variable.choices:
-        raise SceneError(f"the start {shortened(stated)} is none of the choices", place=f"study.variables.{name}.start")
+        raise SceneError(f"the start {shortened(stated)} is none of the choices", place=f"{place}.start")
     start = variable.choices.index(stated) if stated in variable.choices else 0
-    return DesignVariable(name, numbers, 0.0, float(len(variable.choices) - 1), float(start), "1", variable.choices)
+    name, last = place.rsplit(".", maxsplit=1)[-1], float(len(variable.choices) - 1)
+    return DesignVariable(name, numbers, 0.0, last, float(start), "1", variable.choices)
 
 
-def _range(scene: Scene, name: str, numbers: tuple[Tied, ...], variable: Variable) -> DesignVariable:
+def _range(scene: Scene, place: str, numbers: tuple[Tied, ...], variable: Variable) -> DesignVariable:
     """Read a variable with bounds, in the unit of its first number where that follows it as it is."""
-    place, first = f"study.variables.{name}", numbers[0]
+    name, first = place.rsplit(".", maxsplit=1)[-1], numbers[0]
     assert variable.between is not None
     plain = (first.factor, first.power) == (1.0, 1.0)
     if plain:

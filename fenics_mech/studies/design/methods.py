@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, SceneError
-from fenics_mech.studies.design.problem import Problem
+from fenics_mech.studies.design.problem import PROBLEM, Problem
+from fenics_mech.studies.design.trial import Trial
 
 
 @dataclass(frozen=True)
@@ -35,44 +38,137 @@ class Search:
     tolerance: float = 1e-6
 
 
-Method = Callable[[Problem, Array, Search], str]
+@dataclass(frozen=True)
+class Ending:
+    """How a search ended.
+
+    Parameters
+    ----------
+    message
+        What the method said.
+    converged
+        Whether it ended by itself, and not at its limit of steps or where it was lost.
+    """
+
+    message: str
+    converged: bool
+
+
+Method = Callable[[Problem, Array, Search], Ending]
+SHRINK, LEAST_BOX = 0.2, 1e-3  # of move limits: their factor where a search is lost, and the least, as shares of ranges
+PATIENCE = 8, 2  # trials in a row without progress, and for each variable, after which a search is lost
+
+
+class _LostError(Exception):
+    """A search goes on without a better trial."""
 
 
 def by_gradients(name: str) -> Method:
-    """Give a method of SciPy's `minimize` that takes gradients and limits: "SLSQP" or "trust-constr"."""
+    """Give a method of SciPy's `minimize` that takes gradients and limits: "SLSQP" or "trust-constr".
 
-    def search(problem: Problem, start: Array, limits: Search) -> str:
-        from scipy.optimize import NonlinearConstraint, minimize  # noqa: PLC0415  (slow to import)
+    Largest values have kinks, where a method may jump to where the limits cannot be kept. It begins again from the best
+    trial then, with smaller move limits about it.
 
-        kept: dict[bytes, tuple[Array, Array]] = {}  # aim and limits ask for derivatives at one point
+    Source: Haftka and Gürdal, Elements of Structural Optimization, 3rd edition, 1992, section 6.1 (move limits).
+    """
 
-        def jacobian(unit: Array) -> tuple[Array, Array]:
-            if (key := unit.tobytes()) not in kept:
-                kept.clear()
-                kept[key] = problem.jacobian(unit)
-            return kept[key]
-
-        def excess(unit: Array) -> Array:
-            return problem.excess_of(problem.run([unit])[0])
-
-        bounds = problem.bounds
-        within = NonlinearConstraint(excess, -np.inf, 0.0, jac=lambda unit: jacobian(unit)[1])
-        found = minimize(
-            lambda unit: float(problem.aims_of(problem.run([unit])[0])[0]),
-            start,
-            jac=lambda unit: jacobian(unit)[0][0],
-            bounds=[(0, 1)] * len(start),
-            constraints=[within] if bounds else [],
-            method=name,
-            tol=limits.tolerance,
-            options={"maxiter": limits.generations},
-        )
-        return str(found.message)
+    def search(problem: Problem, start: Array, limits: Search) -> Ending:
+        box, left, middle = 1.0, limits.generations, start
+        problem.run([start])
+        while left > 0 and box > LEAST_BOX:
+            guided, shrink = _Guided(problem, problem.best), SHRINK
+            try:
+                ending, at = guided.search(name, (middle, box), replace(limits, generations=left))
+                inside = np.abs(at - middle).max() < box * (1 - PROBLEM.within)
+                if guided.steps >= left or (ending.converged and (inside or box == 1.0)):
+                    return ending
+                shrink = 1.0 if ending.converged else SHRINK  # it goes on beyond its move limits
+            except _LostError:
+                pass
+            left -= max(guided.steps, 1)
+            assert problem.best is not None
+            middle, box = problem.to_unit(problem.best.values), shrink * box
+        said = "no better trial within the least move limits" if left > 0 else f"{limits.generations} steps"
+        return Ending(said, left > 0)
 
     return search
 
 
-def least_squares(problem: Problem, start: Array, limits: Search) -> str:
+@dataclass
+class _Guided:
+    """A search of SciPy that is watched.
+
+    Parameters
+    ----------
+    problem
+        The problem.
+    best
+        The best trial as it was last.
+    idle, steps
+        Trials without progress, and steps of the method.
+    beyond
+        The least excess beyond a limit since the best was found; half of it is progress too.
+    """
+
+    problem: Problem
+    best: Trial | None
+    idle: int = 0
+    steps: int = 0
+    beyond: float = math.inf
+
+    def trial(self, unit: Array) -> Trial:
+        """Run a trial, or raise `_LostError` where there were many without progress."""
+        count = len(self.problem.history)
+        found = self.problem.run([unit])[0]
+        if len(self.problem.history) > count:
+            self._judge(self.problem.rank(found)[0])
+        if self.idle > PATIENCE[0] + PATIENCE[1] * len(unit):
+            raise _LostError
+        return found
+
+    def _judge(self, beyond: float) -> None:
+        """Count a trial that is neither the best, nor nearer by half to the limits."""
+        self.idle += 1
+        if self.problem.best is not self.best:
+            self.best, self.beyond, self.idle = self.problem.best, math.inf, 0
+        elif 0 < beyond < self.beyond / 2:
+            self.beyond, self.idle = beyond, 0
+
+    def search(self, name: str, place: tuple[Array, float], limits: Search) -> tuple[Ending, Array]:
+        """Search within move limits, given by their middle and half their width; give where it ended too."""
+        from scipy.optimize import NonlinearConstraint, minimize  # noqa: PLC0415  (slow to import)
+
+        (middle, box), problem = place, self.problem
+        within = NonlinearConstraint(
+            lambda unit: problem.excess_of(self.trial(unit)),
+            -np.inf,
+            0.0,
+            jac=lambda unit: problem.jacobian(unit)[1],
+        )
+
+        def count(*_: object) -> None:
+            self.steps += 1
+
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "delta_grad == 0.0", UserWarning)  # of an aim that is linear
+            found = minimize(
+                lambda unit: float(problem.aims_of(self.trial(unit))[0]),
+                middle,
+                jac=lambda unit: problem.jacobian(unit)[0][0],
+                bounds=list(zip(np.clip(middle - box, 0, 1), np.clip(middle + box, 0, 1))),
+                constraints=[within] if problem.bounds else [],
+                method=name,
+                tol=limits.tolerance,
+                options={"maxiter": limits.generations},
+                callback=count,
+            )
+        assert problem.best is not None
+        there = problem.rank(problem.run([found.x])[0]) <= problem.rank(problem.best)
+        converged = bool(found.success) and there and self.steps < limits.generations
+        return Ending(str(found.message), converged), found.x
+
+
+def least_squares(problem: Problem, start: Array, limits: Search) -> Ending:
     """Minimise the sum of the squares of all aims."""
     from scipy.optimize import least_squares as solve  # noqa: PLC0415
 
@@ -87,10 +183,10 @@ def least_squares(problem: Problem, start: Array, limits: Search) -> str:
         ftol=limits.tolerance,
         max_nfev=limits.generations,
     )
-    return str(found.message)
+    return Ending(str(found.message), found.status > 0)
 
 
-def differential_evolution(problem: Problem, start: Array, limits: Search) -> str:
+def differential_evolution(problem: Problem, start: Array, limits: Search) -> Ending:
     """Search by a population; choices are whole numbers."""
     from scipy.optimize import NonlinearConstraint  # noqa: PLC0415
     from scipy.optimize import differential_evolution as solve  # noqa: PLC0415
@@ -115,10 +211,10 @@ def differential_evolution(problem: Problem, start: Array, limits: Search) -> st
         updating="deferred",
         polish=False,
     )
-    return str(found.message)
+    return Ending(str(found.message), bool(found.success))
 
 
-def nsga2(problem: Problem, start: Array, limits: Search) -> str:
+def nsga2(problem: Problem, start: Array, limits: Search) -> Ending:
     """Search for the trade-offs between several aims by NSGA-II.
 
     Source: Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evol. Comput. 6 (2002) 182.
@@ -145,7 +241,7 @@ def nsga2(problem: Problem, start: Array, limits: Search) -> str:
     first[0] = start
     algorithm = NSGA2(pop_size=limits.population, sampling=first)
     minimize(Study(), algorithm, ("n_gen", limits.generations), seed=limits.seed, verbose=False)
-    return f"{limits.generations} generations of {limits.population}"
+    return Ending(f"{limits.generations} generations of {limits.population}", False)
 
 
 METHODS: dict[str, Method] = {

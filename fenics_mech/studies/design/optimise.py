@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -11,13 +10,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from fenics_mech._files import write_whole
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 from fenics_mech.scene.writing import write_scene
-from fenics_mech.studies.design.methods import METHODS, Search
+from fenics_mech.studies.design.history import History
+from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.trial import Trial, Trials
 
@@ -46,8 +45,8 @@ class Optimum:
         The best trial.
     result
         The whole analysis of the best scene, with estimates of errors.
-    message
-        What the method said as it ended.
+    ending
+        How the search ended; of several the first that did not converge.
     seconds
         How long all took.
 
@@ -63,7 +62,7 @@ class Optimum:
     problem: Problem
     best: Trial
     result: Result
-    message: str
+    ending: Ending
     seconds: float
 
     @property
@@ -165,29 +164,29 @@ def optimise(
     begun, search = time.perf_counter(), search or Search()
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
-        problem = Problem(Trials.of(_with_fixed_effects(scene), folder=kept / "trials", jobs=jobs), progress)
-        name = _method(problem, method)
+        trials = Trials.of(scene, folder=kept / "trials", jobs=jobs).with_fixed_effects()
+        history = History(kept / "history.csv")
+
+        def known(count: int, trial: Trial, best: Trial | None) -> None:
+            history.follow(problem)
+            progress(count, trial, best)
+
+        name = _method(Problem(trials), method)
+        problem = Problem(trials, known, squares=name == "least-squares")
         problem.first  # noqa: B018  (it says what is wrong with the start)
         points = np.random.default_rng(search.seed).random((starts, len(problem.trials.design.variables)))
         points[0] = problem.to_unit(problem.trials.design.start)
-        said = [METHODS[name](problem, point, search) for point in points]
+        endings = [METHODS[name](problem, point, search) for point in points]
         best = problem.best
         assert best is not None
         result = analyse(best_scene(problem, best).changed(effects=scene.effects))
-        found = Optimum(problem, best, result, said[-1], time.perf_counter() - begun)
+        ending = min(endings, key=lambda one: one.converged)
+        found = Optimum(problem, best, result, ending, time.perf_counter() - begun)
         if folder is not None:
-            _write(found, kept)
+            history.follow(problem)
+            write_scene(found.scene, kept / "best.toml")
+            found.result.save(kept / "result.nc")
     return found
-
-
-def _with_fixed_effects(scene: Scene) -> Scene:
-    """Give a scene with the effects that it calls for at its start: aims would jump where others are chosen."""
-    if scene.effects != "auto" or not scene.members():
-        return scene
-    trials = Trials.of(scene, ())
-    result = analyse(trials.cheapest.changed(trials.design.changes(trials.design.start)))
-    acting = [effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]]
-    return scene.changed(effects=tuple(acting))
 
 
 def _method(problem: Problem, method: str | None) -> str:
@@ -204,16 +203,3 @@ def _method(problem: Problem, method: str | None) -> str:
     if choices and method not in ("nsga2", "differential-evolution"):
         raise SceneError(f"{method} takes no choices", place="study", hint="Take differential-evolution or nsga2")
     return method
-
-
-def _write(found: Optimum, folder: Path) -> None:
-    """Write the history, the best scene and its result."""
-    lines = [",".join(["trial", *(v.name for v in found.problem.trials.design.variables), *found.best.numbers])]
-    lines[0] += ",beyond limits,seconds,error"
-    for number, trial in enumerate(found.history, 1):
-        beyond = found.problem.rank(trial)[0]
-        cells = [number, *trial.values, *trial.numbers.values(), beyond, trial.seconds, trial.error]
-        lines.append(",".join(map(str, cells)))
-    write_whole(folder / "history.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
-    write_scene(found.scene, folder / "best.toml")
-    found.result.save(folder / "result.nc")

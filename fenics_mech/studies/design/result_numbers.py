@@ -16,6 +16,7 @@ from fenics_mech.errors import SceneError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.signal import last_cycle
+from fenics_mech.recovery.sound import sound
 from fenics_mech.recovery.stress_figures import fatigue
 from fenics_mech.recovery.variables import ATTRIBUTES
 from fenics_mech.scene import Scene
@@ -34,6 +35,7 @@ OWN = {  # those that are not variables of a result: unit, meaning
     "mass": ("kg", "mass of the links and point masses, or of one link"),
     "stability": ("1", "margin: 1 less the largest magnitude of a Floquet multiplier"),
     "damage": ("1", "damage by fatigue of one cycle, largest of all places"),
+    "noise": ("dB", "A-weighted level of the links' sound at 1 m"),
     "tracer_error": ("m", "distance of a point from its target"),
 }
 PEAKING = ("max", "min", "range")  # taken between few positions too; means over equal steps need no more
@@ -89,7 +91,7 @@ class Quantity:
             near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
             hint = f"Did you mean {' or '.join(near)}?" if near else FORM
             raise SceneError(f"{text!r}: a result has no {name!r}", place="study", hint=hint)
-        allowed = {"stability": ("margin",), "mass": ("",)}.get(name, ("", *REDUCTIONS))
+        allowed = {"stability": ("margin",), "mass": ("",), "noise": ("",)}.get(name, ("", *REDUCTIONS))
         if reduction not in allowed:
             near = difflib.get_close_matches(reduction, allowed, n=1, cutoff=0.4) or [part for part in allowed if part]
             hint = f"Did you mean {name}{f'.{near[0]}' if near else ''}? " + FORM
@@ -102,6 +104,11 @@ class Quantity:
         return OWN[self.name][0] if self.name in OWN else str(ATTRIBUTES[self.name][0])
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the numbers that it gives: its own."""
+        return (self.text,)
+
+    @property
     def needs_stability(self) -> bool:
         """Whether the analysis must judge stability."""
         return self.name == "stability" or self.name.startswith(("multiplier", "growth_rate"))
@@ -109,9 +116,13 @@ class Quantity:
     @property
     def variables(self) -> tuple[str, ...]:
         """Variables of the result that the number is made from; those of a path stand for all that a result has."""
-        return {"mass": (), "damage": ("stress",), "tracer_error": ("point_position_bent",)}.get(
-            self.name, (self.name,)
-        )
+        made_from = {
+            "mass": (),
+            "damage": ("stress",),
+            "noise": ("deflection", "position"),
+            "tracer_error": ("point_position_bent",),
+        }
+        return made_from.get(self.name, (self.name,))
 
     def in_si(self, value: float | str) -> float:
         """Read a limit on the number.
@@ -153,10 +164,41 @@ class Quantity:
             return _margin(self, result)
         if self.name == "tracer_error":
             return reduced(_tracer(self, result, targets or {}), self.reduction or "rms")
+        if self.name == "noise":
+            return float(sound(result).attrs["weighted_level"])
         if self.name == "damage":
             data = fatigue(result).assign_attrs(result.data.attrs)
             return reduced(self._selected(data["damage"]), "max")
         return self._of_variable(result)
+
+    def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
+        """Give the number of a result by its name; see `of`.
+
+        Parameters
+        ----------
+        result
+            The result.
+        targets
+            Paths that points are to follow, by name.
+        """
+        return {self.text: self.of(result, targets)}
+
+    def variable(self, result: Result) -> xr.DataArray:
+        """Give the variable of a result with the labels taken.
+
+        Parameters
+        ----------
+        result
+            The result.
+
+        Raises
+        ------
+        SceneError
+            When the result has no such variable or label.
+        """
+        if self.name not in result.data:
+            raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
+        return self._selected(result.data[self.name])
 
     def _of_variable(self, result: Result) -> float:
         """Reduce a variable of the result."""
@@ -164,9 +206,7 @@ class Quantity:
         if self.reduction in PEAKING:
             closer = between_positions(result).data
             data = closer if self.name in closer else data
-        if self.name not in data:
-            raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
-        found = self._selected(data[self.name])
+        found = self._selected(data[self.name]) if data is not result.data else self.variable(result)
         if data is result.data and "theta" in found.dims:
             part = last_cycle(result.scene.analysis, result.scene.drives, result.data)
             found = found if part is None else found.isel(theta=part)

@@ -27,7 +27,7 @@ from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.trial import Trials
+from fenics_mech.studies.design.trial import Trials, read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
@@ -59,7 +59,7 @@ def sensitivity(trials: Trials, values: Sequence[float]) -> dict[str, Array] | N
         return None
     here = np.array(values, dtype=float)
     columns = [_derivative(trials, solution, here, k) for k in range(len(here))]
-    return {quantity.text: np.array([column[quantity.text] for column in columns]) for quantity in trials.quantities}
+    return {name: np.array([column[name] for column in columns]) for name in columns[0]}
 
 
 @dataclass(frozen=True)
@@ -134,5 +134,4 @@ def _numbers(
     )
     names = {name for quantity in trials.quantities for name in quantity.variables}
     result = collect_named(other, recover(other), names)
-    targets = trials.design.study.targets
-    return {quantity.text: quantity.of(result, targets) for quantity in trials.quantities}
+    return read_numbers(trials.quantities, result, trials.design.study.targets)

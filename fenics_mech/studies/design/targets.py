@@ -37,18 +37,28 @@ def tracer_error(result: Result, target: Target) -> xr.DataArray:
     path = result.data[name].isel(point=points.index(target.point)).transpose("theta", "component").to_numpy()
     wanted = np.array(target.path)
     if target.angles:
-        found = _at_angles(result.data["theta"].to_numpy(), path, np.array(target.angles))
+        found = at_angles(result.data["theta"].to_numpy(), path, np.array(target.angles))
         return xr.DataArray(np.linalg.norm(found - wanted, axis=1), dims="theta")
     return xr.DataArray(nearest(path, wanted), dims="theta")
 
 
-def _at_angles(theta: Array, path: Array, angles: Array) -> Array:
-    """Places of the point at drive angles, by a periodic cubic spline, ``(angles, 2)``."""
+def at_angles(theta: Array, values: Array, angles: Array) -> Array:
+    """Give values of a cycle at other drive angles, by a periodic cubic spline, ``(angles, ...)``.
+
+    Parameters
+    ----------
+    theta
+        Drive angles of the cycle in equal steps (rad), ``(positions,)``.
+    values
+        Values there, ``(positions, ...)``.
+    angles
+        Drive angles (rad), of any turn.
+    """
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import)
 
     turn = np.copysign(2 * np.pi, theta[1] - theta[0])
     order = np.argsort(whole := np.append(theta, theta[0] + turn))
-    spline = CubicSpline(whole[order], np.concatenate([path, path[:1]])[order], bc_type="periodic")
+    spline = CubicSpline(whole[order], np.concatenate([values, values[:1]])[order], bc_type="periodic")
     return spline(angles)
 
 

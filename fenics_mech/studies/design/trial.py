@@ -10,7 +10,7 @@ import json
 import math
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -26,7 +26,8 @@ from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.result_numbers import Quantity, read_all, total_mass
+from fenics_mech.studies.design.result_curves import ResultNumbers
+from fenics_mech.studies.design.result_numbers import read_all, total_mass
 from fenics_mech.studies.sweep_axes import placed, scene_data
 from fenics_mech.studies.worker_processes import over_processes
 
@@ -89,7 +90,7 @@ class Trials:
     """
 
     design: Design
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[ResultNumbers, ...]
     folder: Path | None = None
     jobs: int = 1
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
@@ -118,8 +119,28 @@ class Trials:
         design = Design.of(scene)
         return cls(design, read_all(design.study.names if names is None else names), folder, jobs)
 
+    def with_fixed_effects(self) -> Trials:
+        """Give the trials with the effects that the scene calls for at the start of the variables.
+
+        Numbers would jump where other effects are chosen.
+        """
+        design = self.design
+        if design.scene.effects != "auto" or not design.scene.members() or self._of_masses:
+            return self
+        result = analyse(self.cheapest.changed(design.changes(design.start)))
+        acting = [effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]]
+        return replace(self, design=replace(design, scene=design.scene.changed(effects=tuple(acting))))
+
+    @property
+    def _of_masses(self) -> bool:
+        """Whether masses are all that is looked at, which need no analysis."""
+        return bool(self.quantities) and all(quantity.name == "mass" for quantity in self.quantities)
+
     def run(
-        self, points: Sequence[Sequence[float]], progress: Callable[[Trial], None] = lambda trial: None
+        self,
+        points: Sequence[Sequence[float]],
+        progress: Callable[[Trial], None] = lambda trial: None,
+        started: Callable[[], None] = lambda: None,
     ) -> list[Trial]:
         """Run trials, or read those that are finished.
 
@@ -129,6 +150,8 @@ class Trials:
             Values of the variables, in SI: one list for each trial.
         progress
             Called with each trial as it is known, in order.
+        started
+            Called as each trial begins that other processes run.
 
         Raises
         ------
@@ -140,7 +163,7 @@ class Trials:
         tasks = [self._task(point) for point in points]
         if self.jobs > 1 and len(tasks) > 1 and self.folder is not None:
             missing = [task for task in tasks if _known(task) is None]
-            over_processes(self.jobs, [[task] for task in missing], _run_here, _give_up)
+            over_processes(self.jobs, [[task] for task in missing], _run_here, _give_up, lambda task: started())
         found = []
         for task in tasks:
             record = _known(task) or _run(task, self._analysed)
@@ -196,7 +219,7 @@ class Trials:
                 __version__,
                 data,
                 self.design.changes(values),
-                [quantity.text for quantity in self.quantities],
+                _names(self.quantities),
                 {name: target.model_dump() for name, target in self.design.study.targets.items()},
             ],
             sort_keys=True,
@@ -235,7 +258,7 @@ class _Task:
     values: tuple[float, ...]
     scene: Record
     changes: Record
-    quantities: tuple[Quantity, ...]
+    quantities: tuple[ResultNumbers, ...]
     targets: Mapping[str, Target]
 
 
@@ -254,7 +277,7 @@ def _known(task: _Task) -> Record | None:
 def _run(task: _Task, analysed: Analysed) -> Record:
     """Run one trial and keep it."""
     start = time.perf_counter()
-    record: Record = {"numbers": dict.fromkeys(q.text for q in task.quantities), "error": "", "message": ""}
+    record: Record = {"numbers": dict.fromkeys(_names(task.quantities)), "error": "", "message": ""}
     record["again"] = False
     try:
         record["numbers"] = numbers_of(task, analysed)
@@ -290,10 +313,34 @@ def numbers_of(task: _Task, analysed: Analysed) -> dict[str, float]:
     if all(quantity.name == "mass" for quantity in task.quantities):
         return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
     result = analysed(scene, task.values)
-    found = {quantity.text: quantity.of(result, task.targets) for quantity in task.quantities}
+    found = read_numbers(task.quantities, result, task.targets)
     if missing := [name for name, value in found.items() if not math.isfinite(value)]:
         raise MechanismError(f"{', '.join(missing)} has no value in this result")
     return found
+
+
+def read_numbers(
+    quantities: Sequence[ResultNumbers], result: Result, targets: Mapping[str, Target]
+) -> dict[str, float]:
+    """Give the numbers of all quantities of a result, by name.
+
+    Parameters
+    ----------
+    quantities
+        The quantities.
+    result
+        The result.
+    targets
+        Paths that points are to follow, by name.
+    """
+    found: dict[str, float] = {}
+    for quantity in quantities:
+        found |= quantity.numbers(result, targets)
+    return found
+
+
+def _names(quantities: Sequence[ResultNumbers]) -> list[str]:
+    return [name for quantity in quantities for name in quantity.names]
 
 
 def _write(path: Path | None, record: Record) -> None:
@@ -314,6 +361,6 @@ def _run_here(task: _Task) -> None:
 def _give_up(task: _Task) -> None:
     """Write that the process of a trial was lost; the trial is run again by the next study."""
     said = "the process of this trial was ended from outside: there may be too little memory"
-    numbers = dict.fromkeys(quantity.text for quantity in task.quantities)
+    numbers = dict.fromkeys(_names(task.quantities))
     record = {"numbers": numbers, "error": LOST, "message": said, "seconds": 0.0, "again": True, "values": task.values}
     _write(task.path, record)

@@ -89,6 +89,7 @@ def test_numbers_are_those_of_the_result():
     shaking = data["shaking_force"].transpose("theta", "component").to_numpy()
     assert found["strain[coupler][@0.5][+].range"] == pytest.approx(np.ptp(wave))
     assert found["shaking_force.rms"] == pytest.approx(math.sqrt((shaking**2).sum(axis=1).mean()))
+    assert Quantity.read("noise").of(result) == fm.sound(result).attrs["weighted_level"]
     assert found["torque.mean"] == pytest.approx(float(data["input_torque"].mean()))
     force = data["joint_force"].sel(joint="A").transpose("theta", "component").to_numpy()
     assert found["joint_force[A].max"] == pytest.approx(np.linalg.norm(force, axis=1).max())

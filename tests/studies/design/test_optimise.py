@@ -8,9 +8,12 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import SceneError
-from fenics_mech.studies.design.methods import Search
+from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.history import History
+from fenics_mech.studies.design.methods import METHODS, Search
+from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.sensitivity import sensitivity
-from fenics_mech.studies.design.trial import Trials
+from fenics_mech.studies.design.trial import Trial, Trials
 
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
 
@@ -90,6 +93,87 @@ def test_a_catalogue_is_searched_for_its_best_entry():
     assert len(found.history) <= 3
     masses = [trial.numbers["mass"] for trial in Trials.of(scene).run([[0], [1], [2]])]
     assert found.best.numbers["mass"] == min(masses)
+
+
+class Formula:
+    """Trials whose numbers are formulas: a mass, and a largest strain with kinks, as of two peaks in turn."""
+
+    linearised, jobs = False, 1
+
+    def __init__(self, scene):
+        self.design = Design.of(scene)
+
+    def run(self, points, known):
+        found = []
+        for x, y in points:
+            peak = max(abs(math.sin(9 * x)), 1.2 - x) + 0.3 * (1 - y) ** 2
+            numbers = {"mass": x + 0.4 * y, "strain.max": peak, "torque.rms": (x - 0.3) ** 2 + (y - 0.6) ** 2}
+            found.append(Trial((x, y), numbers, "", "", 0.0))
+            known(found[-1])
+        return found
+
+
+def formula(start, **study):
+    variables = {
+        "x": {"numbers": ["links.coupler.angle"], "between": [0.0, 1.0], "start": start},
+        "y": {"numbers": ["links.follower.angle"], "between": [0.0, 1.0], "start": 0.5},
+    }
+    return Formula(fm.load("demos/four_bar.toml").changed(study={"variables": variables, **study}))
+
+
+LIMIT = [{"of": "strain.max", "most": 0.8}]
+
+
+@pytest.mark.parametrize(("method", "near"), [("slsqp", 1e-3), ("trust-constr", 0.03)])  # the latter keeps a distance
+def test_kinks_of_a_limit_do_not_lose_the_search(method, near):
+    problem = Problem(formula(0.95, minimise=["mass"], limits=LIMIT))
+    ending = METHODS[method](problem, problem.to_unit(problem.trials.design.start), Search(generations=60))
+    problem.first  # noqa: B018
+    x, y = np.meshgrid(np.linspace(0, 1, 801), np.linspace(0, 1, 801))
+    peak = np.maximum(abs(np.sin(9 * x)), 1.2 - x) + 0.3 * (1 - y) ** 2
+    scan = (x + 0.4 * y)[(peak <= 0.8) & (x > 0.8)].min()  # the valley of the start
+    assert problem.rank(problem.best)[0] == 0
+    assert problem.best.numbers["mass"] <= scan + near
+    assert ending.converged or method == "trust-constr"
+
+
+def test_a_search_says_that_it_ended_at_its_limit_of_steps():
+    problem = Problem(formula(0.95, minimise=["torque.rms"]))
+    problem.first  # noqa: B018
+    assert not METHODS["slsqp"](problem, np.array([0.95, 0.5]), Search(generations=1)).converged
+    assert METHODS["slsqp"](problem, np.array([0.95, 0.5]), Search()).converged
+    np.testing.assert_allclose(problem.best.values, [0.3, 0.6], atol=1e-4)
+
+
+def test_several_aims_have_the_trade_offs_of_the_closed_form():
+    pytest.importorskip("pymoo")
+    problem = Problem(formula(0.5, minimise=["mass", "torque.rms"]))
+    problem.first  # noqa: B018
+    METHODS["nsga2"](problem, np.array([0.5, 0.5]), Search(generations=40))
+    # the front is the way from (0.3, 0.6) down the gradient (1, 0.4) of the mass
+    for trial in problem.front:
+        x, y = trial.values
+        assert x <= 0.32 and y <= 0.62  # noqa: PT018
+    masses = np.array(sorted(trial.numbers["mass"] for trial in problem.front))
+    assert len(masses) >= 20
+    best = {trial.numbers["mass"]: trial.numbers["torque.rms"] for trial in problem.front}
+    for mass in masses[masses > 0.54 - 0.3 * 1.16]:
+        exact = (0.54 - mass) ** 2 / 1.16  # distance from the line of that mass, while x >= 0
+        assert best[mass] <= max(exact, 0) + 0.01
+
+
+def test_the_history_is_written_as_trials_are_known(tmp_path):
+    problem = Problem(formula(0.95, minimise=["mass"], limits=LIMIT))
+    history, path = History(tmp_path / "history.csv"), tmp_path / "history.csv"
+    history.follow(problem)
+    assert not path.exists()
+    problem.first  # noqa: B018
+    for count, unit in enumerate(np.random.default_rng(0).random((5, 2)), 2):
+        problem.run([unit])
+        history.follow(problem)
+        lines = path.read_text().splitlines()
+        assert lines[0] == "trial,x,y,mass,strain.max,torque.rms,beyond limits,seconds,error"
+        assert len(lines) == count + 1
 
 
 @pytest.mark.parametrize(

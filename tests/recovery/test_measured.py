@@ -3,7 +3,7 @@
 import pytest
 
 from fenics_mech.errors import SceneError
-from fenics_mech.views.measured import read_measurement
+from fenics_mech.recovery.measured import read_measurement
 
 
 @pytest.mark.parametrize(

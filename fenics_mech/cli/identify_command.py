@@ -1,0 +1,50 @@
+"""`fenics-mech identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+
+EXPECTED = 12  # trials of one search, for the progress
+
+
+def identify(
+    scene: SceneFile,
+    data: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Measured curves or numbers (CSV).", show_default="the scene's measurements"),
+    ] = None,
+    starts: Annotated[int, typer.Option(min=1, max=1000, help="Searches; all but the first start at random.")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of their starts.")] = 0,
+    jobs: Annotated[
+        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share trials.")
+    ] = 1,
+    folder: OutFolder = Path("out"),
+    strict: Strict = False,
+) -> None:
+    """Find the variables in the study of the scene from measured data, and say how well the data tell them.
+
+    Writes identified.toml, identified.csv and plots of prediction and measurement. Finished trials are kept in the
+    folder, and not run again.
+    """
+    from fenics_mech.studies.design.identify import identify as search  # noqa: PLC0415
+    from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
+    from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
+    from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
+
+    loaded = loaded_scene(scene, strict)
+    make_folder(folder)
+    with progress_bar(EXPECTED * starts, alike=False) as step:
+
+        def told(count: int, trial: Trial, best: Trial | None) -> None:
+            step(f"trial {count}")
+
+        found = search(loaded, data or (), folder, starts=starts, seed=seed, jobs=jobs, progress=told)
+    plots = plot_identified(found, folder)
+    out.print(identify_summary(found))
+    tell_written([Path("identified.toml"), Path("identified.csv"), *plots], folder)

@@ -1,0 +1,55 @@
+"""`fenics-mech spread`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+
+
+def spread(
+    scene: SceneFile,
+    samples: Annotated[
+        int, typer.Option("-n", "--samples", min=0, max=1_000_000, help="Samples; 0 for the linear estimate alone.")
+    ] = 128,
+    sampling: Annotated[str, typer.Option(help="sobol or latin-hypercube.")] = "sobol",
+    indices: Annotated[
+        bool, typer.Option("--indices", help="Find Sobol indices: samples times (variables + 2) analyses.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of random numbers.")] = 0,
+    jobs: Annotated[
+        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share samples.")
+    ] = 1,
+    folder: OutFolder = Path("out"),
+    strict: Strict = False,
+) -> None:
+    """Find how results scatter with tolerances and other scatter in the study of the scene.
+
+    Writes spread.csv, samples.csv and plots. Finished samples are kept in the folder, and not run again.
+    """
+    from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
+    from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
+    from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
+
+    loaded = loaded_scene(scene, strict)
+    make_folder(folder)
+    width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2
+    with progress_bar(max(samples * width, 1)) as step:
+        found = scattered(
+            loaded,
+            folder,
+            samples=samples,
+            sampling=sampling,
+            indices=indices,
+            seed=seed,
+            jobs=jobs,
+            progress=lambda count: step(f"sample {count}"),
+        )
+    plots = plot_spread(found, folder)
+    out.print(spread_summary(found))
+    tables = ["spread.csv", "samples.csv", *(["indices.csv"] if found.indices else [])]
+    tell_written([*map(Path, tables), *plots], folder)

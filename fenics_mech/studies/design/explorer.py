@@ -1,0 +1,145 @@
+"""Trials of a study at variables that go from 0 to 1: each is run once, and derivatives of its numbers are known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.studies.design.sensitivity import sensitivity
+from fenics_mech.studies.design.trial import Trial, Trials
+
+STEP = 1e-3  # of differences for derivatives, as a share of a variable's range
+SAME = 14  # digits by which two points are one
+Progress = Callable[[int, Trial, Trial | None], None]  # number of trials, the last one, and the best so far
+
+
+@dataclass(frozen=True)
+class Explorer:
+    """Trials over variables from 0 to 1.
+
+    Parameters
+    ----------
+    trials
+        Runs the trials.
+    progress
+        Called after each trial.
+    history
+        All trials, in order.
+    """
+
+    trials: Trials
+    progress: Progress = lambda count, trial, best: None
+    history: list[Trial] = field(default_factory=list)
+    _known: dict[tuple[float, ...], Trial] = field(default_factory=dict)
+    _slopes: dict[tuple[float, ...], dict[str, Array]] = field(default_factory=dict)  # at the last point
+
+    @property
+    def best(self) -> Trial | None:
+        """The best trial so far, where there is an order of trials."""
+        return None
+
+    @cached_property
+    def first(self) -> Trial:
+        """The trial of the start.
+
+        Raises
+        ------
+        SceneError
+            When it fails.
+        """
+        trial = self.run([self.to_unit(self.trials.design.start)])[0]
+        if trial.failed:
+            said = f"the scene that the study starts from fails: {trial.message}"
+            raise SceneError(said, place="study", hint="Give another `start` to its variables")
+        return trial
+
+    @cached_property
+    def _ranges(self) -> tuple[Array, Array]:
+        lower, upper = np.array(self.trials.design.bounds).T
+        return lower, np.where(upper > lower, upper - lower, 1.0)
+
+    def to_unit(self, values: Sequence[float]) -> Array:
+        """Give the variables from 0 to 1 of values in SI."""
+        lower, span = self._ranges
+        return (np.array(values, dtype=float) - lower) / span
+
+    def values(self, unit: Array) -> tuple[float, ...]:
+        """Give values in SI of variables from 0 to 1; a choice takes the nearest index."""
+        lower, span = self._ranges
+        found = lower + span * np.clip(unit, 0, 1)
+        variables = self.trials.design.variables
+        return tuple(float(round(v) if variable.choices else v) for v, variable in zip(found, variables))
+
+    def run(self, units: Sequence[Array]) -> list[Trial]:
+        """Run trials at variables from 0 to 1, or give those that were run before.
+
+        Parameters
+        ----------
+        units
+            The variables of each trial, ``(variables,)`` each.
+        """
+        points = [self.values(unit) for unit in units]
+        keys = [_key(point) for point in points]
+        new = [point for key, point in dict(zip(keys, points)).items() if key not in self._known]
+
+        def known(trial: Trial) -> None:
+            self.history.append(trial)
+            self.progress(len(self.history), trial, self.best)
+
+        for trial in self.trials.run(new, known):
+            self._known[_key(trial.values)] = trial
+        return [self._known[key] for key in keys]
+
+    def derivatives(self, unit: Array) -> dict[str, Array]:
+        """Derivatives of all numbers by the variables, by name, ``(variables,)`` each.
+
+        They come from `sensitivity` where it knows the problem. Else they are central differences, one-sided at a bound
+        or beside a trial that failed.
+
+        Parameters
+        ----------
+        unit
+            The variables, ``(variables,)``.
+        """
+        if (key := _key(unit)) not in self._slopes:
+            found = self._by_sensitivity(unit) or self._by_differences(unit)
+            self._slopes.clear()
+            self._slopes[key] = found
+        return self._slopes[key]
+
+    def _by_sensitivity(self, unit: Array) -> dict[str, Array] | None:
+        """Derivatives from the linearised equation; None where it does not give them."""
+        trial = self.run([unit])[0]
+        if trial.failed or not self.trials.linearised:
+            return None
+        try:
+            found = sensitivity(self.trials, trial.values)
+        except MechanismError:  # a neighbour that fails; differences are one-sided there
+            return None
+        return None if found is None else {name: slopes * self._ranges[1] for name, slopes in found.items()}
+
+    def _by_differences(self, unit: Array) -> dict[str, Array]:
+        """Derivatives by central differences of trials; 0 where both neighbours failed."""
+        here, count = np.clip(unit, 0, 1), len(unit)
+        ends = np.array([[here + sign * STEP * row for sign in (-1, 1)] for row in np.eye(count)])
+        ends = np.clip(ends, 0, 1)
+        found = self.run([here, *ends.reshape(-1, count)])
+        slopes = {name: np.zeros(count) for name in found[0].numbers}
+        for k in range(count):
+            pair = [(ends[k, i, k], found[1 + 2 * k + i]) for i in range(2)]
+            good = [one for one in pair if not one[1].failed]
+            good = good if len(good) == 2 else [*good, (here[k], found[0])]
+            (a, low), (b, high) = good[0], good[-1]
+            for name in slopes if a != b and not (low.failed or high.failed) else ():
+                slopes[name][k] = (high.numbers[name] - low.numbers[name]) / (b - a)
+        return slopes
+
+
+def _key(values: Sequence[float] | Array) -> tuple[float, ...]:
+    """Give what points have in common that are one."""
+    return tuple(float(f"{value:.{SAME}g}") for value in values)

@@ -1,0 +1,58 @@
+"""The trials of a search as a table, which is written as they are known."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from fenics_mech.errors import ResultError
+from fenics_mech.studies.design.problem import Problem
+from fenics_mech.studies.design.trial import Trial
+
+
+class History:
+    """A CSV file of trials, to which each is added when it is known.
+
+    Parameters
+    ----------
+    path
+        The file; one of an earlier search is written anew.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path, self.written = path, 0
+
+    def follow(self, problem: Problem) -> None:
+        """Add the trials that are not written yet, once that of the start is known.
+
+        Parameters
+        ----------
+        problem
+            The problem, with its trials.
+
+        Raises
+        ------
+        ResultError
+            When the file cannot be written.
+        """
+        if problem.best is None:
+            return
+        new = problem.history[self.written :]
+        head = [[*_head(problem)]] if not self.written else []
+        rows = [_row(problem, number, trial) for number, trial in enumerate(new, self.written + 1)]
+        try:
+            with open(self.path, "a" if self.written else "w", encoding="utf-8", newline="") as file:
+                csv.writer(file, lineterminator="\n").writerows([*head, *rows])
+        except OSError as error:
+            raise ResultError(f"{self.path}: cannot be written: {error.strerror}") from error
+        self.written += len(new)
+
+
+def _head(problem: Problem) -> list[str]:
+    variables = [variable.name for variable in problem.trials.design.variables]
+    return ["trial", *variables, *problem.first.numbers, "beyond limits", "seconds", "error"]
+
+
+def _row(problem: Problem, number: int, trial: Trial) -> list[object]:
+    beyond = problem.rank(trial)[0]
+    return [number, *trial.values, *trial.numbers.values(), beyond, trial.seconds, trial.error]

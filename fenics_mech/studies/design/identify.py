@@ -1,0 +1,273 @@
+"""Numbers of a scene from measured data: least squares, with their confidence and what the data do not tell."""
+
+from __future__ import annotations
+
+import csv
+import io
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech._files import write_whole
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
+from fenics_mech.scene.writing import write_scene
+from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.explorer import Explorer
+from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
+from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
+from fenics_mech.studies.design.trial import Trial, Trials
+
+FAILED = 1e3  # of the size of the measured values: what a trial that failed predicts
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What measured data tell of the variables of a study.
+
+    Parameters
+    ----------
+    explorer
+        The trials, with all of them in `history`.
+    observations
+        What was measured.
+    fit
+        What least squares found, for variables from 0 to 1.
+    seconds
+        How long all took.
+
+    Examples
+    --------
+    >>> modulus = {"numbers": ["materials.aluminium.modulus"], "between": ["50 GPa", "90 GPa"]}
+    >>> scene = fm.load("demos/four_bar.toml").changed(study={"variables": {"modulus": modulus}}, effects=())
+    >>> scene = scene.changed({"analysis.solver": "collocation", "analysis.sub_intervals": 36})
+    >>> found = fm.identify(scene, [fm.Observation.number("frequency[1].mean", 45.0, 0.2)])
+    >>> found.names
+    ['modulus']
+    """
+
+    explorer: Explorer
+    observations: tuple[Observation, ...]
+    fit: Fit
+    seconds: float
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the variables."""
+        return [variable.name for variable in self.explorer.trials.design.variables]
+
+    @cached_property
+    def values(self) -> Array:
+        """Values of the variables in SI, ``(variables,)``."""
+        return np.array(self.explorer.values(self.fit.at))
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the variables in SI, ``(variables, variables)``; NaN for those that the data do not tell."""
+        span, told = self._span, self.fit.told
+        return np.where(told[:, None] & told, self.fit.covariance * span[:, None] * span, np.nan)
+
+    @property
+    def deviation(self) -> Array:
+        """Standard deviations of the variables in SI, ``(variables,)``."""
+        return np.sqrt(np.diag(self.covariance))
+
+    @property
+    def interval(self) -> Array:
+        """Ends of the intervals that hold the true values in 95 of 100 cases, in SI, ``(variables, 2)``."""
+        half = self.fit.reach * self.deviation
+        return np.stack([self.values - half, self.values + half], axis=1)
+
+    @property
+    def at_bound(self) -> Truths:
+        """Which variables ended at a bound, where their intervals do not hold, ``(variables,)``."""
+        return (self.fit.at < 1e-6) | (self.fit.at > 1 - 1e-6)
+
+    @property
+    def untold(self) -> list[dict[str, float]]:
+        """Combinations of variables that the data do not tell: a change in shares of their ranges."""
+        found = []
+        for direction in self.fit.untold.T:
+            parts = dict(zip(self.names, direction.tolist()))
+            found.append({name: part for name, part in parts.items() if abs(part) >= FIT.part})
+        return found
+
+    @property
+    def scene(self) -> Scene:
+        """The scene with the values that were found, and its study."""
+        design = self.explorer.trials.design
+        return design.scene.changed(design.changes(self.values.tolist()) | {"study": design.study})
+
+    @property
+    def parts(self) -> list[slice]:
+        """Where the values of each observation stand among all, in order."""
+        ends = np.cumsum([0, *(len(one.values) for one in self.observations)])
+        return [slice(a, b) for a, b in pairwise(ends)]
+
+    @property
+    def first(self) -> Array:
+        """Predicted values at the start, ``(points,)``."""
+        return _predicted(self.observations, self.explorer.first.numbers)
+
+    def follows(self, part: slice) -> float:
+        """Correlation of each difference with the next: of noise alone it is about 0.
+
+        Parameters
+        ----------
+        part
+            The values of one observation.
+        """
+        rest = self.fit.weighted[part]
+        return float(rest[1:] @ rest[:-1] / max(rest @ rest, np.finfo(float).tiny)) if len(rest) > 2 else 0.0
+
+    @property
+    def _span(self) -> Array:
+        lower, upper = np.array(self.explorer.trials.design.bounds).T
+        return upper - lower
+
+
+def identify(
+    scene: Scene,
+    data: Sequence[str | Path | Observation] = (),
+    folder: str | Path | None = None,
+    *,
+    starts: int = 1,
+    seed: int = 0,
+    jobs: int = 1,
+    progress: Callable[[int, Trial, Trial | None], None] = lambda count, trial, best: None,
+) -> Identified:
+    """Find the variables of a scene's study for which it predicts what was measured.
+
+    The sum of the squares of all differences is minimised, each in units of its noise. The noise of each curve is
+    estimated from its differences. Confidence is that of the linearised problem, for noise that is independent from
+    point to point.
+
+    Parameters
+    ----------
+    scene
+        The scene. Of its study only the variables count.
+    data
+        CSV files or `Observation` objects; by default the measurements that the scene states.
+    folder
+        Where finished trials are kept, with ``identified.csv`` and ``identified.toml``.
+    starts
+        Number of searches: the first from the study's start, the others from seeded random ones. The best one counts.
+    seed
+        Of these starts.
+    jobs
+        Processes of this machine that share trials.
+    progress
+        Called with the number of trials and the last one after each.
+
+    Raises
+    ------
+    SceneError
+        When the study or the data are not valid, there are fewer data than variables, or the start fails.
+    MechanismError
+        When no file can be written.
+
+    Examples
+    --------
+    >>> modulus = {"numbers": ["materials.aluminium.modulus"], "between": ["50 GPa", "90 GPa"]}
+    >>> scene = fm.load("demos/four_bar.toml").changed(study={"variables": {"modulus": modulus}}, effects=())
+    >>> scene = scene.changed({"analysis.solver": "collocation", "analysis.sub_intervals": 36})
+    >>> found = fm.identify(scene, [fm.Observation.number("frequency[1].mean", 45.0, 0.2)])
+    >>> f"{found.values[0] / 1e9:.1f} GPa, deviation {found.deviation[0] / 1e9:.1f} GPa"
+    '66.4 GPa, deviation 0.6 GPa'
+    """
+    begun, observations = time.perf_counter(), _observations(scene, data)
+    with TemporaryDirectory() as made:
+        kept = Path(made if folder is None else folder)
+        explorer = _explorer(scene, observations, (kept / "trials", jobs), progress)
+        count = len(explorer.trials.design.variables)
+        points = np.random.default_rng(seed).random((starts, count))
+        points[0] = explorer.to_unit(explorer.trials.design.start)
+        measured = _noisy(observations, count)
+        fits = [_fitted(explorer, observations, measured, point) for point in points]
+        found = Identified(explorer, observations, min(fits, key=_misfit), time.perf_counter() - begun)
+        if folder is not None:
+            _write(found, kept)
+    return found
+
+
+def _observations(scene: Scene, data: Sequence[str | Path | Observation]) -> tuple[Observation, ...]:
+    """Read the files of measured data, or those that the scene states."""
+    if not data:
+        return tuple(stated_observations(scene))
+    found: list[Observation] = []
+    for one in data:
+        found += [one] if isinstance(one, Observation) else read_observations(Path(one))
+    return tuple(found)
+
+
+def _explorer(
+    scene: Scene,
+    observations: Sequence[Observation],
+    kept: tuple[Path, int],
+    progress: Callable[[int, Trial, Trial | None], None],
+) -> Explorer:
+    """Prepare the trials, and run that of the start; it says what is wrong there."""
+    design = Design.of(scene)
+    if chosen := [variable.name for variable in design.variables if variable.choices]:
+        raise SceneError("least squares take no choices", place=f"study.variables.{chosen[0]}", hint="Give `between`")
+    trials = Trials(design, tuple(one.of for one in observations), *kept)
+    explorer = Explorer(trials.with_fixed_effects(), progress)
+    explorer.first  # noqa: B018
+    return explorer
+
+
+def _noisy(observations: Sequence[Observation], variables: int) -> Noisy:
+    """Give all measured values as one, those of each curve as a group."""
+    values = np.concatenate([one.values for one in observations])
+    known = np.array([one.deviation for one in observations])
+    if np.isnan(known).any() and len(values) <= variables:
+        message = f"{len(values)} measured values are too few for {variables} variables"
+        raise SceneError(message, place="identify", hint="Measure more, or leave variables out")
+    group = np.repeat(np.arange(len(observations)), [len(one.values) for one in observations])
+    return Noisy(values, group, known)
+
+
+def _predicted(observations: Sequence[Observation], numbers: dict[str, float]) -> Array:
+    """Numbers of a trial in the order of the measured values, ``(points,)``."""
+    return np.array([numbers[name] for one in observations for name in one.of.names])
+
+
+def _fitted(explorer: Explorer, observations: Sequence[Observation], measured: Noisy, start: Array) -> Fit:
+    """Fit the variables from one start."""
+    far = FAILED * np.abs(measured.values).max()
+
+    def predict(unit: Array) -> Array:
+        trial = explorer.run([unit])[0]
+        return np.full(len(measured.values), far) if trial.failed else _predicted(observations, trial.numbers)
+
+    def slopes(unit: Array) -> Array:
+        found = explorer.derivatives(unit)
+        return np.array([found[name] for one in observations for name in one.of.names])
+
+    return fit(predict, slopes, measured, start, 1e-8)
+
+
+def _misfit(found: Fit) -> float:
+    """Order of fits: minus the logarithm of the likelihood, but for a constant."""
+    points = np.log(found.noise)[found.data.group].sum()
+    return float(points + (found.weighted**2).sum() / 2)
+
+
+def _write(found: Identified, folder: Path) -> None:
+    """Write the variables with their confidence, and the scene with them."""
+    text = io.StringIO()
+    table = csv.writer(text, lineterminator="\n")
+    table.writerow(["variable", "unit", "value", "deviation", "low", "high", "told"])
+    variables = found.explorer.trials.design.variables
+    rows = zip(variables, found.values, found.deviation, found.interval, found.fit.told)
+    for variable, value, deviation, (low, high), told in rows:
+        table.writerow([variable.name, variable.unit, value, deviation, low, high, "yes" if told else "no"])
+    write_whole(folder / "identified.csv", lambda temporary: temporary.write_text(text.getvalue()))
+    write_scene(found.scene, folder / "identified.toml")

@@ -1,0 +1,111 @@
+"""Pictures of an identification: what is predicted beside what was measured, and their differences."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fenics_mech._constants import MICRO
+from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
+from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.design.identify import Identified
+
+BAND = 2  # standard deviations of noise, that the band of the differences has on both sides
+HEIGHTS = {"height_ratios": [3, 1]}
+
+
+def plot_identified(found: Identified, folder: str | Path) -> list[Path]:
+    """Make the plots of an identification as PNG files in a folder: one of each curve, and one of all single numbers.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    folder
+        Where to write.
+
+    Raises
+    ------
+    ResultError
+        When a file cannot be written.
+    """
+    curves = [k for k, one in enumerate(found.observations) if isinstance(one.of, Curve)]
+    figures = {f"prediction_{i}": curve_figure(found, k) for i, k in enumerate(curves, 1)}
+    if len(curves) < len(found.observations):
+        figures["prediction_numbers"] = numbers_figure(found)
+    return [save(figure, Path(folder) / f"{name}.png") for name, figure in figures.items()]
+
+
+def curve_figure(found: Identified, which: int) -> Figure:
+    """Draw a measured curve, what is predicted at the start and in the end, and the difference below.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    which
+        Place of the curve among the observations.
+    """
+    one, part = found.observations[which], found.parts[which]
+    assert isinstance(one.of, Curve)
+    angle = np.degrees(one.of.angles) % 360
+    order = np.argsort(angle)
+    figure, (above, below) = empty_figure(rows=2, height=5.2, grid=HEIGHTS)
+    size, label = shown_in(one.of)
+    first, last = found.first[part] * size, found.fit.predicted[part] * size
+    above.plot(angle, one.values * size, ".", color="0.45", ms=4, label="measured")
+    above.plot(angle[order], first[order], "--", color=COLOURS[1], lw=1.1, label="predicted at the start")
+    above.plot(angle[order], last[order], color=COLOURS[0], label="predicted")
+    finish(above, "Prediction and measurement", label)
+    noise = float(found.fit.noise[which]) * size
+    below.axhspan(-BAND * noise, BAND * noise, color=COLOURS[0], alpha=0.15, lw=0)
+    below.plot(angle, one.values * size - last, ".", color="0.45", ms=4)
+    below.set_ylabel("difference")
+    angle_axis(below)
+    return figure
+
+
+def shown_in(of: ResultNumbers) -> tuple[float, str]:
+    """Give the factor by which a number is drawn, and its label.
+
+    Parameters
+    ----------
+    of
+        The number or curve.
+    """
+    if of.name.startswith("strain"):
+        return MICRO, f"{of.text} (\N{MICRO SIGN}m/m)"
+    return 1.0, of.text if of.unit == "1" else f"{of.text} ({of.unit})"
+
+
+def numbers_figure(found: Identified) -> Figure:
+    """Draw the differences of single numbers in units of their deviation, at the start and in the end.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    """
+    which = [k for k, one in enumerate(found.observations) if not isinstance(one.of, Curve)]
+    figure, (axes,) = empty_figure(height=1.6 + 0.35 * len(which))
+    _draw_numbers(axes, found, which)
+    return figure
+
+
+def _draw_numbers(axes: Axes, found: Identified, which: list[int]) -> None:
+    rows = np.arange(len(which))[::-1]
+    points = [found.parts[k].start for k in which]
+    measured, noise = found.fit.data.values[points], found.fit.noise[which]
+    axes.axvspan(-BAND, BAND, color=COLOURS[0], alpha=0.15, lw=0)
+    axes.plot((measured - found.first[points]) / noise, rows, "s", color=COLOURS[1], mfc="none", label="at the start")
+    axes.plot((measured - found.fit.predicted[points]) / noise, rows, "o", color=COLOURS[0], label="in the end")
+    axes.set_yticks(rows, [found.observations[k].of.text for k in which])
+    axes.set_ylim(-0.6, len(which) - 0.4)
+    axes.set_xlabel("measured less predicted value, in standard deviations of the measurement")
+    finish(axes, "Prediction and measurement", "")

@@ -1,0 +1,129 @@
+"""Summary of an identification: the variables with their confidence, what the data do not tell, and the fit."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.studies.design.result_curves import Curve
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.design.identify import Identified
+
+CORRELATED = 0.9  # correlation of two variables, from which it is told
+UNUSUAL = 3.0  # deviations from nothing but noise, from which a fit is doubted
+
+
+def identify_summary(found: Identified) -> Group:
+    """Tell what measured data say of the variables.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    """
+    parts: list[RenderableType] = [Text(headline(found), style="bold"), _variables(found)]
+    parts += [Text(line) for line in (*_correlations(found), *doubts(found))]
+    return Group(*parts, _fit(found), Text(_cost(found)))
+
+
+def headline(found: Identified) -> str:
+    """Say which variables the data tell, and which they do not.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    """
+    told = [name for name, known in zip(found.names, found.fit.told) if known]
+    rest = [name for name in found.names if name not in told]
+    if not rest:
+        return f"The data tell {_listed(told)}."
+    first = (
+        f"The data tell {_listed(told)}, and not {_listed(rest)}." if told else f"The data do not tell {_listed(rest)}."
+    )
+    ways = "; ".join(
+        " and ".join(f"{part:+.2f} of the range of {name}" for name, part in one.items()) for one in found.untold
+    )
+    single = all(len(one) == 1 for one in found.untold)
+    return first if single else f"{first} These change hardly any prediction together: {ways}."
+
+
+def doubts(found: Identified) -> list[str]:
+    """Say what speaks against the intervals: bounds, differences that are no noise, deviations that are exceeded.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    """
+    said = []
+    if bound := [name for name, there in zip(found.names, found.at_bound) if there]:
+        said.append(f"{_listed(bound)} ended at a bound: widen it. The intervals do not hold there.")
+    for one, part in zip(found.observations, found.parts):
+        limit = UNUSUAL / math.sqrt(max(len(one.values), 1))
+        if isinstance(one.of, Curve) and (follows := found.follows(part)) > limit:
+            said.append(
+                f"The differences of {one.of.text} follow one another (correlation {follows:.2f}): the model lacks "
+                f"something, or the noise is not independent. The intervals are too narrow."
+            )
+    weighted = np.array([found.fit.weighted[found.parts[k].start] for k in _known(found)])
+    if len(weighted) and np.abs(weighted).max() > UNUSUAL:
+        worst = found.observations[_known(found)[int(np.abs(weighted).argmax())]]
+        said.append(f"{worst.of.text} is {np.abs(weighted).max():.1f} standard deviations off: the model does not fit.")
+    return said
+
+
+def _known(found: Identified) -> list[int]:
+    return [k for k, one in enumerate(found.observations) if not math.isnan(one.deviation)]
+
+
+def _listed(names: list[str]) -> str:
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def _variables(found: Identified) -> Table:
+    table = Table("variable", "start", "identified", "deviation", "95 % interval", "unit")
+    variables = found.explorer.trials.design.variables
+    for k, variable in enumerate(variables):
+        low, high = found.interval[k]
+        known = bool(found.fit.told[k])
+        interval = f"{low:.5g} to {high:.5g}" if known else f"not told: {variable.lower:.5g} to {variable.upper:.5g}"
+        deviation = f"{found.deviation[k]:.2g}" if known else "-"
+        values = f"{variable.start:.5g}", f"{found.values[k]:.5g}"
+        table.add_row(escape(variable.name), *values, deviation, interval, variable.unit)
+    return table
+
+
+def _correlations(found: Identified) -> list[str]:
+    """Name the pairs of variables that the data hardly tell from one another."""
+    covariance, deviation, said = found.covariance, found.deviation, []
+    for i, first in enumerate(found.names):
+        for j, second in enumerate(found.names[:i]):
+            correlation = covariance[i, j] / (deviation[i] * deviation[j])
+            if abs(correlation) > CORRELATED:
+                said.append(
+                    f"{second} and {first} are correlated ({correlation:.2f}): the data tell a combination better."
+                )
+    return said
+
+
+def _fit(found: Identified) -> Table:
+    table = Table("measured", "points", "rms difference", "noise", "unit")
+    for k, (one, part) in enumerate(zip(found.observations, found.parts)):
+        rms = float(np.sqrt(((one.values - found.fit.predicted[part]) ** 2).mean()))
+        noise = f"{found.fit.noise[k]:.3g}" + (" (estimated)" if math.isnan(one.deviation) else "")
+        table.add_row(escape(one.of.text), str(len(one.values)), f"{rms:.3g}", noise, one.of.unit)
+    return table
+
+
+def _cost(found: Identified) -> str:
+    history = found.explorer.history
+    run = sum(trial.seconds for trial in history)
+    return f"{len(history)} trials of {run:.1f} s in all; {found.seconds:.0f} s in this run."

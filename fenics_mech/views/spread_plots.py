@@ -1,0 +1,128 @@
+"""Pictures of a spread: distributions of numbers, bands of curves, and shares of the variance."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from fenics_mech.studies.design.problem import bounds_of
+from fenics_mech.views.figures import COLOURS, angle_axis, curve, empty_figure, finish, save
+from fenics_mech.views.identify_plots import shown_in
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.design.spread import Spread
+
+BANDS = ((0.05, 0.95, 0.2), (0.25, 0.75, 0.35))  # quantiles, and how dense the band is
+MOST_ROWS = 6  # numbers in a picture
+
+
+def plot_spread(found: Spread, folder: str | Path) -> list[Path]:
+    """Make the plots of a spread as PNG files in a folder.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    folder
+        Where to write.
+
+    Raises
+    ------
+    ResultError
+        When a file cannot be written.
+    """
+    figures = {}
+    if found.names and found.samples:
+        figures["distributions"] = distributions_figure(found)
+    if found.samples:
+        figures |= {f"band_{k}": band_figure(found, k - 1) for k in range(1, len(found.curves) + 1)}
+    if found.names:
+        figures["shares"] = shares_figure(found)
+    return [save(figure, Path(folder) / f"{name}.png") for name, figure in figures.items()]
+
+
+def distributions_figure(found: Spread) -> Figure:
+    """Draw how often each number has which value, with its quantiles and limits.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    """
+    names = found.names[:MOST_ROWS]
+    figure, rows = empty_figure(rows=len(names), height=0.6 + 2.3 * len(names), shared=False)
+    for axes, name in zip(rows, names):
+        _draw_distribution(axes, found, name)
+    return figure
+
+
+def _draw_distribution(axes: Axes, found: Spread, name: str) -> None:
+    of = next(one for one in found.explorer.trials.quantities if one.text == name)
+    size, label = shown_in(of)
+    values = size * found.data["result"].sel(name=name).dropna("sample").to_numpy()
+    axes.hist(values, bins="auto", color=COLOURS[5], edgecolor="white", lw=0.4)
+    for share in np.quantile(values, (0.05, 0.95)) if len(values) else ():
+        axes.axvline(share, color=COLOURS[0], ls="--", lw=1.1, label="5 % and 95 %")
+    axes.axvline(size * found.explorer.first.numbers[name], color="black", lw=1.2, label="at the means")
+    for bound in bounds_of(found.scattered.design.study):
+        if bound.of == name:
+            axes.axvline(size * bound.limit, color=COLOURS[1], lw=1.6, label="limit")
+    handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
+    axes.legend(handles.values(), handles.keys(), loc="best", fontsize=8)
+    axes.set_xlabel(label)
+    axes.set_ylabel("samples")
+
+
+def band_figure(found: Spread, which: int) -> Figure:
+    """Draw the bands in which a curve lies in half and in 90 % of the samples.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    which
+        Which of its curves.
+    """
+    one = found.curves[which]
+    size, label = shown_in(one)
+    theta = np.array(one.angles)
+    values = size * found.data["curve"].isel(of=which).dropna("sample", how="all").to_numpy()
+    figure, (axes,) = empty_figure()
+    for low, high, dense in BANDS:
+        ends = [curve(theta, row) for row in np.quantile(values, (low, high), axis=0)]
+        said = f"{100 * (high - low):.0f} % of the samples at each angle"
+        axes.fill_between(ends[0][0], ends[0][1], ends[1][1], color=COLOURS[0], alpha=dense, lw=0, label=said)
+    axes.plot(*curve(theta, size * one.values(found.explorer.first.numbers)), color="black", label="at the means")
+    angle_axis(axes)
+    finish(axes, "Scatter of a curve", label, columns=3)
+    return figure
+
+
+def shares_figure(found: Spread) -> Figure:
+    """Draw which share of each number's variance comes from which variable.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    """
+    names, variables = found.names[:MOST_ROWS], found.scattered.design.variables
+    figure, rows = empty_figure(rows=len(names), height=0.9 + len(names) * (0.7 + 0.32 * len(variables)))
+    for axes, name in zip(rows, names):
+        at, known = np.arange(len(variables))[::-1], found.indices.get(name)
+        linear = found.linear_shares(name)
+        if known is not None:
+            axes.barh(at + 0.2, known.first, 0.36, color=COLOURS[0], label="alone", xerr=known.doubt[0])
+            axes.barh(at - 0.2, known.total, 0.36, color=COLOURS[5], label="with others", xerr=known.doubt[1])
+            axes.plot(linear, at, "|", color="black", ms=14, label="linear estimate")
+        else:
+            axes.barh(at, linear, 0.6, color=COLOURS[0])
+        axes.set_yticks(at, [variable.name for variable in variables])
+        finish(axes, name, "")
+    rows[-1].set_xlabel("share of the variance" if found.indices else "share of the variance, by the linear estimate")
+    rows[-1].set_xlim(left=0)
+    return figure

@@ -1,0 +1,105 @@
+"""Summary of a spread: the yield first, then the numbers with their quantiles, and what makes them scatter."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.markup import escape
+from rich.table import Table
+from rich.text import Text
+
+from fenics_mech.errors import percent
+from fenics_mech.studies.design.spread import statistics
+from fenics_mech.views.identify_plots import shown_in
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.design.spread import Spread
+
+UNLIKE = 0.2  # difference of the linear estimate from the deviation of the samples, relative, that is told
+FEW = 0.1  # half the width of a 95 % interval, from which samples are too few for indices
+
+
+def spread_summary(found: Spread) -> Group:
+    """Tell how the numbers of a result scatter.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    """
+    parts: list[RenderableType] = [Text(headline(found), style="bold")]
+    parts += [_numbers(found)] if found.names else []
+    parts += [_shares(found)] if found.names else []
+    return Group(*parts, *(Text(line) for line in (*_notes(found), _cost(found))))
+
+
+def headline(found: Spread) -> str:
+    """Say how many of the samples keep all limits, or how much the first number scatters.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    """
+    if found.passed and found.samples:
+        share, low, high = found.kept()
+        interval = f"95 % interval: {percent(low, 3)} to {percent(high, 3)}"
+        return f"{percent(share, 3)} of the samples keep all limits ({interval})."
+    if not found.names:
+        return f"The scatter of {len(found.curves)} curve{'s' * (len(found.curves) > 1)} is drawn."
+    name = found.names[0]
+    nominal, _, deviation, linear, *_ = statistics(found, name)
+    size = linear if np.isnan(deviation) else deviation
+    return f"{name} scatters with a standard deviation of {percent(size / (abs(nominal) or 1.0))} of its nominal value."
+
+
+def _numbers(found: Spread) -> Table:
+    table = Table("number", "nominal", "deviation", "linear", "5 %", "95 %", "unit")
+    quantities = {one.text: one for one in found.explorer.trials.quantities}
+    for name in found.names:
+        size, label = shown_in(quantities[name])
+        nominal, _, deviation, linear, low, _, high = (size * value for value in statistics(found, name))
+        cells = ["-" if np.isnan(value) else f"{value:.4g}" for value in (nominal, deviation, linear, low, high)]
+        table.add_row(escape(name), *cells, label.removeprefix(name).strip(" ()") or "1")
+    return table
+
+
+def _shares(found: Spread) -> Table:
+    variables = [variable.name for variable in found.scattered.design.variables]
+    table = Table("shares of the variance", "", *map(escape, variables))
+    for name in found.names:
+        rows = {"linear": [f"{share:.2f}" for share in found.linear_shares(name)]}
+        if (known := found.indices.get(name)) is not None:
+            for kind, shares, doubt in zip(("alone", "with others"), (known.first, known.total), known.doubt):
+                rows[kind] = [f"{share:.2f} ± {wide:.2f}" for share, wide in zip(shares, doubt)]
+        for kind, cells in rows.items():
+            table.add_row(escape(name) if kind == "linear" else "", kind, *cells)
+    return table
+
+
+def _notes(found: Spread) -> list[str]:
+    """Say which limits are broken, where the linear estimate misleads, what failed, and where samples are too few."""
+    said = []
+    if len(found.passed) > 1 and found.samples:
+        said += [f"{percent(float(good.mean()), 3)} keep {limit}." for limit, good in found.passed.items()]
+    for name in found.names if len(found.independent) > 1 else ():
+        *_, deviation, linear = statistics(found, name)[:4]
+        if abs(linear - deviation) > UNLIKE * deviation:
+            said.append(
+                f"{name} is not linear in what scatters: the linear estimate is {linear / deviation:.2f} of it."
+            )
+    if any(one.doubt.max() > FEW for one in found.indices.values()):
+        said.append("Some indices are uncertain by more than 0.1: take more samples.")
+    if failures := Counter(trial.error for trial in found.samples if trial.failed):
+        kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
+        said.append(f"Samples that failed, and keep no limit: {kinds}.")
+    return said
+
+
+def _cost(found: Spread) -> str:
+    trials = [*found.samples, *found.explorer.history]
+    run = sum(trial.seconds for trial in trials)
+    return f"{len(trials)} trials of {run:.1f} s in all; {found.seconds:.0f} s in this run."
