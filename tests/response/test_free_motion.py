@@ -128,6 +128,7 @@ def test_mass_is_that_of_the_kinetic_energy_however_far_links_bend(bend):
     assert np.linalg.eigvalsh(mass + mass.T)[0] > 0
 
 
+@pytest.mark.slow
 def test_drag_of_the_air_on_a_falling_bar_against_an_independent_program():
     density, coefficient, line = 300.0, 2.0, 7850 * 2e-4
     scene = bars(1, duration=1.0, sub_intervals=5, time_tolerance=1e-7, error_estimates=False)
