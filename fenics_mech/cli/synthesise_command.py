@@ -9,6 +9,7 @@ import typer
 
 from fenics_mech._console import make_folder, out, tell, warn
 from fenics_mech.cli.common import Strict
+from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
     from fenics_mech.studies.synthesis.synthesise import Synthesised
@@ -28,7 +29,10 @@ def synthesise(
     from fenics_mech.scene import load_task, write_scene  # noqa: PLC0415
     from fenics_mech.studies.synthesis.synthesise import synthesise as synthesised  # noqa: PLC0415
 
-    found = synthesised(load_task(task), starts=starts, seed=seed)
+    wanted = load_task(task)
+    if file.exists() and file.samefile(task):
+        raise MechanismError(f"{file} is the task itself: give another file for the scene with -o")
+    found = synthesised(wanted, starts=starts, seed=seed)
     warn(found.defects, strict)
     make_folder(file.parent)
     write_scene(found.scene, file, f"{found.scene.name}, by fenics-mech synthesise")

@@ -143,7 +143,8 @@ def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> R
         return read(data)
     except SceneError as error:
         line = _line_of(text, error.place.split("."))
-        raise SceneError(error.message, place=f"{file}: {error.place}", line=line, hint=error.hint) from None
+        place = f"{file}: {error.place}" if error.place else file
+        raise SceneError(error.message, place=place, line=line, hint=error.hint) from None
 
 
 def schema() -> dict[str, Any]:

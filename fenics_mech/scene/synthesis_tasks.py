@@ -29,7 +29,7 @@ class Task(Part):
     """
 
     speed: Annotated[AngularSpeed, Field(gt=0)] = 2 * math.pi
-    least_transmission: Angle = math.radians(30)
+    least_transmission: Annotated[Angle, Field(ge=0, le=math.pi / 2)] = math.radians(30)
 
 
 class FunctionTask(Task):
@@ -181,7 +181,8 @@ def read_task(data: dict[str, Any]) -> FunctionTask | MotionTask | PathTask:
     SceneError
         When it is no task, with the place of what is wrong.
     """
-    if (kind := data.get("kind")) not in TASKS:
+    kind = data.get("kind")
+    if not isinstance(kind, str) or kind not in TASKS:
         found = "a task needs its kind" if kind is None else f"there is no task {shortened(kind)}"
         raise SceneError(found, place="kind", hint=f'Write kind = "function"; known: {", ".join(TASKS)}')
     return TASKS[kind].read(data)

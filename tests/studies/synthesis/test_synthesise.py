@@ -154,6 +154,11 @@ def test_chebyshevs_and_watts_linkages_are_recovered_from_places_and_angles(know
 BAD = [
     ({"kind": "functoin"}, "there is no task 'functoin'"),
     ({}, "a task needs its kind"),
+    ({"kind": ["function"]}, "there is no task ['function']"),
+    (
+        {"kind": "function", "crank": [0, 1, 2], "follower": [0, 1, 2], "least_transmission": 2},
+        "least_transmission: must",
+    ),
     ({"kind": "function", "crank": [0, 1, 2], "follower": [0, 1]}, "follower: an entry of the list is missing"),
     ({"kind": "function", "crank": [0, 1, 2], "follower": [0, 1, 2], "grond": 1}, "Did you mean 'ground'"),
     ({"kind": "motion", "positions": [{"at": [0, 0], "angle": 0}] * 3}, "either `moving` or `fixed`"),
@@ -182,6 +187,24 @@ def test_points_that_no_four_bar_passes_are_said(task, said):
     with pytest.raises(SceneError) as caught:
         fm.synthesise(task)
     assert said in str(caught.value)
+
+
+def test_the_task_itself_is_not_overwritten(tmp_path):
+    task = tmp_path / "task.toml"
+    task.write_text('kind = "function"\ncrank = [0.5, 1.0, 1.5]\nfollower = [1.0, 1.2, 1.5]\n')
+    before = task.read_text()
+    said = CliRunner().invoke(app, ["synthesise", str(task), "-o", str(task)])
+    assert said.exit_code != 0
+    assert "is the task itself" in str(said.exception)
+    assert task.read_text() == before
+
+
+def test_an_error_of_a_whole_task_names_the_file_once(tmp_path):
+    task = tmp_path / "task.toml"
+    poses = "{ at = [0, 0], angle = 0 }, { at = [1, 0], angle = 1 }, { at = [1, 1], angle = 2 }"
+    task.write_text(f'kind = "motion"\npositions = [{poses}]\n')
+    with pytest.raises(SceneError, match=r"^task\.toml: three positions"):
+        load_task(task)
 
 
 def test_the_command_writes_a_scene_that_can_be_analysed(tmp_path):
