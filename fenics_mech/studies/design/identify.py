@@ -244,6 +244,9 @@ def _fitted(explorer: Explorer, observations: Sequence[Observation], measured: N
     far = FAILED * np.abs(measured.values).max()
 
     def predict(unit: Array) -> Array:
+        if not np.isfinite(unit).all():
+            found = "the search finds no next trial: no variable moves the data, or their numbers are out of all range"
+            raise SceneError(found, place="identify", hint="Measure what the variables change, in SI")
         trial = explorer.run([unit])[0]
         return np.full(len(measured.values), far) if trial.failed else _predicted(observations, trial.numbers)
 

@@ -209,3 +209,11 @@ def test_differences_that_are_no_noise_are_told():
     of = fm.Observation.curve("strain[coupler][@0.5][+]", modelled.data["theta"].to_numpy(), curve)
     found = fm.identify(quick(modulus=MODULUS), [of])
     assert any("follow one another" in line for line in doubts(found))
+
+
+def test_a_number_that_no_variable_moves_is_said():
+    damping = {"numbers": ["damping.ratio"], "between": [0.002, 0.1]}
+    scene = fm.load("demos/four_bar.toml").changed(study={"variables": {"damping": damping}}, effects=())
+    scene = scene.changed({"analysis.solver": "collocation", "analysis.sub_intervals": 24})
+    with pytest.raises(SceneError, match="no variable moves the data"):
+        fm.identify(scene, [fm.Observation.number("mass", 43.7, 1.0)])
