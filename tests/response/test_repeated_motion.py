@@ -121,6 +121,18 @@ def test_a_section_where_a_freedom_passes_a_place():
     np.testing.assert_allclose(data["section_rate"][:, 0], np.sqrt(0.75), atol=1e-8)
 
 
+@pytest.mark.parametrize("turns", [True, False])
+def test_a_section_of_a_fast_freedom_misses_no_passage(turns):
+    scene = oscillator("0", duration=10.0, poincare={"joint": "G", "at": 0.0})  # at 100 rad/s or m/s steps are long
+    scene = scene.changed({"freedoms.G.start": -50.0, "freedoms.G.speed": 100.0})
+    if turns:
+        pin = fm.Revolute(connect=("ground.O", "block.B"))
+        scene = scene.changed({"gravity": (0, 0), "joints.G": pin, "links.block.rigid.inertia": 1.0})
+    first = np.ceil(-50 / TURN) * TURN if turns else 0.0
+    expected = np.arange(first, 950.0, TURN if turns else 1e6)
+    np.testing.assert_allclose(fm.analyse(scene).data["section_time"], (expected + 50) / 100, atol=1e-9)
+
+
 def test_the_spectrum_of_a_harmonic_motion():
     data = fm.analyse(oscillator("-theta", duration=8 * TURN, sub_intervals=256))
     spectrum = data.derived("freedom_spectrum")

@@ -15,7 +15,8 @@ from fenics_mech.response.transient.stepping import Curve, Step
 from fenics_mech.scene import Scene
 from fenics_mech.scene.poincare import PoincareSection
 
-NODES = 24  # at which a step is looked at for passages
+NODES = 24  # at which a step is looked at for passages, at least
+NODES_IN_A_RADIAN = 4  # of a pin that turns fast
 ROUNDING = 1e-12  # of the time, by which a passage may be beside the end of a step
 
 
@@ -95,10 +96,15 @@ class PoincareRecord:
             way = self._freedoms(step.curve, times)[0][:, which] - self.section.at
             return np.sin(way / 2) * np.sign(np.cos(way / 2)) if turns else way
 
-        times = np.linspace(step.start, step.start + step.length, NODES)
+        end, nodes = step.start + step.length, NODES
+        if turns:
+            rate = self._freedoms(step.curve, np.linspace(step.start, end, NODES))[1][:, which]
+            nodes += int(NODES_IN_A_RADIAN * step.length * np.abs(rate).max())
+        times = np.linspace(step.start, end, nodes)
         values, sign = ahead(times), 1.0 if self.section.direction == "+" else -1.0
         passed = (sign * values[:-1] < 0) & (sign * values[1:] >= 0)
-        passed &= np.abs(values[1:] - values[:-1]) < 1  # where a pin is half a turn away the difference jumps
+        if turns:
+            passed &= np.abs(values[1:] - values[:-1]) < 1  # half a turn away the difference jumps
         if not passed.any():
             return []
         from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few steps pass the section)
