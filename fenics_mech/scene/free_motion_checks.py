@@ -100,6 +100,18 @@ def _check_cycles(scene: Scene) -> None:
             )
     if cyclic and any(drive.run_up is not None for drive in scene.drives):
         raise SceneError("a motion that repeats has no run-up", place="drive.run_up")
+    if cyclic and analysis.lyapunov:
+        raise SceneError(
+            "one cycle is too short for Lyapunov exponents",
+            place="analysis.lyapunov",
+            hint="Leave it out: the result of a motion that repeats has `growth_rate`, from its multipliers",
+        )
+    if analysis.repeats > 1 and not cyclic:
+        raise SceneError(
+            "only a motion that repeats counts cycles until it does",
+            place="analysis.repeats",
+            hint="Write start = 'periodic', or leave it out",
+        )
     section = analysis.poincare
     if section is None:
         return
