@@ -223,6 +223,7 @@ def test_a_hinged_beam_under_a_torque_against_its_closed_form():
     [
         ({"method": "static", "start": "periodic"}, "start = 'periodic' is of motions in time"),
         ({"repeats": 0}, "analysis.repeats"),
+        ({"start_time": 0.5}, "begins at time 0"),
         ({"repeats": 2}, "only a motion that repeats"),
         ({"start": "periodic", "lyapunov": True}, "too short for Lyapunov exponents"),
         ({"poincare": {"every": "1 s", "joint": "G"}}, "give one"),
