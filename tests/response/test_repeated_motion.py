@@ -244,6 +244,12 @@ def test_what_only_freedoms_have_is_refused_where_drives_lead_all():
             slider_crank(drive={"joint": "O", "speed": 60.0}).changed({f"analysis.{k}": v for k, v in changes.items()})
 
 
+def test_cycles_of_a_motion_with_a_period_of_its_own_are_refused():
+    scene = oscillator("(1 - theta**2)*omega - theta", start="periodic", duration=6.0, repeats=3)
+    with pytest.raises(fm.SceneError, match="own period"):
+        fm.analyse(scene)
+
+
 def test_a_motion_that_comes_back_nowhere_is_refused():
     scene = oscillator("1 - 0.1*omega", start="periodic", duration=2.0, cycles=2)
     with pytest.raises(fm.SolverError, match="does not come back"):
