@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.transient.stepping import Curve, Step
+from fenics_mech.response.transient.stepping import Curve, StepCurve
 from fenics_mech.scene import Scene
 from fenics_mech.scene.poincare import PoincareSection
 
@@ -56,7 +56,7 @@ class PoincareRecord:
     weight: Array
     found: list[tuple[float, Array, Array]] = field(default_factory=list)
 
-    def take(self, step: Step) -> None:
+    def take(self, step: StepCurve) -> None:
         """Find the points in a step.
 
         Parameters
@@ -65,7 +65,7 @@ class PoincareRecord:
             The step.
         """
         for time in self._times(step):
-            place, rate = self._freedoms(step.curve, np.array([time]))
+            place, rate = self._freedoms(step, np.array([time]))
             self.found.append((time, place[0], rate[0]))
 
     def points(self) -> SectionPoints:
@@ -80,7 +80,7 @@ class PoincareRecord:
         place, rate = curve(times)
         return place[:, -n:] / self.weight, rate[:, -n:] / self.weight
 
-    def _times(self, step: Step) -> list[float]:
+    def _times(self, step: StepCurve) -> list[float]:
         """Times in a step, its end included and its start not."""
         if self.section.joint is not None:
             return self._passages(step)
@@ -88,17 +88,17 @@ class PoincareRecord:
         first, last = ((at * (1 + ROUNDING)) / every for at in (step.start, step.start + step.length))
         return [every * k for k in range(math.floor(first) + 1, math.floor(last) + 1)]
 
-    def _passages(self, step: Step) -> list[float]:
+    def _passages(self, step: StepCurve) -> list[float]:
         """Times at which a freedom passes its place."""
         which, turns = list(self.scene.freedoms).index(str(self.section.joint)), self._turns
 
         def ahead(times: Array) -> Array:
-            way = self._freedoms(step.curve, times)[0][:, which] - self.section.at
+            way = self._freedoms(step, times)[0][:, which] - self.section.at
             return np.sin(way / 2) * np.sign(np.cos(way / 2)) if turns else way
 
         end, nodes = step.start + step.length, NODES
         if turns:
-            rate = self._freedoms(step.curve, np.linspace(step.start, end, NODES))[1][:, which]
+            rate = self._freedoms(step, np.linspace(step.start, end, NODES))[1][:, which]
             nodes += int(NODES_IN_A_RADIAN * step.length * np.abs(rate).max())
         times = np.linspace(step.start, end, nodes)
         values, sign = ahead(times), 1.0 if self.section.direction == "+" else -1.0
