@@ -7,6 +7,7 @@ import io
 import json
 import logging
 import os
+import signal
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import chdir, contextmanager, suppress
@@ -79,6 +80,8 @@ def start_libraries(solver: bool = True) -> None:
         import matplotlib  # noqa: F401, PLC0415
 
         from fenics_mech import _petsc  # noqa: PLC0415
+    if hasattr(signal, "SIGPIPE"):  # PETSc ends the process where `head` has read enough; Python says it by an error
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     if solver and isinstance(_petsc.PETSc, _petsc.Absent):
         raise _petsc.not_there(_petsc.PETSc.error)
 

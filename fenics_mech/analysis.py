@@ -297,11 +297,11 @@ def solve(
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
-        if scene.freedoms and scene.analysis.start == "periodic":
-            return by_repeated_motion(scene, system), method
         if scene.analysis.solver == "sub-intervals":
             refuse_modes_in_time(scene)
             return by_superposition(scene, system, start_state(scene, system)), "sub-intervals"
+        if scene.freedoms and scene.analysis.start == "periodic":
+            return by_repeated_motion(scene, system), method
         if scene.freedoms or scene.joint_laws:
             return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
         return by_time(scene, system, start_state(scene, system)), method

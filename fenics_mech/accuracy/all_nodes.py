@@ -14,7 +14,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Congruence
 from fenics_mech.accuracy.theory_ladder import exact_theory, released
-from fenics_mech.errors import UnresolvedError
+from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import balanced, mean_tension
 from fenics_mech.kinematics import Motion
@@ -25,6 +25,8 @@ from fenics_mech.response.setup import moved, system_at
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution, TransientSolution
 from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
 from fenics_mech.scene import Scene
+
+MOST_ELEMENTS = 200  # of reduced members, whose nodes are all taken: more take far longer than the response itself
 
 
 def on_all_nodes(solution: Solution) -> Solution:
@@ -38,12 +40,18 @@ def on_all_nodes(solution: Solution) -> Solution:
     Raises
     ------
     UnresolvedError
-        When a motor moves with it, or members that could stretch would ring along their axes.
+        When a motor moves with it, members that could stretch would ring along their axes, or reduced members have too
+        many nodes.
     """
-    scene = released(solution.scene)
+    own = solution.system
+    if own.beams.reduction is not None and len(own.beams.mesh.cell_member) > MOST_ELEMENTS:
+        raise UnresolvedError(f"the reduced members have more than {MOST_ELEMENTS} elements")
+    try:
+        scene = released(solution.scene)
+    except SceneError as error:  # such as elements of which one is too short beside another
+        raise UnresolvedError(f"the members can only be reduced: {error}") from error
     if scene is solution.scene:
         return solution
-    own = solution.system
     if isinstance(solution, MotorSolution):
         raise UnresolvedError("the motion of the motor's shaft is not known on all nodes")
     if own.transformation.held is not None and (scene.impulses or isinstance(solution, TransientSolution)):

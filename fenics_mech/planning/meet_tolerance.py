@@ -19,6 +19,7 @@ from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, TAKEN, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
@@ -115,6 +116,10 @@ def within(
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
         if scene.analysis.stability and (near or not missed):  # coarse steps tell it first
             result, judged = judge(result, scene.analysis.allow_unstable), True
+        if not missed and max(doubts(result).values()) >= PEAK.doubtful:
+            trials.append(this)  # the motion is met, and peaks between its positions are not
+            discretisation = discretisation.finer("time", PEAK.few / discretisation.steps)
+            continue
         if not missed:
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)

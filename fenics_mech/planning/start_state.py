@@ -20,9 +20,9 @@ from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Cam, Scene
+from fenics_mech.scene.analysis_options import STATED_STARTS
 
 WANTED = "Give the result of a transient analysis of the same scene"
-STATED = "rigid", "static", "smooth", "periodic"
 SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position
 SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
 
@@ -59,18 +59,27 @@ def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
     Parameters
     ----------
     scene
-        A scene with freedoms for all that can move.
+        A scene with freedoms for all that can move, or none where drives lead all.
     size
         Number of the links' elastic coordinates.
 
     Raises
     ------
     SceneError
-        When the result cannot be read, or does not fit the scene.
+        When the result cannot be read, or does not fit the scene, or the scene has no freedoms.
     """
-    if scene.analysis.method != "transient" or scene.analysis.start in STATED or not scene.freedoms:
+    if scene.analysis.method != "transient":
         return None
-    data, start = _read(Path(scene.analysis.start)), scene.analysis.start
+    start = scene.analysis.start
+    if start in STATED_STARTS:
+        return None
+    if not scene.freedoms:
+        raise SceneError(
+            "a motion whose drives lead all rigid links, or with joint laws alone, goes on from no result",
+            place="analysis.start",
+            hint="Write 'rigid', or name the joint that moves by itself under [freedoms]",
+        )
+    data = _read(Path(start))
     needed = {"time", "theta", "freedom_place", "freedom_rate", "link_position", "link_angle"}
     names = data["freedom"].to_numpy().tolist() if needed <= set(data.variables) else []
     if names != list(scene.freedoms):

@@ -79,6 +79,18 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     return theta[0] + (theta[1] - theta[0]) * places, Akima1DInterpolator(around, values[around % count])(places)
 
 
+def doubts(result: Result) -> dict[str, float]:
+    """By which share of the largest one peaks between positions are uncertain, by the variable in `PEAKS`.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    closer = between_positions(result)
+    return {name: doubt(result, closer, name) for name in PEAKS}
+
+
 def doubt(result: Result, closer: Result, name: str) -> float:
     """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions shows.
 

@@ -10,6 +10,8 @@ from fenics_mech.scene.base import SCENE, Part
 from fenics_mech.scene.poincare import PoincareSection
 from fenics_mech.scene.units import Angle, Frequency, Share, Time
 
+STATED_STARTS = "rigid", "static", "smooth", "periodic"  # any other `start` names the file of a result
+
 
 class Analysis(Part):
     """What to compute and with which numerical options.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.base import check_known
 
 if TYPE_CHECKING:
@@ -100,6 +101,24 @@ def _check_cycles(scene: Scene) -> None:
             )
     if cyclic and any(drive.run_up is not None for drive in scene.drives):
         raise SceneError("a motion that repeats has no run-up", place="drive.run_up")
+    if cyclic and analysis.lyapunov:
+        raise SceneError(
+            "one cycle is too short for Lyapunov exponents",
+            place="analysis.lyapunov",
+            hint="Leave it out: the result of a motion that repeats has `growth_rate`, from its multipliers",
+        )
+    if analysis.start_time is not None and analysis.start in STATED_STARTS:
+        raise SceneError(
+            f"a motion with start = {analysis.start!r} begins at time 0",
+            place="analysis.start_time",
+            hint="Leave it out, or give the file of a result as `start`",
+        )
+    if analysis.repeats > 1 and not cyclic:
+        raise SceneError(
+            "only a motion that repeats counts cycles until it does",
+            place="analysis.repeats",
+            hint="Write start = 'periodic', or leave it out",
+        )
     section = analysis.poincare
     if section is None:
         return

@@ -171,7 +171,8 @@ def _caption(result: Result, shown: Frames, magnify: float) -> str:
     )
     caption = f"ring: largest strain of the motion on the + side, {strain}\n"
     return (
-        f"{caption}deflection \N{MULTIPLICATION SIGN} {magnify:.4g}; colour: strain on the + side; grey: rigid linkage"
+        f"{caption}deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
+        "colour: strain on the + side; grey: rigid linkage"
     )
 
 

@@ -63,8 +63,8 @@ def campbell_figure(sweep: Sweep) -> Figure:
             x, data["peak_strain"].sel(member=member) / units.size("strain"), label=str(member), **look_of(i, len(x))
         )
     dot_beyond(lower, sweep)
-    _draw_strains(axes, sweep)
-    found = resonances_of(data)
+    if found := resonances_of(data):
+        _draw_strains(axes, sweep)
     _name_resonances((axes, lower), sweep, [one for one in found if one.order * own[one.point] < top], own)
     title = f"Natural frequencies, multiples of the drive (dashed){', raised strains (dots)' if found else ''}"
     settle(axes, sweep, title, "frequency (Hz)")

@@ -52,7 +52,7 @@ class Frames:
     loads
         Where loads act (m), and their forces over the largest of their kind, ``(frames, arrows, 2, 2)``.
     trails
-        Paths of the joints that move, and then of the traced points (m), ``(paths, instants, 2)``.
+        Paths of the joints that move, and then of the traced points, not magnified (m), ``(paths, instants, 2)``.
     peak
         Where the member is that has the largest strain of the whole motion, at its place (m), ``(frames, 2)``.
     peak_strain
@@ -103,7 +103,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         masses=masses,
         mass_sizes=sizes,
         loads=load_arrows(shown, motion, (ends, path), magnify),
-        trails=trails(result, magnify),
+        trails=trails(result),
         peak=np.full((len(at), 2), np.nan) if most is None else path[:, most[1], most[2]],
         peak_strain=np.nan if most is None else float(of_fibre(result)[most]) / scene.answer_units.size("strain"),
     )

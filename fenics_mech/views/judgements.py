@@ -15,7 +15,7 @@ from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.errors import percent
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAK, PEAKS, between_positions, doubt
+from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.reading import ForceReading, Reading
@@ -344,8 +344,7 @@ def doubtful_peaks(result: Result) -> str | None:
     result
         The result.
     """
-    closer = between_positions(result)
-    by_strain, by_force = (doubt(result, closer, name) for name in PEAKS)
+    by_strain, by_force = doubts(result).values()
     if max(by_strain, by_force) < PEAK.doubtful:
         return None
     return (

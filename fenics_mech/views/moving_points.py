@@ -183,25 +183,23 @@ def _point_of(scene: Scene, at: str) -> str:
     return next(point for point in scene.joints[at].connect if not point.startswith("ground."))
 
 
-def trails(result: Result, magnify: float) -> Array:
-    """Paths of the joints that move, and then of the traced points (m), ``(paths, instants, 2)``.
+def trails(result: Result) -> Array:
+    """Paths of the joints that move, and then of the traced points (m), ``(paths, instants, 2)``; none is magnified.
 
     Parameters
     ----------
     result
         The result.
-    magnify
-        Factor on the deflection.
     """
     scene, count = result.scene, result.data.sizes["theta"]
     if count == 1:
         return np.zeros((0, 1, 2))
     held = [_point_of(scene, name) for name in scene.joints]
-    joints = np.moveaxis(places_of(result, held, 0.0), 1, 0)
+    joints = np.moveaxis(places_of(result, held, 1.0), 1, 0)
     moves = np.ptp(joints, axis=1).max(axis=1, initial=0.0)
     paths = [
         *joints[moves > STILL * moves.max(initial=0.0)],
-        *np.moveaxis(places_of(result, [*scene.points], magnify), 1, 0),
+        *np.moveaxis(places_of(result, [*scene.points], 1.0), 1, 0),
     ]
     if not paths:
         return np.zeros((0, 1, 2))

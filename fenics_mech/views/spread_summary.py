@@ -18,6 +18,7 @@ from fenics_mech.views.identify_plots import shown_in
 if TYPE_CHECKING:
     from fenics_mech.studies.design.spread import Spread
 
+ROUNDING = 1e-9  # of a number, up to which nothing but rounding scatters it
 UNLIKE = 0.2  # difference of the linear estimate from the deviation of the samples, relative, that is told
 FEW = 0.1  # half the width of a 95 % interval, from which samples are too few for indices
 
@@ -86,8 +87,9 @@ def _notes(found: Spread) -> list[str]:
     if len(found.passed) > 1 and found.samples:
         said += [f"{percent(float(good.mean()), 3)} keep {limit}." for limit, good in found.passed.items()]
     for name in found.names if len(found.independent) > 1 else ():
-        *_, deviation, linear = statistics(found, name)[:4]
-        if abs(linear - deviation) > UNLIKE * deviation:
+        nominal, _, deviation, linear, *_ = statistics(found, name)
+        scatters = deviation > ROUNDING * abs(nominal)
+        if scatters and abs(linear - deviation) > UNLIKE * deviation:
             said.append(
                 f"{name} is not linear in what scatters: the linear estimate is {linear / deviation:.2f} of it."
             )

@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
+from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of
@@ -232,6 +233,8 @@ def _effects(result: Result) -> str:
 
     def said(effect: dict[str, object]) -> str:
         size = effect["size"]
+        if effect["name"] == GRAVITY.name and not GRAVITY.stated(result.scene):
+            return "gravity (none is stated)"
         return str(effect["name"]) if size is None else f"{effect['name']} {_size(float(str(size)))}"
 
     on = [said(effect) for effect in listed if effect["acts"]]

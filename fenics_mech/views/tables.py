@@ -14,6 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.scene import Scene
@@ -25,6 +26,7 @@ from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, Li
 if TYPE_CHECKING:
     from fenics_mech.studies.check import Finding
 
+NO_GRAVITY = 'gravity: none is stated; gravity = [0, "-9.81 m/s^2"] lets it act'
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
@@ -67,7 +69,8 @@ def effects_table(choices: Sequence[Choice], tolerance: float, left_to_run: str 
             acts = Text(f"included in {holder}")
         effect = choice.effect
         about = effect.meaning if choice.size is None else effect.estimate
-        table.add_row(effect.name, size, acts, Text(about))
+        unstated = effect.name == GRAVITY.name and not choice.size and not choice.acts
+        table.add_row(effect.name, size, acts, Text(NO_GRAVITY if unstated else about))
     return Group(table, *lines)
 
 
@@ -140,8 +143,7 @@ def _acting(scene: Scene) -> Iterator[str]:
         yield f"damper {name}: {number(damper.damping)} {where}"
     for name, law in scene.joint_laws.items():
         yield f"joint law {name}: {law.kind} at joint {law.joint}"
-    if any(scene.gravity):
-        yield f"gravity: {_pair(scene.gravity)} m/s^2"
+    yield f"gravity: {_pair(scene.gravity)} m/s^2" if any(scene.gravity) else NO_GRAVITY
     for name, load in scene.loads.items():
         if isinstance(load, LineLoad):
             ends = " to ".join(_pair(end) for end in (load.line, load.line_end) if end is not None)

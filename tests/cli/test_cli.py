@@ -296,3 +296,11 @@ def test_warnings_are_told_and_strict_makes_them_errors(call, tmp_path):
     largest = float(abs(stress.sel(member="follower")).max()) / 1e6
     assert f"{largest:.4g} MPa at s = " in result.warnings[-1]
     assert "Warning: materials.aluminium.strength" in out
+
+
+def test_a_reader_that_has_enough_ends_no_process():
+    """PETSc takes the signal of a broken pipe for a fault, and tells it with a trace."""
+    script = "from fenics_mech._console import start_libraries as start; import os, signal; start(); "
+    script += "os.kill(os.getpid(), signal.SIGPIPE); print('goes on')"
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "goes on\n", "")

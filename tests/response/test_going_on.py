@@ -6,7 +6,7 @@ import pytest
 import fenics_mech as fm
 from tests.joints.scenes import bar
 from tests.response import test_free_motion as bent
-from tests.response.test_rigid_motion import bars
+from tests.response.test_rigid_motion import bars, slider_crank
 
 
 def halves(scene, file, steps):
@@ -73,6 +73,15 @@ def test_what_cannot_be_gone_on_from_is_one_clear_error(tmp_path):
         fm.analyse(bars(2, 1e-5, duration=0.2).changed({**start, "freedoms": {"P1": {}}}))
     with pytest.raises(fm.SceneError, match=r"no position at 0\.07 s; next to that is 0\.05 s"):
         fm.analyse(scene.changed({**start, "analysis.start_time": 0.07}))
+
+
+def test_a_motion_without_freedoms_does_not_go_on():
+    led = slider_crank(drive={"joint": "O", "speed": 60.0}).changed({"analysis.method": "transient"})
+    law = {"rub": {"kind": "friction", "joint": "B", "coefficient": 0.1, "radius": "5 mm"}}
+    bends = fm.load("demos/four_bar.toml").changed({"joint_laws": law, "effects": (), "analysis.method": "transient"})
+    for scene in (led, bends):
+        with pytest.raises(fm.SceneError, match="goes on from no result"):
+            fm.analyse(scene.changed({"analysis.start": "one.nc"}))
 
 
 def test_a_motion_does_not_go_on_while_bodies_touch(tmp_path):

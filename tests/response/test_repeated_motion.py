@@ -121,6 +121,18 @@ def test_a_section_where_a_freedom_passes_a_place():
     np.testing.assert_allclose(data["section_rate"][:, 0], np.sqrt(0.75), atol=1e-8)
 
 
+@pytest.mark.parametrize("turns", [True, False])
+def test_a_section_of_a_fast_freedom_misses_no_passage(turns):
+    scene = oscillator("0", duration=10.0, poincare={"joint": "G", "at": 0.0})  # at 100 rad/s or m/s steps are long
+    scene = scene.changed({"freedoms.G.start": -50.0, "freedoms.G.speed": 100.0})
+    if turns:
+        pin = fm.Revolute(connect=("ground.O", "block.B"))
+        scene = scene.changed({"gravity": (0, 0), "joints.G": pin, "links.block.rigid.inertia": 1.0})
+    first = np.ceil(-50 / TURN) * TURN if turns else 0.0
+    expected = np.arange(first, 950.0, TURN if turns else 1e6)
+    np.testing.assert_allclose(fm.analyse(scene).data["section_time"], (expected + 50) / 100, atol=1e-9)
+
+
 def test_the_spectrum_of_a_harmonic_motion():
     data = fm.analyse(oscillator("-theta", duration=8 * TURN, sub_intervals=256))
     spectrum = data.derived("freedom_spectrum")
@@ -211,6 +223,9 @@ def test_a_hinged_beam_under_a_torque_against_its_closed_form():
     [
         ({"method": "static", "start": "periodic"}, "start = 'periodic' is of motions in time"),
         ({"repeats": 0}, "analysis.repeats"),
+        ({"start_time": 0.5}, "begins at time 0"),
+        ({"repeats": 2}, "only a motion that repeats"),
+        ({"start": "periodic", "lyapunov": True}, "too short for Lyapunov exponents"),
         ({"poincare": {"every": "1 s", "joint": "G"}}, "give one"),
         ({"poincare": {"joint": "H"}}, "no freedom 'H'"),
         ({"poincare": {}}, "neither a period nor a place"),
@@ -227,6 +242,12 @@ def test_what_only_freedoms_have_is_refused_where_drives_lead_all():
     for changes in ({"start": "periodic"}, {"lyapunov": True}):
         with pytest.raises(fm.SceneError, match="states none"):
             slider_crank(drive={"joint": "O", "speed": 60.0}).changed({f"analysis.{k}": v for k, v in changes.items()})
+
+
+def test_cycles_of_a_motion_with_a_period_of_its_own_are_refused():
+    scene = oscillator("(1 - theta**2)*omega - theta", start="periodic", duration=6.0, repeats=3)
+    with pytest.raises(fm.SceneError, match="own period"):
+        fm.analyse(scene)
 
 
 def test_a_motion_that_comes_back_nowhere_is_refused():

@@ -14,10 +14,10 @@ from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeE
 from fenics_mech.kinematics import missed_corner, solve_motion
 from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.meet_tolerance import _next, within
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import PEAK, between_positions, doubts
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.setup import CommonParts
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Material, RectangleSection, Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from tests.common import DEMOS, analysed, response_of
@@ -54,6 +54,20 @@ def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     result = analysed(scene_of(name).changed(tolerance=tolerance))
     assert tolerance / 100 < true_error(result) < tolerance
     assert result.data.attrs["chosen"].startswith(f"strains to {percent(tolerance)}, met by collocation")
+
+
+def test_peaks_between_positions_are_certain_too():
+    """With the fewest steps, which meet the tolerance, joint forces between positions would be off by a percent."""
+    few = RectangleSection(width="20 mm", height="4 mm")
+    lengths = {"crank": "80 mm", "coupler": "250 mm", "follower": "200 mm", "ground": "300 mm"}
+    steel = Material(modulus="207 GPa", density="7800 kg/m^3")
+    scene = four_bar(**lengths, speed="200 rpm", sections=[few] * 3, material=steel, damping={"ratio": "2 %"})
+    scene = scene.changed(effects="auto", tolerance=1e-2)
+    assert max(doubts(analysed(scene)).values()) < PEAK.doubtful
+    loose = scene.changed(
+        tolerance=None, analysis__sub_intervals=48, analysis__stages=3, analysis__solver="collocation"
+    )
+    assert max(doubts(analysed(loose)).values()) > PEAK.doubtful
 
 
 @pytest.mark.parametrize("name", [pytest.param("seed", marks=pytest.mark.slow), "slider_crank"])

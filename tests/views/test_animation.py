@@ -220,8 +220,8 @@ def test_points_masses_and_loads_move_with_the_bent_links(acted_on):
     assert frames.loads[12, 0, 1] == pytest.approx([-0.6, 0.8])  # at 180 degrees, and none at 0
     assert not frames.loads[0, 0, 1].any()
     assert len(frames.trails) == 3  # of A, B and P: O and C do not move
-    assert frames.trails[-1][:24] == pytest.approx(frames.traced[:, 0])
-    assert frames.trails[-1][24] == pytest.approx(frames.traced[0, 0])  # it closes
+    assert frames.trails[-1][:24] == pytest.approx(bent)  # not magnified
+    assert frames.trails[-1][24] == pytest.approx(bent[0])  # it closes
     sections = [acted_on.scene.sections[member.section] for _, member in acted_on.scene.members().values()]
     assert frames.half_width[:, 0] == pytest.approx([section.fibre for section in sections])
 

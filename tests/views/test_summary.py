@@ -31,6 +31,19 @@ def test_the_first_lines_are_machine_peak_and_verdict(result, monkeypatch):
     assert " ".join([usable, *rest]).startswith(said)
 
 
+def test_gravity_that_is_not_stated_is_no_finding(result):
+    assert "gravity (none is stated)" in str(summary(by_choice(result, {})))
+    heavy = {"gravity": [0, "-9.81 m/s^2"]}
+    assert "gravity 42 %" in str(summary(by_choice(result, heavy)))
+
+
+def by_choice(result, more):
+    """The result, as if its effects had been chosen in a scene with more."""
+    listed = [{"name": "gravity", "acts": False, "size": 0.42 if more else 0.0, "lacking": ""}]
+    scene = result.scene.changed(more)
+    return Result(result.data.assign_attrs(effects=json.dumps(listed), scene=scene.model_dump_json()))
+
+
 def test_reasons_against_the_numbers_come_before_the_tables(result, monkeypatch):
     text = " ".join(" ".join(lines(result, monkeypatch)).split())
     for judged in judgements(result):

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.collections import PathCollection
 from rich.console import Console
 
 from fenics_mech import load
@@ -225,6 +226,11 @@ def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
     data["strain_harmonic"] = (("drive.speed", "member", "harmonic"), amplitude[:, None])
     data["peak_strain"] = (("drive.speed", "member"), amplitude.max(axis=1, keepdims=True))
     data.attrs["stated_rate"] = 2 * np.pi * 5
+    smooth = np.broadcast_to(1e-6 * rate[:, None, None] ** 2, (61, 1, 9)).copy()
+    smooth[-1, 0, 8] *= 2  # at the end of the range, where nothing is known to be a peak
+    without = data.assign(strain_harmonic=(("drive.speed", "member", "harmonic"), smooth))
+    before = [type(one) for one in campbell_figure(Sweep(without)).axes[0].collections]
+    assert PathCollection not in before  # no dots
     upper, lower = campbell_figure(Sweep(data)).axes
     named = [text.get_text() for text in upper.texts if "meets" in text.get_text()]
     assert [text.split()[0] for text in named] == [

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.response.transient.disturbances import Growth, Transition
 from fenics_mech.response.transient.section_points import PoincareRecord
-from fenics_mech.response.transient.stepping import Collocation, Step
+from fenics_mech.response.transient.stepping import Collocation, StepCurve
 from fenics_mech.scene import Scene
 
 
@@ -64,7 +64,7 @@ class Beside:
         )
 
     @property
-    def takes(self) -> tuple[Callable[[Step], None], ...]:
+    def takes(self) -> tuple[Callable[[StepCurve], None], ...]:
         """What is called with each step."""
         return tuple(part.take for part in (self.section, self.growth, self.transition) if part is not None)
 

@@ -17,7 +17,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.stepping import EquationInTime, Step
+from fenics_mech.response.transient.stepping import EquationInTime, StepCurve
 
 
 @dataclass
@@ -38,7 +38,7 @@ class Transition:
     tableau: Tableau
     states: Array
 
-    def take(self, step: Step) -> None:
+    def take(self, step: StepCurve) -> None:
         """Carry the disturbances through a step.
 
         Parameters
@@ -47,7 +47,7 @@ class Transition:
             The step, near to where the equation is.
         """
         points, inner, square = self.tableau.points, self.tableau.inner, self.tableau.square
-        h, (z, rate), made = step.length, step.state, step.made
+        h, z, rate, made = step.length, step.place, step.rate, step.made
         tangents = self.equation.tangents_at(
             step.start + h * points,
             z + h * points[:, None] * rate + h**2 * (square @ made),
@@ -81,7 +81,7 @@ class Growth(Transition):
 
     of_each: list[tuple[float, Array]] = field(default_factory=list)
 
-    def take(self, step: Step) -> None:
+    def take(self, step: StepCurve) -> None:
         """Carry the disturbances through a step, and make them orthogonal.
 
         Parameters

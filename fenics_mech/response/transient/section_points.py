@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.transient.stepping import Curve, Step
+from fenics_mech.response.transient.stepping import Curve, StepCurve
 from fenics_mech.scene import Scene
 from fenics_mech.scene.poincare import PoincareSection
 
-NODES = 24  # at which a step is looked at for passages
+NODES = 24  # at which a step is looked at for passages, at least
+NODES_IN_A_RADIAN = 4  # of a pin that turns fast
 ROUNDING = 1e-12  # of the time, by which a passage may be beside the end of a step
 
 
@@ -55,7 +56,7 @@ class PoincareRecord:
     weight: Array
     found: list[tuple[float, Array, Array]] = field(default_factory=list)
 
-    def take(self, step: Step) -> None:
+    def take(self, step: StepCurve) -> None:
         """Find the points in a step.
 
         Parameters
@@ -64,7 +65,7 @@ class PoincareRecord:
             The step.
         """
         for time in self._times(step):
-            place, rate = self._freedoms(step.curve, np.array([time]))
+            place, rate = self._freedoms(step, np.array([time]))
             self.found.append((time, place[0], rate[0]))
 
     def points(self) -> SectionPoints:
@@ -79,7 +80,7 @@ class PoincareRecord:
         place, rate = curve(times)
         return place[:, -n:] / self.weight, rate[:, -n:] / self.weight
 
-    def _times(self, step: Step) -> list[float]:
+    def _times(self, step: StepCurve) -> list[float]:
         """Times in a step, its end included and its start not."""
         if self.section.joint is not None:
             return self._passages(step)
@@ -87,18 +88,23 @@ class PoincareRecord:
         first, last = ((at * (1 + ROUNDING)) / every for at in (step.start, step.start + step.length))
         return [every * k for k in range(math.floor(first) + 1, math.floor(last) + 1)]
 
-    def _passages(self, step: Step) -> list[float]:
+    def _passages(self, step: StepCurve) -> list[float]:
         """Times at which a freedom passes its place."""
         which, turns = list(self.scene.freedoms).index(str(self.section.joint)), self._turns
 
         def ahead(times: Array) -> Array:
-            way = self._freedoms(step.curve, times)[0][:, which] - self.section.at
+            way = self._freedoms(step, times)[0][:, which] - self.section.at
             return np.sin(way / 2) * np.sign(np.cos(way / 2)) if turns else way
 
-        times = np.linspace(step.start, step.start + step.length, NODES)
+        end, nodes = step.start + step.length, NODES
+        if turns:
+            rate = self._freedoms(step, np.linspace(step.start, end, NODES))[1][:, which]
+            nodes += int(NODES_IN_A_RADIAN * step.length * np.abs(rate).max())
+        times = np.linspace(step.start, end, nodes)
         values, sign = ahead(times), 1.0 if self.section.direction == "+" else -1.0
         passed = (sign * values[:-1] < 0) & (sign * values[1:] >= 0)
-        passed &= np.abs(values[1:] - values[:-1]) < 1  # where a pin is half a turn away the difference jumps
+        if turns:
+            passed &= np.abs(values[1:] - values[:-1]) < 1  # half a turn away the difference jumps
         if not passed.any():
             return []
         from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few steps pass the section)

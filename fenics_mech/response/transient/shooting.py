@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.errors import AssemblyError, SolverError
+from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Analysis, Scene
 
@@ -153,12 +153,20 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
 
     Raises
     ------
+    SceneError
+        When it is to repeat after several cycles, and has a period of its own.
     SolverError
         When no motion beside that of the scene repeats, or it is not stable.
     """
     analysis, start = scene.analysis, runner.begin()
     own = not scene.drives and not runner.depends_on_time(start)
     if own:
+        if analysis.repeats > 1:
+            raise SceneError(
+                "nothing depends on time, and the motion's own period is found whatever it is",
+                place="analysis.repeats",
+                hint="Leave it out",
+            )
         start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * SHOOTING.in_recurrence)
         period = _recurrence(history, runner.pins)
     else:
@@ -185,11 +193,12 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
     )
     if not found.stable and not analysis.allow_unstable:
         worst = complex(found.growing[0])
+        more = f"Other cycles of the forces may bring a stable one back: try analysis.repeats = {2 * analysis.repeats}"
+        other = "Take another start" if own else f"{more}, or another start"
         factor = f"{worst.real:.5g}" if worst.imag == 0 else f"{abs(worst):.5g} (multiplier {worst:.4g})"
         raise SolverError(
             f"the motion that repeats after {found.period:.6g} s is unstable: a small disturbance is multiplied by "
-            f"{factor} in each. Other cycles of the forces may bring a stable one back: try analysis.repeats = "
-            f"{2 * analysis.repeats}, or another start. analysis.allow_unstable lets it pass"
+            f"{factor} in each. {other}. analysis.allow_unstable lets it pass"
         )
     return found
 

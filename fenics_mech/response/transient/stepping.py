@@ -47,29 +47,6 @@ class StepLimits:
 STEPPING = StepLimits()
 
 
-@dataclass(frozen=True)
-class Step:
-    """A step that was made.
-
-    Parameters
-    ----------
-    start, length
-        Its start and its length (s).
-    state
-        z and z' at its start, ``(coordinates,)`` each.
-    made
-        z'' at its collocation points, ``(points, coordinates)``.
-    curve
-        The motion in it.
-    """
-
-    start: float
-    length: float
-    state: tuple[Array, Array]
-    made: Array
-    curve: Curve
-
-
 class EquationInTime(Protocol):
     """An equation of motion of second order for scaled coordinates z, which have the unit sqrt(J)."""
 
@@ -169,7 +146,7 @@ class Collocation:
     keep: KeepStep
     watch: Watch | None = None
     of_motion: bool = False
-    beside: tuple[Callable[[Step], None], ...] = ()
+    beside: tuple[Callable[[StepCurve], None], ...] = ()
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
 
@@ -244,7 +221,7 @@ class Collocation:
         vector.array[:] = np.concatenate([part[0] for part in curve(np.array([start + length]))])
         self._latest = length, made
         for take in self.beside:
-            take(Step(start, length, (z, rate), made, curve))
+            take(curve)
         ts.setTime(end if last else start + length)
         ts.setTimeStep(max(asked, length * change) if last else length * change)
         if self.keep(ts.getTime(), curve):

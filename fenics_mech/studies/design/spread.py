@@ -130,9 +130,14 @@ class Spread:
         return found
 
     def kept(self) -> tuple[float, float, float]:
-        """Share of the samples that keep all limits (yield), and the ends of its 95 % interval by Wilson."""
+        """Share of the samples that keep all limits (yield), and the ends of its 95 % interval by Wilson.
+
+        They are NaN where there are no samples.
+        """
         from scipy.stats import binomtest  # noqa: PLC0415  (slow to import)
 
+        if not self.samples:
+            return np.nan, np.nan, np.nan
         good = np.logical_and.reduce([*self.passed.values(), np.ones(len(self.independent), dtype=bool)])
         interval = binomtest(int(good.sum()), len(good)).proportion_ci(0.95, method="wilson")
         return float(good.mean()), float(interval.low), float(interval.high)

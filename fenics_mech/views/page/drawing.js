@@ -132,9 +132,9 @@ function ribbon(place, m) {
     }
   }
 }
-// Paths of the points that the scene traces, and where they are now.
+// Paths of the points that the scene traces, which are not magnified, and where they are now.
 function traced(place) {
-  const path = n => Array.from({ length: 241 }, (_, i) => tracer(i * (N - (TURNS ? 0 : 1)) / 240, n));
+  const path = n => Array.from({ length: 241 }, (_, i) => tracer(i * (N - (TURNS ? 0 : 1)) / 240, n, 1));
   D.traced.forEach((_, n) => { if (MOVES) stroke(path(n), inks.c1, 1.6); });
   D.traced.forEach((name, n) => {
     const [x, y] = frame.to(tracer(place, n));

@@ -11,7 +11,7 @@ from fenics_mech.studies.design.scatter import SAMPLINGS, Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import saltelli_points, sobol_indices
 from fenics_mech.studies.design.spread import statistics
 from fenics_mech.views.spread_plots import plot_spread
-from fenics_mech.views.spread_summary import headline, spread_summary
+from fenics_mech.views.spread_summary import _notes, headline, spread_summary
 
 # Ishigami function with a = 7, b = 0.1: Saltelli, Chan and Scott, Sensitivity Analysis, 2000, page 41
 A, B = 7.0, 0.1
@@ -103,6 +103,15 @@ def test_bands_of_a_curve_and_quantiles_are_those_of_the_closed_form(tmp_path):
     assert high == pytest.approx(nominal * (1 + 1.645 * 50 / 2714), rel=3e-3)
     spread_summary(found)
     assert [path.name for path in plot_spread(found, tmp_path)] == ["distributions.png", "band_1.png", "shares.png"]
+
+
+def test_rounding_is_no_scatter_and_no_samples_have_no_yield():
+    damping = {"numbers": ["damping.ratio"], "between": [0.01, 0.02]}  # on which the mass does not depend
+    found = fm.spread(scene_of({"zeta": damping}, results=["mass[coupler]"]), samples=4)
+    found.contributions["mass[coupler]"][:] = 1e-18  # as differences may give
+    assert not _notes(found)
+    without = fm.spread(scene_of({"a": AREA}, results=["mass[coupler]"]), samples=0)
+    assert np.isnan(without.kept()).all()
 
 
 @pytest.mark.slow
