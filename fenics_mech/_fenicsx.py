@@ -17,7 +17,7 @@ from cffi import FFI  # type: ignore[import-untyped]
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
-from fenics_mech._petsc import MPI, Absent, to_scipy
+from fenics_mech._petsc import MPI, Absent, not_there, to_scipy
 from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech.errors import MechanismError
 
@@ -40,6 +40,8 @@ def _version_named() -> Iterator[None]:
     try:
         yield
     except Exception as error:
+        if isinstance(dolfinx, Absent):
+            raise not_there(dolfinx.error) from error
         if FIRST <= found() <= LAST:
             raise
         known = " to ".join(".".join(map(str, end)) for end in (FIRST, LAST))

@@ -59,6 +59,8 @@ class Stack:
         """Add matrices of the same size, whatever their patterns."""
         if other.pattern is self.pattern:
             return replace(self, values=self.values + other.values)
+        if len(self.values) != len(other.values):  # the compiled sum trusts it
+            raise ValueError(f"{len(self.values)} matrices cannot be added to {len(other.values)}")
         joined = self.pattern.joined(other.pattern)
         if joined is other.pattern:
             return other + self

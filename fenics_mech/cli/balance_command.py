@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, tell
-from fenics_mech.cli.common import SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import SceneFile, Strict, loaded_scene, refuse_own_source
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -37,6 +37,7 @@ def balance(
     from fenics_mech.scene.writing import write_scene  # noqa: PLC0415
     from fenics_mech.studies.synthesis.balancing import balance as balanced  # noqa: PLC0415
 
+    refuse_own_source(file, scene)
     radii = dict(map(_radius, on)) if on else None
     found = balanced(loaded_scene(scene, strict), radii, moment=moment, torque=torque, section=section)
     make_folder(file.parent)

@@ -45,6 +45,12 @@ def unit_names(units: str) -> list[str]:
     return names
 
 
+def refuse_own_source(file: Path, source: Path) -> None:
+    """Raise where a file to be written is that which is read."""
+    if file.exists() and source.exists() and file.samefile(source):
+        raise MechanismError(f"{file} is the file that is read: give another for the scene with -o")
+
+
 def with_units(scene: Scene, units: str | None) -> Scene:
     """Give a scene whose answers are told in its own units, or in others that an option names."""
     return scene if units is None else scene.changed(units=unit_names(units))

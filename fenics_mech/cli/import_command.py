@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, tell
+from fenics_mech.cli.common import refuse_own_source
 
 
 def import_scene(
@@ -27,6 +28,7 @@ def import_scene(
     from fenics_mech._files import write_whole  # noqa: PLC0415
     from fenics_mech.scene.importing import imported  # noqa: PLC0415
 
+    refuse_own_source(out, source)
     text = imported(source, unit)
     make_folder(out.parent)
     write_whole(out, lambda temporary: temporary.write_text(text, encoding="utf-8"))

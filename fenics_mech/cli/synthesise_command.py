@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, tell, warn
-from fenics_mech.cli.common import Strict
-from fenics_mech.errors import MechanismError
+from fenics_mech.cli.common import Strict, refuse_own_source
 
 if TYPE_CHECKING:
     from fenics_mech.studies.synthesis.synthesise import Synthesised
@@ -30,8 +29,7 @@ def synthesise(
     from fenics_mech.studies.synthesis.synthesise import synthesise as synthesised  # noqa: PLC0415
 
     wanted = load_task(task)
-    if file.exists() and file.samefile(task):
-        raise MechanismError(f"{file} is the task itself: give another file for the scene with -o")
+    refuse_own_source(file, task)
     found = synthesised(wanted, starts=starts, seed=seed)
     warn(found.defects, strict)
     make_folder(file.parent)

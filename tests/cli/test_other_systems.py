@@ -27,13 +27,13 @@ main()
 
 @pytest.fixture
 def run(tmp_path):
-    def command(*arguments, lacks="mpi4py petsc4py slepc4py dolfinx ufl"):
+    def command(*arguments, lacks="mpi4py petsc4py slepc4py dolfinx ufl", code=0):
         done = subprocess.run(
             [sys.executable, "-c", WITHOUT, lacks, *map(str, arguments)],
             capture_output=True, text=True, timeout=120, cwd=ROOT, check=False,
         )  # fmt: skip
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+        assert done.returncode == code, done.stderr
+        return done.stderr if code else done.stdout
 
     return command
 
@@ -53,3 +53,11 @@ def test_results_are_reported_drawn_and_compared_without_a_solver(run, tmp_path)
     run("export", file, tmp_path / "stress.csv")
     assert "strain crank" in run("compare", file, file, "-o", tmp_path)
     assert {"plots", "peak.png", "stress.csv", "compare.csv"} <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize("lacks", ["dolfinx", "ufl", "petsc4py", "mpi4py"])
+def test_one_library_that_is_not_there_is_told_with_what_to_install(run, tmp_path, lacks):
+    said = run("run", DEMOS / "four_bar.toml", "-o", tmp_path / "out", lacks=lacks, code=1)
+    assert said.splitlines()[-1].startswith("error: PETSc, SLEPc and dolfinx cannot be loaded: ")
+    assert "Traceback" not in said
+    assert not (tmp_path / "out").exists()

@@ -4,7 +4,9 @@ import json
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from fenics_mech.cli import app
 from fenics_mech.recovery import Result
 from fenics_mech.views.judgements import error, judgements, stability, theory, verdict
 from fenics_mech.views.summary import summary
@@ -161,3 +163,12 @@ def test_words():
     assert share(1e-5) == "less than 0.1 %"
     assert share(0.0217) == "2.2 %"
     assert sentence("the axis of Q") == "The axis of Q"
+
+
+def test_the_sound_of_a_motion_that_is_not_to_be_used_says_so(result, tmp_path, monkeypatch):
+    file = str(result.save(tmp_path / "result.nc"))
+    level, said = verdict(judgements(result))
+    assert level == "bad"
+    assert f"Of the motion itself: {said}" in CliRunner().invoke(app, ["sound", file]).output
+    monkeypatch.setattr("fenics_mech.views.judgements.verdict", lambda judged: ("good", said))
+    assert said not in CliRunner().invoke(app, ["sound", file]).output

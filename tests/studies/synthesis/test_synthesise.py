@@ -11,7 +11,9 @@ from fenics_mech.cli import app
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load_task
+from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.synthesis_tasks import read_task
+from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.synthesis.path_search import DIMENSIONS, PathFit
 from fenics_mech.studies.synthesis.planar_four_bar import FourBar, course_of, three_point_circle
 
@@ -189,13 +191,16 @@ def test_points_that_no_four_bar_passes_are_said(task, said):
     assert said in str(caught.value)
 
 
-def test_the_task_itself_is_not_overwritten(tmp_path):
+@pytest.mark.parametrize("command", ["synthesise", "balance", "import"])
+def test_what_is_read_is_not_overwritten(tmp_path, command):
     task = tmp_path / "task.toml"
     task.write_text('kind = "function"\ncrank = [0.5, 1.0, 1.5]\nfollower = [1.0, 1.2, 1.5]\n')
+    if command == "balance":
+        write_scene(seed_four_bar(), task)
     before = task.read_text()
-    said = CliRunner().invoke(app, ["synthesise", str(task), "-o", str(task)])
+    said = CliRunner().invoke(app, [command, str(task), "-o", str(task)])
     assert said.exit_code != 0
-    assert "is the task itself" in str(said.exception)
+    assert "is the file that is read" in str(said.exception)
     assert task.read_text() == before
 
 
