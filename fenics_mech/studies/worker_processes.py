@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
@@ -19,6 +20,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.studies.worker_logs import Channel, heard, send_log
 
 MAX_FAILED_STARTS = 10
+AFTER_FAILURE = 0.05  # s that a start waits after one that failed, and after each further one as much more
 STARTER = "fenics_mech.studies.process_starter"  # what the process that starts the others imports before MPI
 Task = TypeVar("Task")
 
@@ -70,6 +72,7 @@ def over_processes(
                         failures += 1
                         if failures == MAX_FAILED_STARTS:
                             raise SolverError(f"{failures} processes in a row could not be started: {error}") from error
+                        time.sleep(failures * AFTER_FAILURE)  # the process that starts others may be dying still
                     else:
                         failures = 0
                         started(run[0])
