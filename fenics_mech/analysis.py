@@ -102,7 +102,7 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     return result
 
 
-def _by_rungs(scene: Scene, progress: Progress, common: CommonParts, laws: tuple[Choice, ...] = ()) -> Result:
+def _by_rungs(scene: Scene, progress: Progress, common: CommonParts, laws: tuple[Choice, ...]) -> Result:
     """Analyse a scene with linear strains, and where its answer shows that they do not suffice, with exact ones.
 
     `laws` is what was decided about its joint laws.

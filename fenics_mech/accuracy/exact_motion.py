@@ -131,9 +131,7 @@ def answered(
     return found - state
 
 
-def change_between(
-    rung: tuple[Scene, System, ElasticResponse], top: tuple[Scene, System, ElasticResponse]
-) -> Quantities:
+def change_between(rung: Theory, top: Theory) -> Quantities:
     """Give the difference of two motions of a mechanism, the first of which is in another theory."""
     s = stations_of(top[1])
     found, base = (Quantities.of(scene, system, response.undamped, s=s) for scene, system, response in (top, rung))

@@ -25,6 +25,10 @@ Units = Annotated[
     str | None,
     typer.Option(help="Units of numbers and plots, such as 'in, psi, lbf, lbf in, rpm'.", show_default=False),
 ]
+Starts = Annotated[int, typer.Option(min=1, max=1000, help="Searches; all but the first start at random.")]
+TrialJobs = Annotated[
+    int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share trials.")
+]
 OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the files; it is created if missing.")]
 
 

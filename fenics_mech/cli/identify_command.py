@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, SceneFile, Starts, Strict, TrialJobs, loaded_scene
 
 EXPECTED = 12  # trials of one search, for the progress
 
@@ -19,11 +19,9 @@ def identify(
         list[Path] | None,
         typer.Argument(help="Measured curves or numbers (CSV).", show_default="the scene's measurements"),
     ] = None,
-    starts: Annotated[int, typer.Option(min=1, max=1000, help="Searches; all but the first start at random.")] = 1,
+    starts: Starts = 1,
     seed: Annotated[int, typer.Option(min=0, help="Seed of their starts.")] = 0,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share trials.")
-    ] = 1,
+    jobs: TrialJobs = 1,
     folder: OutFolder = Path("out"),
     strict: Strict = False,
 ) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, SceneFile, Starts, Strict, TrialJobs, loaded_scene
 
 
 def optimise(
@@ -20,13 +20,11 @@ def optimise(
             show_default="by the study",
         ),
     ] = None,
-    starts: Annotated[int, typer.Option(min=1, max=1000, help="Searches; all but the first start at random.")] = 1,
+    starts: Starts = 1,
     steps: Annotated[int, typer.Option(min=1, max=10_000, help="Most steps, or generations, of a search.")] = 50,
     population: Annotated[int, typer.Option(min=4, max=10_000, help="Members of a population.")] = 20,
     seed: Annotated[int, typer.Option(min=0, help="Seed of random numbers.")] = 0,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share trials.")
-    ] = 1,
+    jobs: TrialJobs = 1,
     folder: OutFolder = Path("out"),
     strict: Strict = False,
 ) -> None:

@@ -89,7 +89,7 @@ def _spread(situation: Situation, load: LineLoad) -> Terms:
     mesh = situation.beams.mesh
     member = mesh.members.index(load.member)
     here = mesh.cell_member == member
-    ends = np.array([load.line, load.line if load.line_end is None else load.line_end])
+    ends = load.ends
     if load.axes == "fixed":
         ends = in_links(situation.motion, ends, mesh.member_angle[member])[:, mesh.member_link[member]]
     place = (mesh.cell_start[here, None] + mesh.cell_length[here, None] * [0, 1]) / mesh.member_length[member]

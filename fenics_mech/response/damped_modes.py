@@ -128,7 +128,7 @@ class LeftOut:
         return self.beyond * (whole - linear.forces(linear.rates(q, rate)))
 
 
-def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -> DampedModes | None:
+def damped_modes(scene: Scene, system: System, enough: float | None = None) -> DampedModes | None:
     """Find which modes are damped in a periodic motion of many coordinates; None for all.
 
     These are all that its steps resolve, and so many of the others that the strains of the static answer to the loads
@@ -143,7 +143,8 @@ def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -
     system
         Its mechanism over a cycle.
     enough
-        Times the lowest frequency, up to which modes are damped at most that the steps do not resolve.
+        Times the lowest frequency, up to which modes are damped at most that the steps do not resolve; None for that of
+        `DAMPED`, which is farther for a tolerance.
     """
     wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
     rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
@@ -151,8 +152,8 @@ def damped_modes(scene: Scene, system: System, enough: float = DAMPED.fastest) -
         return None
     frequencies = system.once("lowest frequencies", lambda: _lowest(system))
     lowest = float(frequencies.min())
-    if scene.tolerances and enough == DAMPED.fastest:
-        enough *= DAMPED.farther
+    if enough is None:
+        enough = DAMPED.fastest * (DAMPED.farther if scene.tolerances else 1.0)
     enough *= lowest * math.sqrt(max(1.0, float(np.max(scene.damping.ratio)) / DAMPED.weak))
     resolved = DAMPED.resolved * scene.analysis.sub_intervals / abs(scene.period)
     least, most = (math.ceil(DAMPED.finer * math.log2(x / lowest)) for x in (resolved, max(enough, resolved)))

@@ -219,17 +219,12 @@ def _over_a_cycle(factor: Factor) -> SampledFunction:
 
 
 def factor_pieces(factor: Factor) -> Array:
-    """Give angles from 0 to 2 pi between which Gauss points integrate a factor.
+    """Give angles (rad) from 0 to 2 pi, ascending, between which Gauss points integrate a factor, ``(pieces + 1,)``.
 
     Parameters
     ----------
     factor
-        The factor of a load, None where it is 1 at all angles.
-
-    Returns
-    -------
-    numpy.ndarray
-        Ascending angles (rad), ``(pieces + 1,)``.
+        The factor of a load.
     """
     if isinstance(factor, FactorExpression):
         return pieces_of(factor.formula)
@@ -353,6 +348,11 @@ class LineLoad(Varying):
     line: tuple[LineForce, LineForce]
     line_end: tuple[LineForce, LineForce] | None = None
     axes: Literal["fixed", "member"] = "fixed"
+
+    @property
+    def ends(self) -> Array:
+        """Force per length at the member's first and second end (N/m), ``(2, 2)``, without the factor."""
+        return np.array([self.line, self.line if self.line_end is None else self.line_end])
 
 
 AnyLoad = Annotated[

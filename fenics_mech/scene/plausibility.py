@@ -316,7 +316,7 @@ def _loads(scene: Scene) -> Found:
         largest = max(map(abs, load.factor_range))
         rigid, length = scene.rigidity(label, np.array([0.5])), math.dist(*scene.member_ends(label))
         if isinstance(load, LineLoad):
-            size = max(math.hypot(*line) for line in (load.line, load.line_end or load.line))
+            size = max(math.hypot(*line) for line in load.ends)
             key, unit, moment = "line", "N/m", size * length**2 / 8
         else:
             size = math.hypot(*load.force)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, turned
 from fenics_mech._constants import MILLI
 from fenics_mech.scene import LineLoad, Prismatic, Slot
 from fenics_mech.scene.springs_dampers import Line
 from fenics_mech.views.figures import COLOURS
 from fenics_mech.views.skeleton import Skeleton
-from fenics_mech.views.symbols import INK, arc, coil, dashpot, turned
+from fenics_mech.views.symbols import ARROWS, INK, arc, coil, dashpot
 from fenics_mech.views.words import short
 
 LOOKS: dict[str, dict[str, Any]] = {  # of what acts, by its kind, which the legend names
@@ -30,7 +30,6 @@ LOOKS: dict[str, dict[str, Any]] = {  # of what acts, by its kind, which the leg
 }
 FORCE, TURN, SPREAD, SPRING, HINGE = 0.16, 0.07, 0.09, 0.018, 0.045  # sizes of symbols over the extent
 FROM, TO = -0.35 * np.pi, 0.85 * np.pi  # rad, of the arc of an arrow that turns
-ARROWS = 7  # of a load along a member
 
 
 class ActingDrawing:
@@ -109,7 +108,7 @@ class ActingDrawing:
         """Draw a load along a member as arrows as long as it is large."""
         first, second = self.skeleton.path[list(self.scene.members()).index(load.member)][[0, -1]]
         s = np.linspace(0, 1, ARROWS)[:, None]
-        line = (1 - s) * np.array(load.line) + s * np.array(load.line if load.line_end is None else load.line_end)
+        line = (1 - s) * load.ends[0] + s * load.ends[1]
         largest = float(np.linalg.norm(line, axis=1).max()) or 1.0
         along = second - first
         forces = turned(line, np.arctan2(along[1], along[0])) if load.axes == "member" else line

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
-from fenics_mech.views.figures import COLOURS, empty_figure, finish, save, with_unit
+from fenics_mech.views.figures import COLOURS, empty_figure, finish, save_all, with_unit
 from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.tables import number, table_of
 
@@ -34,7 +34,7 @@ def plot_branch(branch: Branch, folder: str | Path) -> list[Path]:
     figures = {"response": branch_figure(branch)}
     if "multiplier" in branch.data:
         figures["stability"] = multiplier_figure(branch)
-    return [save(figure, Path(folder) / f"branch_{name}.png") for name, figure in figures.items()]
+    return save_all(figures, folder, "branch_")
 
 
 def branch_figure(branch: Branch) -> Figure:

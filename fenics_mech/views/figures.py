@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -150,6 +150,11 @@ def save(figure: Figure, path: str | Path) -> Path:
             figure.set_layout_engine(None)
         write_whole(path, lambda temporary: _write(figure, temporary))
     return path
+
+
+def save_all(figures: Mapping[str, Figure], folder: str | Path, begin: str = "", ending: str = ".png") -> list[Path]:
+    """Write figures into a folder, each by its name, which may have a common beginning."""
+    return [save(figure, Path(folder) / f"{begin}{name}{ending}") for name, figure in figures.items()]
 
 
 def _write(figure: Figure, path: Path) -> None:

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, turned
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.rigid_places import between_ends, ends_in
 from fenics_mech.views.geometry import ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
-from fenics_mech.views.symbols import BLOCK_CORNERS, turned
+from fenics_mech.views.symbols import BLOCK_CORNERS
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
 ROUND = np.array([1, 2, 2.5, 5, 10])
@@ -96,7 +96,7 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         strain=shown.of(of_fibre(result)) / scene.answer_units.size("strain") if bends else np.zeros(path.shape[:3]),
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
-        sliders=turned(BLOCK_CORNERS, angle),
+        sliders=turned(BLOCK_CORNERS, angle[..., None]),
         slider_pins=pins[:, where],
         guides=moving_guides(result, motion, lambda points: point_places(shown, points, magnify)),
         traced=point_places(shown, list(scene.points), magnify),

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fenics_mech._constants import MICRO
 from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
-from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save
+from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save_all
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.identify import Identified
@@ -39,7 +39,7 @@ def plot_identified(found: Identified, folder: str | Path) -> list[Path]:
     figures = {f"prediction_{i}": curve_figure(found, k) for i, k in enumerate(curves, 1)}
     if len(curves) < len(found.observations):
         figures["prediction_numbers"] = numbers_figure(found)
-    return [save(figure, Path(folder) / f"{name}.png") for name, figure in figures.items()]
+    return save_all(figures, folder)
 
 
 def curve_figure(found: Identified, which: int) -> Figure:

@@ -12,6 +12,7 @@ import numpy as np
 from fenics_mech.accuracy.estimate import ACCEPTED
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
+from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery import Result
@@ -95,6 +96,19 @@ def warnings_of(result: Result) -> list[str]:
     """
     bad = [judged for judged in judgements(result) if judged.level in ("warn", "bad")]
     return [*result.warnings, *(f"{judged.title}: {judged.text}" for judged in bad)]
+
+
+def unstated_gravity(result: Result, effect: str) -> bool:
+    """Whether an effect is gravity, and the scene of a result states none: its size of 0 is then no finding.
+
+    Parameters
+    ----------
+    result
+        The result.
+    effect
+        Name of the effect.
+    """
+    return effect == GRAVITY.name and not GRAVITY.stated(result.scene)
 
 
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:

@@ -13,8 +13,8 @@ from fenics_mech.recovery.link_motion import place_in_link
 from fenics_mech.recovery.result import at_place
 from fenics_mech.scene import LineLoad, Load, Prismatic, Scene, Slot
 from fenics_mech.views.moments import Moments
+from fenics_mech.views.symbols import ARROWS
 
-ARROWS = 7  # of a load along a member
 MOST_INSTANTS = 360  # of a trail
 STILL = 1e-6  # of the largest path, below which a joint does not move
 
@@ -99,7 +99,9 @@ def load_arrows(shown: Moments, motion: Motion, lines: tuple[Array, Array], magn
 
 def _largest_is_one(arrows: list[Array], loads: Sequence[Load | LineLoad]) -> list[Array]:
     """Divide the forces of arrows, ``(frames, arrows, 2, 2)`` of each load, by the largest over the whole cycle."""
-    largest = max((max(map(abs, load.factor_range)) * max(map(np.hypot, *_ends(load))) for load in loads), default=0)
+    ends = [load.force if isinstance(load, Load) else load.ends for load in loads]
+    sizes = [float(np.linalg.norm(one, axis=-1).max()) for one in ends]
+    largest = max((max(map(abs, load.factor_range)) * size for load, size in zip(loads, sizes)), default=0)
     scale = np.array([1.0, 1 / max(largest, 1e-300)])
     return [one * scale[:, None] for one in arrows]
 
@@ -127,18 +129,9 @@ def _along_a_member(load: LineLoad, shown: Moments, motion: Motion, lines: tuple
     s = np.linspace(0, 1, ARROWS)
     chord = np.diff(ends[:, [*shown.result.scene.members()].index(load.member)], axis=1)[:, 0]
     angle = np.arctan2(chord[:, 1], chord[:, 0]) if load.axes == "member" else np.zeros(len(shown.at))
-    first, last = np.array(_ends(load)).T
-    force = turned((1 - s[:, None]) * first + s[:, None] * last, angle[:, None])
+    force = turned((1 - s[:, None]) * load.ends[0] + s[:, None] * load.ends[1], angle[:, None])
     force *= load.factor_at(motion.theta)[:, None, None]
     return np.stack([_on_line(shown, path, load.member, s), force], axis=2)
-
-
-def _ends(load: Load | LineLoad) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """X and Y of the forces of a load without its factor: of one force, or of those at both ends of a member."""
-    if isinstance(load, Load):
-        return (load.force[0],), (load.force[1],)
-    ends = load.line, load.line if load.line_end is None else load.line_end
-    return tuple(x for x, _ in ends), tuple(y for _, y in ends)
 
 
 def _on_line(shown: Moments, path: Array, member: str, s: Array) -> Array:

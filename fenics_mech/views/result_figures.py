@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save
+from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save, save_all
 from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.frequency_plot import plot_frequencies
 from fenics_mech.views.motion_figures import freedom_spectrum_figure, growth_figure, poincare_figure
@@ -87,7 +87,7 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     with reading_of_a_file():
         chosen = {name: build for name, (has, build) in known.items() if has(result) and (not only or name in only)}
         drawn = {name: figure for name, build in chosen.items() if (figure := build(result)) is not None}
-        paths = [save(figure, folder / f"{name}{ending}") for name, figure in drawn.items()]
+        paths = save_all(drawn, folder, ending=ending)
     for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
         paths.append(save(figure_in(plot_strain(result, member, s=s, fibre=fibre)), folder / f"{name}{ending}"))

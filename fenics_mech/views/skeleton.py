@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection, PolyCollection
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, turned
 from fenics_mech._constants import MILLI
 from fenics_mech.kinematics import Motion, start_motion
 from fenics_mech.recovery.rigid_places import ends_in
@@ -26,7 +26,6 @@ from fenics_mech.views.symbols import (
     TRIANGLE,
     guide_strokes,
     support_strokes,
-    turned,
 )
 
 PINS: dict[str, dict[str, Any]] = {  # look of a joint of each kind
@@ -159,7 +158,7 @@ class Skeleton:
     def blocks(self) -> Array:
         """Corners of the sliders' blocks (m), ``(sliders, 4, 2)``."""
         where, angle = slider_angles(self.scene, self.motion)
-        return self.pins[where][:, None] + DRAWN.block * self.extent * turned(BLOCK_CORNERS, angle[0])
+        return self.pins[where][:, None] + DRAWN.block * self.extent * turned(BLOCK_CORNERS, angle[0][:, None])
 
     @property
     def points(self) -> Array:

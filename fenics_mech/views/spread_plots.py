@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech.studies.design.problem import bounds_of
-from fenics_mech.views.figures import COLOURS, angle_axis, curve, empty_figure, finish, save
+from fenics_mech.views.figures import COLOURS, angle_axis, curve, empty_figure, finish, save_all
 from fenics_mech.views.identify_plots import shown_in
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def plot_spread(found: Spread, folder: str | Path) -> list[Path]:
         figures |= {f"band_{k}": band_figure(found, k - 1) for k in range(1, len(found.curves) + 1)}
     if found.names:
         figures["shares"] = shares_figure(found)
-    return [save(figure, Path(folder) / f"{name}.png") for name, figure in figures.items()]
+    return save_all(figures, folder)
 
 
 def distributions_figure(found: Spread) -> Figure:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from fenics_mech.views.figures import COLOURS, empty_figure, save
+from fenics_mech.views.figures import COLOURS, empty_figure, save_all
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.optimise import Optimum
@@ -34,7 +34,7 @@ def plot_study(found: Optimum, folder: str | Path) -> list[Path]:
     figures = {"history": history_figure(found)}
     if len(found.problem.aims) > 1 and not found.problem.squares:
         figures["pareto"] = pareto_figure(found)
-    return [save(figure, Path(folder) / f"{name}.png") for name, figure in figures.items()]
+    return save_all(figures, folder)
 
 
 def history_figure(found: Optimum) -> Figure:

@@ -12,12 +12,11 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
-from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
-from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, verdict
+from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
 from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.rigid_report import (
@@ -233,7 +232,7 @@ def _effects(result: Result) -> str:
 
     def said(effect: dict[str, object]) -> str:
         size = effect["size"]
-        if effect["name"] == GRAVITY.name and not GRAVITY.stated(result.scene):
+        if unstated_gravity(result, str(effect["name"])):
             return "gravity (none is stated)"
         return str(effect["name"]) if size is None else f"{effect['name']} {_size(float(str(size)))}"
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
-from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save
+from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save_all
 from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
 from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.sweep_maps import stability_map, strain_map
@@ -62,7 +62,7 @@ def plot_sweep(sweep: Sweep, folder: str | Path, member: str | None = None) -> l
         figures["map"] = strain_map(sweep, member)
         if "multiplier" in data:
             figures["stability"] = stability_map(sweep)
-    return [save(figure, folder / f"sweep_{name}.png") for name, figure in figures.items()]
+    return save_all(figures, folder, "sweep_")
 
 
 def check_member(members: list[str], member: str | None) -> None:

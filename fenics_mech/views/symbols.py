@@ -35,6 +35,7 @@ class Proportions:
 DRAWN = Proportions()
 TRIANGLE = np.array([[0, 0], [-0.6, -1], [0.6, -1]])  # of a support, below its point; of height 1
 BLOCK_CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
+ARROWS = 7  # of a load along a member
 COILS = 5  # of a spring
 
 
@@ -63,26 +64,6 @@ def guide_strokes(guide: Array, extent: float) -> Array:
     tops = np.linspace(first - below, second - below, count)
     feet = tops - 0.35 * DRAWN.support * extent * (normal + 0.85 * along)
     return np.concatenate([[[tops[0], tops[-1]]], np.stack([feet, tops], axis=1)])
-
-
-def turned(shape: Array, angle: Array) -> Array:
-    """Turn a shape counter-clockwise.
-
-    Parameters
-    ----------
-    shape
-        Its points, ``(points, 2)``.
-    angle
-        Angles (rad), of any shape.
-
-    Returns
-    -------
-    numpy.ndarray
-        Of shape ``(..., points, 2)``.
-    """
-    along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)[..., None, :]
-    across = np.stack([-np.sin(angle), np.cos(angle)], axis=-1)[..., None, :]
-    return np.asarray(along * shape[:, :1] + across * shape[:, 1:])
 
 
 def coil(ends: Array, half_width: float) -> Array:

@@ -20,7 +20,7 @@ from fenics_mech.mechanism.damping_factors import DampingFactor
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_axial_forces
-from fenics_mech.response.damped_modes import DAMPED, damped_modes
+from fenics_mech.response.damped_modes import damped_modes
 from fenics_mech.response.modal_damping import DampedModes, damping_between, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
@@ -52,7 +52,7 @@ class Cycle:
 
     scene: Scene
     system: System
-    damped_up_to: float = DAMPED.fastest
+    damped_up_to: float | None = None
     _equations: dict[Tableau, Equation] = field(default_factory=dict)
     _flows: dict[Tableau, Flow] = field(default_factory=dict)
 

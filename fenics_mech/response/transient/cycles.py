@@ -18,12 +18,11 @@ from fenics_mech.response.transient.free_motion import course_of, solution_from,
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.response.transient.rigid_motion import RigidMotion, free_course, stated_start
 from fenics_mech.response.transient.rigid_state import RigidState
-from fenics_mech.response.transient.shooting import History, Lap, repeated_motion
+from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, repeated_motion, spans_of
 from fenics_mech.scene import Scene
 
 OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
 SAME = 1e-9  # of the accelerations, up to which they are the same at another time
-SAMPLES = 48  # of a cycle at which its size is seen
 
 
 @dataclass(frozen=True)
@@ -70,11 +69,11 @@ class RigidRunner:
         start, duration
             The state, and the time (s).
         """
-        motion = free_course(lasting(self.scene, duration, SAMPLES), start, carries=True)
+        motion = free_course(lasting(self.scene, duration, SHOOTING.samples), start, carries=True)
         assert motion.beside is not None
         end, (_, place, rate) = _end_of(motion), _history(motion)
         seconds = np.stack([self._second(state, state.time) for state in (start, end)])
-        spans = np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
+        spans = spans_of(place, rate)
         return Lap(start, end, seconds, spans, motion.beside.monodromy, motion.contacts.closed > 0)
 
     def depends_on_time(self, start: StartState) -> bool:
@@ -135,9 +134,9 @@ class BendingRunner:
         start, duration
             The state, and the time (s).
         """
-        course = self._course(start, duration, SAMPLES, carries=True)
+        course = self._course(start, duration, SHOOTING.samples, carries=True)
         assert course.beside is not None
-        spans = np.stack([np.ptp(course.displacement, axis=0), np.abs(course.velocity).max(axis=0)])
+        spans = spans_of(course.displacement, course.velocity)
         seconds = course.acceleration[[0, -1]]
         return Lap(start, _last_of(course), seconds, spans, course.beside.monodromy, course.touched)
 

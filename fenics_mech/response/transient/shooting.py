@@ -207,7 +207,7 @@ def _run_in(runner: Runner, start: StartState, period: float, analysis: Analysis
     """Let the motion go on for some cycles, fewer where two of them differ little."""
     for _ in range(math.ceil(analysis.cycles / analysis.repeats)):
         end, (_, place, rate) = runner.run(start, period, SHOOTING.samples)
-        spans = np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
+        spans = spans_of(place, rate)
         change = _over(_missed(start, end, runner.pins), spans)
         logger.info("after %.6g s the motion differs by %.3g from a cycle before", end.time, change)
         if change <= analysis.settled:
@@ -245,6 +245,17 @@ def _missed(start: StartState, end: StartState, pins: NDArray[np.bool_]) -> Arra
     way = end.displacement - start.displacement
     way = way - np.where(pins, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
     return np.concatenate([way, end.velocity - start.velocity])
+
+
+def spans_of(place: Array, rate: Array) -> Array:
+    """Give the largest way and the largest rate of each coordinate, ``(2, coordinates)``.
+
+    Parameters
+    ----------
+    place, rate
+        Coordinates and rates in a cycle, ``(times, coordinates)`` each.
+    """
+    return np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
 
 
 def _sizes(spans: Array) -> Array:

@@ -10,11 +10,10 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.effects import EFFECTS
-from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.views.details import decisions, energy
-from fenics_mech.views.judgements import SOURCES
+from fenics_mech.views.judgements import SOURCES, unstated_gravity
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy, running_lines
@@ -160,7 +159,7 @@ def effects(result: Result) -> Html:
         meaning = EFFECTS[e["name"]].meaning if e["name"] in EFFECTS else ""
         lacking = f"; lacks {e['lacking']}" if e["lacking"] else ""
         name = join([e["name"], tag("small", f"{meaning}{lacking}")])
-        done = "not stated in the scene" if e["name"] == GRAVITY.name and not GRAVITY.stated(result.scene) else done
+        done = "not stated in the scene" if unstated_gravity(result, e["name"]) else done
         rows.append([name, *_size(e["size"], least, estimated), done])
     said = (
         f"The program estimated by how much each effect changes the strains, and took those above {percent(least)} "
