@@ -77,6 +77,7 @@ def test_largest_change_lies_between_the_positions_of_the_estimate():
     assert 0.95 < found / true < 1.15
 
 
+@pytest.mark.slow
 def test_motions_with_a_motor_against_exact_strains():
     """The crank's own motion changes too; where it was not followed, joint forces were told twice too large."""
     motor = {"stiffness": 200.0, "damping": 0.05, "inertia": 1e-3}
@@ -128,12 +129,10 @@ def test_motions_in_time_against_exact_strains(demo, effects, speed, cycles):
     assert told["strain"].max() == pytest.approx(1, abs=0.05)
 
 
-UNDAMPED = [
-    pytest.param("four_bar", 16.0, id="seed"),
-    pytest.param("slider_crank", 60.0, id="slider-crank", marks=pytest.mark.slow),
-]
+UNDAMPED = [pytest.param("four_bar", 16.0, id="seed"), pytest.param("slider_crank", 60.0, id="slider-crank")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("demo", "speed"), UNDAMPED)
 def test_motions_in_time_whose_vibration_does_not_die_out(demo, speed):
     """Exact strains bring fast vibration out of phase: without that share 0.3 and 0.01 of the truth were told."""
@@ -143,6 +142,7 @@ def test_motions_in_time_whose_vibration_does_not_die_out(demo, speed):
     assert all((told[what] > 0.65).all() and (told[what] < 4.5).all() for what in ("strain", "joint_force"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("start", "count"), [("static", 120), ("rigid", 24)])
 def test_motions_in_time_from_their_own_equilibrium_and_at_few_positions(start, count):
     """The exact motion starts from the exact equilibrium, and its steps follow vibration between the positions."""
@@ -205,6 +205,7 @@ def test_quasi_static_members_with_few_coordinates(change):
     assert all((part > 0.99).all() and (part < 1.1).all() for part in told.values())
 
 
+@pytest.mark.slow
 def test_reduced_members_in_time():
     analysis = {
         "method": "transient",

@@ -43,6 +43,7 @@ def test_schema_and_check_need_no_posix_nor_solver(run):
     assert "coupler" in run("check", DEMOS / "four_bar.toml")
 
 
+@pytest.mark.slow
 def test_results_are_reported_drawn_and_compared_without_a_solver(run, tmp_path):
     scene = load(DEMOS / "four_bar.toml").changed({"effects": (), "analysis.method": "quasi-static"})
     file = analyse(scene).save(tmp_path / "result.nc")

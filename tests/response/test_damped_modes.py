@@ -44,7 +44,8 @@ def test_fast_modes_need_no_damping(more, monkeypatch):
     assert (abs(found - whole).max(others) < 1e-4 * abs(whole).max(others)).all()
 
 
-@pytest.mark.parametrize("speed", [32.3, 44.0])  # the second is nearer to a resonance
+# The second is nearer to a resonance.
+@pytest.mark.parametrize("speed", [32.3, pytest.param(44.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(("effects", "equal"), [(("coupling",), 0.02), (("coupling", "large-rotations"), 0.2)])
 def test_damping_that_is_left_out_is_told(speed, effects, equal, monkeypatch):
     """Of every member it is what all modes' damping changes of the strains."""

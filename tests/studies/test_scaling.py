@@ -114,6 +114,7 @@ def test_a_run_has_the_memory_of_its_own_process():
     assert found["seconds"] > 0
 
 
+@pytest.mark.slow
 def test_a_process_that_is_ended_is_an_error():
     with pytest.raises(MechanismError, match="too little memory"):
         in_own_process(Fatal("elements", "sub-intervals", "none"))

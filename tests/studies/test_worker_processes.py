@@ -102,6 +102,7 @@ def link_of(path):
         return ""
 
 
+@pytest.mark.slow
 def test_no_daemon_of_mpi_keeps_the_socket_at_which_processes_are_asked_for(tmp_path):
     """Else who asks a process for another one that is lost in between waits for ever."""
     work = "from tests.studies.test_worker_processes import over_processes, tell_holders"
@@ -116,6 +117,7 @@ def end_the_starter(task):
     time.sleep(10)  # a task that is done at once may be told so first
 
 
+@pytest.mark.slow
 def test_the_loss_of_the_process_that_starts_the_others_costs_their_tasks():
     lost = []
     over_processes(2, alone(4), end_the_starter, lost.append)

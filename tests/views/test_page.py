@@ -239,6 +239,7 @@ def test_results_without_what_is_shown_are_refused(result):
         page(Result(other))
 
 
+@pytest.mark.slow
 def test_a_made_up_result_is_shown_or_refused_in_one_line(result, tmp_path):
     """Whatever is missing or of another kind in a file that a stranger may have made."""
     data, refused = result.data, []
