@@ -117,7 +117,7 @@ class Equation:
         if first is None or second is None:
             return mass, products.products(p, (d, p)), products.products(p, (k, p))
         link = system.link_of_coordinate[products.link_rows]
-        omega, alpha = system.motion.omega[:, link], system.tangential[:, link]
+        omega, alpha = (np.take(rate, link, axis=1) for rate in (system.motion.omega, system.tangential))  # by rows
         s = products.values_of_matrix(system.link_gyroscopic)
         m_v = omega * s  # (4.29)
         m_a = alpha * s - omega**2 * (m - products.values_of_matrix(system.link_rotary_mass))  # (4.30)

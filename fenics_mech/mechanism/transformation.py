@@ -166,7 +166,9 @@ class Transformation:
         parts.append([np.full((count, self.modes), float(order == 0)) for order in range(orders)])
         gather = self._layout[2]
         joined = (np.concatenate(values, axis=1) for values in zip(*parts))
-        return [(gather @ j.T).T if sp.issparse(gather) else j[:, gather] for j in joined]
+        if sp.issparse(gather):
+            return [np.ascontiguousarray((gather @ j.T).T) for j in joined]
+        return [np.take(j, gather, axis=1) for j in joined]  # by rows, as all that takes them needs
 
     def forward(self, values: Array, q: Array) -> Array:
         """``P q`` at all angles: ``(angles, ..., coordinates)`` to ``(angles, ..., links' coordinates)``.
