@@ -249,7 +249,23 @@ def enough_modes(
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
     loss = loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
     fastest = RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)
-    modes = modes.elastic
+    modes, wanted = modes.elastic, 0
     while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:
-        modes = solve_modes(system, 2 * modes.omega.shape[1] + 2, options).elastic
+        wanted = 2 * modes.omega.shape[1] + 2 if wanted else slower_than(system, fastest) + 1
+        modes = solve_modes(system, wanted, options).elastic
     return modes
+
+
+def slower_than(system: System, omega: float) -> int:
+    """Count the modes that are slower somewhere than an angular frequency, by Sylvester's law of inertia.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    omega
+        The angular frequency (rad/s).
+    """
+    mass, stiffness = (part.symmetric for part in system.held_matrices())
+    pivots = (stiffness + mass * -float(omega**2)).factors.pivots
+    return int((pivots < 0).sum(axis=1).max())

@@ -9,7 +9,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.accuracy import missed_resonances
 from fenics_mech.accuracy.frequency_errors import frequency_error
-from fenics_mech.accuracy.missed_resonances import Resonances, enough_modes
+from fenics_mech.accuracy.missed_resonances import Resonances, enough_modes, slower_than
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
@@ -32,6 +32,15 @@ def test_steps_change_a_vibration_by_their_error_constant(scheme, stages, consta
     if constant * angle[0] ** order > 1e-11:
         assert found[0] == pytest.approx(constant * angle[0] ** order, rel=0.02)
     assert Tableau.of(scheme, stages).change(np.zeros(1)) == 0
+
+
+def test_modes_are_counted_without_being_found():
+    """Between two frequencies there are as many as are below the upper one somewhere in the cycle."""
+    scene = seed_four_bar(analysis={"sub_intervals": 24, "modes": "all"})
+    system = mechanism(scene)
+    omega = scene_modes(scene, system).omega
+    for bound in omega.mean(axis=0)[[0, 3, 8]] * 1.01:
+        assert slower_than(system, bound) == (np.sort(omega, axis=1) < bound).sum(axis=1).max()
 
 
 @pytest.mark.parametrize("elements", [2, 3, 5])
