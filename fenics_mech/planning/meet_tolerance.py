@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -47,6 +47,7 @@ class SearchLimits:
     most_stations: float = 4.0  # times as many in a round
     most_steps: float = 5.0  # the same of sub-intervals
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
+    order_of_peaks: float = 2.0  # with which doubts of peaks fall in the positions
     margin: float = 1.2  # by how much more it grows than it should
 
 
@@ -114,19 +115,17 @@ def within(
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
-        if scene.analysis.stability and (near or not missed):  # coarse steps tell it first
+        doubt = max(doubts(result).values())  # of peaks between the positions
+        met = not missed and doubt < PEAK.doubtful
+        if scene.analysis.stability and (near or met):  # coarse steps tell it first
             result, judged = judge(result, scene.analysis.allow_unstable), True
-        if not missed and max(doubts(result).values()) >= PEAK.doubtful:
-            trials.append(this)  # the motion is met, and peaks between its positions are not
-            discretisation = discretisation.finer("time", PEAK.few / discretisation.steps)
-            continue
-        if not missed:
+        if met:
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
             result.data.attrs["chosen"] = _account(trial, result, this, done)
             return result
         trials.append(this)
-        discretisation = _next(chosen, trials)
+        discretisation = _seeing_peaks(_next(chosen, trials) if missed else discretisation, this, doubt)
     raise _not_met(chosen, trials, f"{SEARCH.most_rounds} rounds were made")
 
 
@@ -177,6 +176,12 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
         too_many = f"so many {what} take too much memory or time"
         raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")
     return least if last.too_large(finer, *kind) else finer
+
+
+def _seeing_peaks(chosen: Discretisation, last: Trial, doubt: float) -> Discretisation:
+    """Give choices whose positions leave no doubt of peaks between them, by what they leave in the last trial."""
+    fallen = doubt * (last.discretisation.steps / chosen.steps) ** SEARCH.order_of_peaks
+    return replace(chosen, sub_intervals=float(max(chosen.steps, PEAK.few))) if fallen >= PEAK.doubtful else chosen
 
 
 def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:
