@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.accuracy.base_response import Compared, missed
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
-from fenics_mech.accuracy.mesh_residual import OF_SLIDERS, moved_by_gaps
-from fenics_mech.accuracy.missed_resonances import missed_vibrations
+from fenics_mech.accuracy.mesh_residual import OF_SLIDERS
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
 from fenics_mech.accuracy.quantities import Quantities, measures, measures_of_members, places_of
 from fenics_mech.accuracy.remarks import not_estimated
@@ -26,12 +26,13 @@ from fenics_mech.accuracy.superposition_errors import superposition_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors, trial_of_steps
-from fenics_mech.accuracy.undamped_modes import left_undamped
+from fenics_mech.accuracy.undamped_modes import TOO_MANY, left_undamped
 from fenics_mech.beams.variable_sections import misfit
-from fenics_mech.effects import EFFECTS, UNLOADED
+from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError, percent
 from fenics_mech.mechanism import System
+from fenics_mech.response.few_nodes import rounding
 from fenics_mech.response.solution import (
     CollocationSolution,
     FreeSolution,
@@ -203,8 +204,8 @@ def estimate(
         When a linearisation leaves out so much, or the mesh is so coarse, that estimates do not hold.
     """
     remarks = left_out_of_drag(solution)
-    scene, base = solution.scene, Quantities.of(solution.scene, system, solution.response.undamped)
-    largest = base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
+    scene, whole = solution.scene, Compared.of(solution, system)
+    largest = whole.base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     found: dict[str, dict[str, Array]] = {name: {} for name in largest}
     order: dict[str, float] = {}
@@ -214,25 +215,28 @@ def estimate(
             by_source[source] = by_source.get(source, 0.0) + times * errors.get(name, nothing[name])
         order.setdefault(source, falling)
 
-    corrected = corrected_responses(solution)
+    corrected, few = corrected_responses(solution), whole.on_few_nodes
     for source, without in corrected.items():
-        add(source, _change(solution, system, source, without, base), without.safety, without.order)
-    if undamped := left_undamped(solution):
+        add(source, (few if source == "time" else whole).change(source, without), without.safety, without.order)
+    if few is not whole:
+        add("mesh", {name: rounding(system.beams.mesh) * size for name, size in largest.items()}, 1.0, 1.0)
+    if (undamped := left_undamped(few.solution)) is None:
+        remarks.append(TOO_MANY)
+    elif undamped:
         add("time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and (trial := trial_of_steps(scene.analysis, solution.course.parted)):
-        add("time", _by_other_steps(solution, base, trial[0]), trial[1], 1.0)
-    for source, vibrating, share in missed_vibrations(solution):
-        change = Quantities.of(scene, system, vibrating.undamped) - base
-        add(source, change.largest, 1 / share, corrected[source].order)
+        add("time", _by_other_steps(solution, whole.base, trial[0]), trial[1], 1.0)
+    for source, errors in missed(whole, few):
+        add(source, errors, 1.0, corrected[source].order)
     if not isinstance(solution, StaticSolution) and (kinks := _by_slider_kinks(solution, system)):
         add("mesh", kinks, 1.0, OF_SLIDERS)
-    if (missed := misfit(scene.rigidity, system.beams)).any():
-        most = {name: missed.max() * size for name, size in largest.items()}
-        add("mesh", most | {"strain": missed * largest["strain"]}, 1.0, 1.0)
+    if (unlike := misfit(scene.rigidity, system.beams)).any():
+        most = {name: unlike.max() * size for name, size in largest.items()}
+        add("mesh", most | {"strain": unlike * largest["strain"]}, 1.0, 1.0)
     if sampling is not None:
         add("time", {"strain": sampling}, 1.0, 1.0)
     add("stations", {name: between_stations(curve) for name, curve in curves.items()}, 1.0, 2.0)
-    measure, theory = measures(scene, largest), theory_errors(solution)
+    measure, theory = measures(scene, largest), theory_errors(few.solution)
     if theory is None:
         remarks.append(UNKNOWN)
     elif theory:
@@ -261,18 +265,6 @@ def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
         case StaticSolution():
             return static_errors(solution)
     raise TypeError(f"no errors are estimated of a {type(solution).__name__}")
-
-
-def _change(
-    solution: Solution, system: System, source: str, without: CorrectedResponse, base: Quantities
-) -> dict[str, Array]:
-    """Give the largest change of each quantity by a correction."""
-    if without.response.displacement is solution.response.displacement and without.loads is UNLOADED:
-        return {}
-    change = Quantities.of(solution.scene, system, without.response.undamped, without.loads) - base
-    if source == "mesh" and system.transformation.constraints.contacts:
-        change = change.with_nodes(system, moved_by_gaps(system, solution.response.undamped))
-    return change.largest
 
 
 def _by_other_steps(solution: FreeSolution, base: Quantities, tolerance: float) -> dict[str, Array]:

@@ -29,6 +29,7 @@ class FeedbackLimits:
     felt: float = 1e-3  # of a motion, from which a part of it is followed: less would have to grow 100 times to count
     hardly_damped: float = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
     least_loss: float = 1e-3  # loss factor that is taken where there is less
+    unfelt: float = 1e-2  # of the size up to which a motion is linear: 1e-6 of it, which no resonance makes felt
     few: int = 4  # times that T is applied
     most: int = 8  # the same where a resonance may be near
     open: tuple[float, float] = (-0.2, 0.7)  # by which share T may be wrong at an eigenvalue of 1: 0.4 in mode 3
@@ -69,7 +70,7 @@ def fed_back(
         The error, and whether T may have an eigenvalue 1 that hardly anything damps, so that the error may be more.
     """
     size = float(np.linalg.norm(first * unit))
-    if not size:
+    if size <= (FEEDBACK.unfelt * within if np.isfinite(within) else 0.0):  # rounding of fine meshes, too
         return first, False
     tried = min(size, within) or size
     basis, projected, parts, held = [first / size], np.zeros((FEEDBACK.most + 1, FEEDBACK.most)), np.ones(1), True

@@ -30,7 +30,7 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     Returns
     -------
     dict
-        Responses by source.
+        Responses by source; that of "time" is on few nodes, where the solution has them.
 
     Raises
     ------
@@ -38,18 +38,24 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
         When the cycle of the more accurate steps cannot be closed.
     """
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
-    analysis, regular, size = scene.analysis, cycle.steps.regular, equation.system.size
+    assert orbit.flow is not None
+    starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
+    return {
+        "time": _without_steps(solution.on_few_nodes),
+        "mesh": _mesh_error(solution.response, equation, starts, orbit.flow, cycle.steps.regular, step),
+    }
+
+
+def _without_steps(solution: CollocationSolution) -> CorrectedResponse:
+    """Give a response by collocation without the error of its steps."""
+    cycle, orbit, equation = solution.cycle, solution.orbit, solution.equation
+    analysis, regular, size = solution.scene.analysis, cycle.steps.regular, equation.system.size
     safety = ESTIMATES.of_blows if cycle.steps.disturbed else ESTIMATES.of_steps
     points = more_accurate(analysis.stages)
     right = [part[regular, :size] for part in corrected(orbit, cycle.flow(points, cycle.motion(orbit)))]
     cycle.forget(points)
     order = 2 * analysis.stages - (analysis.scheme == "radau")
-    assert orbit.flow is not None
-    starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
-    return {
-        "time": CorrectedResponse(elastic_response(equation, *right), order, safety),
-        "mesh": _mesh_error(solution.response, equation, starts, orbit.flow, regular, step),
-    }
+    return CorrectedResponse(elastic_response(equation, *right), order, safety)
 
 
 def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:

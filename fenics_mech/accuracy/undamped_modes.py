@@ -10,11 +10,13 @@ from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import Quantities
 from fenics_mech.effects import NOTHING
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.response.damped_modes import LeftOut
+from fenics_mech.response.damped_modes import DAMPED, LeftOut
 from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution
 
+TOO_MANY = f"what undamped modes would change if they were damped, as more than {DAMPED.most} modes are too many"
 
-def left_undamped(solution: Solution) -> dict[str, Array]:
+
+def left_undamped(solution: Solution) -> dict[str, Array] | None:
     """Estimate by how much the damping that a motion leaves out would change strains and deflections.
 
     Of a mode that follows its loads it changes the strain by ``2 zeta/omega`` times the strain's rate. Forces in joints
@@ -27,15 +29,15 @@ def left_undamped(solution: Solution) -> dict[str, Array]:
 
     Returns
     -------
-    dict
-        "strain" and "deflection", as `Quantities.largest`. Empty where all modes are damped, and where they are too
-        many to be found.
+    dict or None
+        "strain" and "deflection", as `Quantities.largest`. Empty where all modes are damped, and None where those that
+        are not are too many to be found.
     """
     if not isinstance(solution, CollocationSolution | HarmonicSolution) or (modes := solution.cycle.damped) is None:
         return {}
     left = LeftOut.of(solution.scene, solution.system, modes)
     if left is None:
-        return {}
+        return None
     modal, equation = left.equation.modal, left.equation
     assert modal is not None
     q, rate = (part[left.angles, : equation.system.size] for part in _at_positions(solution))

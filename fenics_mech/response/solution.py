@@ -61,6 +61,11 @@ class Solution:
     system: System
     response: ElasticResponse
 
+    @property
+    def on_few_nodes(self) -> Solution:
+        """The same response with few nodes, where its mesh is far finer than estimates need; else itself."""
+        return self
+
 
 @dataclass(frozen=True, kw_only=True)
 class StaticSolution(Solution):
@@ -200,12 +205,20 @@ class CollocationSolution(PeriodicSolution):
         The motion at the collocation points and at the starts of all steps.
     points
         The motion at the collocation points as forces see it, where energy is balanced over them.
+    few
+        The same motion with few nodes, where its mesh is far finer than that of others; see `few_nodes`.
     """
 
     cycle: Cycle
     equation: Equation
     orbit: Orbit
     points: AtPoints | None = None
+    few: CollocationSolution | None = None
+
+    @property
+    def on_few_nodes(self) -> CollocationSolution:
+        """The same motion with few nodes, where its mesh is far finer than estimates need; else itself."""
+        return self.few or self
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -51,6 +51,14 @@ def test_nothing_is_amplified_without_resonance():
     assert found == pytest.approx(along(FIRST), rel=0.03, abs=0.03)
 
 
+def test_what_no_resonance_makes_felt_is_not_followed():
+    """What is left by rounding of a fine mesh has no harmonics: it would be followed to the end, and amplified."""
+    size = float(np.linalg.norm(along(FIRST)))
+    found, remark = fed_back(along(FIRST), pytest.fail, np.ones(2), 0.0, within=1.01 * size / FEEDBACK.unfelt)
+    assert np.array_equal(found, along(FIRST))
+    assert not remark
+
+
 def test_what_300_times_would_not_make_felt_costs_nothing():
     calls = []
 

@@ -1,0 +1,111 @@
+"""Estimates and stability found with few nodes, against those with all of them."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from fenics_mech import analyse
+from fenics_mech.analysis import solved
+from fenics_mech.response import few_nodes as module
+from fenics_mech.response.few_nodes import on_few_nodes
+from fenics_mech.response.periodic import steady_state
+from fenics_mech.response.setup import mechanism
+from fenics_mech.response.stability.floquet import Stability
+from fenics_mech.scene.factories import seed_four_bar
+
+PULSE = {"kind": "pulse", "start": 1.0, "end": 2.0}
+NEED_ALL = {
+    "few elements": {"mesh": {"elements": 24}},
+    "impulses": {"impulses": {"blow": {"at": "coupler.B", "angle": 1.0, "impulse": (0.0, 0.002)}}},
+    "jumps": {"loads": {"jump": {"at": "coupler.B", "force": (5.0, -3.0), "factor": PULSE}}},
+}
+
+
+def fine(**more):
+    stated = {
+        "mesh": {"elements": 30},
+        "damping": {"material": 1e-4},
+        "effects": ("coupling",),
+        "analysis": {"sub_intervals": 48, "stations": 5, "allow_coarse": True},
+    }
+    return seed_four_bar(**(stated | more))
+
+
+def without_few_nodes(monkeypatch):
+    limits = replace(module.FEW_NODES, from_elements=1000)
+    for place in (module, steady_state):
+        monkeypatch.setattr(place, "FEW_NODES", limits)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "large-rotations")], ids=["linear", "exact"])
+def test_few_nodes_estimate_as_all_do(effects, monkeypatch):
+    """To 1 %, and multipliers to 0.002 next to a resonance: 12 elements have the frequencies of slow modes to 1e-5."""
+    scene = fine(effects=effects)
+    solution, found = solved(scene)
+    assert solution.few is not None
+    assert solution.few.system.size == 3 * 3 * 12
+    without_few_nodes(monkeypatch)
+    solution, whole = solved(scene.changed(name="all"))
+    assert solution.few is None
+    assert np.abs(found.data["strain"] - whole.data["strain"]).max() <= 1e-6 * np.abs(whole.data["strain"]).max()
+    for source in {"time", "theory"} & set(whole.data["source"].to_numpy().tolist()):
+        told, own = (one.data["relative_error"].sel(source=source).item() for one in (found, whole))
+        assert told == pytest.approx(own, rel=0.01), source
+    slowest = (one.data["multiplier"].to_numpy()[0] for one in (found, whole))
+    assert math.hypot(*np.subtract(*slowest)) < 2e-3
+
+
+@pytest.mark.parametrize("more", NEED_ALL.values(), ids=list(NEED_ALL))
+def test_some_motions_need_all_nodes(more):
+    scene = fine(**more)
+    assert on_few_nodes(scene, mechanism(scene)) is None
+
+
+@pytest.mark.slow
+def test_nothing_is_taken_from_few_nodes_that_differ(monkeypatch):
+    """Few nodes that do not have the motion say nothing of it."""
+    monkeypatch.setattr(module, "FEW_NODES", replace(module.FEW_NODES, kept=1))
+    monkeypatch.setattr(steady_state, "difference", lambda few, whole: math.nan)
+    solution, found = solved(fine())
+    assert solution.few is None
+    assert len(solution.stability.multipliers)
+    assert found.data["relative_error"].sel(source="mesh") < 1e-5
+
+
+def test_the_difference_is_that_of_the_motions():
+    """One element bends far less than 30 where harmonics come near the frequencies that it has wrong."""
+    scene = fine(analysis={"sub_intervals": 24, "allow_coarse": True, "stability": False, "error_estimates": False})
+    solution, coarse = (solved(one)[0] for one in (scene, scene.changed(mesh__elements=6)))
+    one = module.difference((coarse.system, coarse.response), (solution.system, solution.response))
+    turned = replace(coarse.response, displacement=1.1 * coarse.response.displacement)
+    ten_percent = module.difference((coarse.system, turned), (solution.system, solution.response))
+    assert one < 2e-3
+    assert ten_percent == pytest.approx(0.1 / 1.1, abs=2 * one)
+
+
+def test_all_nodes_judge_next_to_the_border():
+    """Few nodes move a multiplier by 0.0015 next to a resonance."""
+    known = Stability(np.zeros(0, complex), *(np.zeros(0),) * 1, (), *(np.zeros(0),) * 3, 1.0, 1.0)
+    for magnitude, near in ((0.98, False), (0.995, True), (1.005, True), (1.1, False)):
+        assert module.near_border(replace(known, multipliers=np.array([magnitude * 1j, 0.5]))) is near
+    assert not module.near_border(None)
+
+
+def test_rounding_is_told_of_fine_meshes():
+    """With few nodes the estimate of the mesh holds that of rounding, 1e-4 of a strain with 300 elements."""
+    mesh = mechanism(fine(mesh={"elements": 300})).beams.mesh
+    assert module.rounding(mesh) == pytest.approx(1e-4, rel=0.2)
+
+
+def test_modes_that_are_too_many_to_judge_are_named(monkeypatch):
+    scene = seed_four_bar(mesh={"elements": 6}, damping={"ratio": 0.02}, effects=("coupling",)).changed(
+        {"analysis.sub_intervals": 60, "analysis.allow_coarse": True, "analysis.stability": False}
+    )
+    assert "undamped modes" not in analyse(scene).data.attrs.get("not_estimated", "")
+    from fenics_mech.response import damped_modes
+
+    monkeypatch.setattr(damped_modes, "DAMPED", replace(damped_modes.DAMPED, most=0))
+    assert "undamped modes" in analyse(scene.changed(name="many")).data.attrs["not_estimated"]
