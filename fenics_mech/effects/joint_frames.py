@@ -48,7 +48,7 @@ class JointFrames:
 
     @classmethod
     def of(cls, scene: Scene, mesh: BeamMesh, names: Sequence[str], of_sines: bool) -> JointFrames:
-        """Find the frames at points "link.point".
+        """Find the frames at points "link.point", and at nodes "member@0.3".
 
         Parameters
         ----------
@@ -64,7 +64,7 @@ class JointFrames:
         found = [Attachment.of(scene.links, scene.joints, mesh, name) for name in names]
         return cls(
             np.array([at.link for at in found]),
-            np.array([scene.point(name)[1] for name in names], dtype=float),
+            np.array([scene.place(name)[1] for name in names], dtype=float),
             np.array([at.dofs for at in found]),
             np.array([at.shift for at in found]),
             of_sines,

@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.effects.joint_frames import JointFrames, LawForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
+from fenics_mech.joints.bent_guide import BentGuide
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
@@ -25,6 +27,9 @@ from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 from fenics_mech.scene.paired_joints import PairedJoints
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
 
 Contacts = Mapping[str, Touching]  # by law
 
@@ -88,6 +93,8 @@ class BentJoints:
         Frames at the points of the joints.
     names
         The points, by frame.
+    guides
+        By joint: the points at the nodes of the member that a pin travels along; none where it does not.
     start
         The frames at the start, where gears have no moment.
     """
@@ -95,6 +102,7 @@ class BentJoints:
     scene: Scene
     frames: JointFrames
     names: tuple[str, ...]
+    guides: Mapping[str, list[str]]
     start: LinkStates
 
     @classmethod
@@ -112,11 +120,12 @@ class BentJoints:
         """
         laws = scene.joint_laws.values()
         joints = [law.joint for law in laws] + [law.drives for law in laws if isinstance(law, PairedJoints)]
-        points = (point for joint in joints for point in scene.joints[joint].connect)
-        names = tuple(dict.fromkeys(point for point in points if not point.startswith("ground.")))
+        points = [point for joint in joints for point in scene.joints[joint].connect if not point.startswith("ground.")]
+        guides = {joint: _nodes_along(scene, system.beams.mesh, joint) for joint in joints}
+        names = tuple(dict.fromkeys([*points, *(point for nodes in guides.values() for point in nodes)]))
         frames = JointFrames.of(scene, system.beams.mesh, names, of_sines)
         still = np.zeros((1, system.transformation.height))
-        return cls(scene, frames, names, frames.states(system.motion, still, still))
+        return cls(scene, frames, names, guides, frames.states(system.motion, still, still))
 
     @cached_property
     def laws(self) -> dict[str, JointLaw]:
@@ -128,7 +137,13 @@ class BentJoints:
         place, ends = JointPlace.of(self.scene, joint), self.scene.joints[joint].connect
         bodies = [self.names.index(point) if point in self.names else -1 for point in ends]
         points = [(0.0, 0.0) if body >= 0 else at for body, at in zip(bodies, place.points)]
-        return replace(place, bodies=(bodies[0], bodies[1]), points=(points[0], points[1]))
+        found = replace(place, bodies=(bodies[0], bodies[1]), points=(points[0], points[1]))
+        if not self.guides[joint]:
+            return found
+        frames = tuple(map(self.names.index, self.guides[joint]))
+        steps = np.linalg.norm(np.diff(self.frames.points[list(frames)], axis=0), axis=1)
+        distances = tuple(np.append(0.0, np.cumsum(steps)).tolist())
+        return BentGuide(**vars(found), nodes=frames, distances=distances)
 
     @cached_property
     def rubbing(self) -> dict[str, DryFriction]:
@@ -350,3 +365,14 @@ class BentJoints:
 def _whole(exerted: Mapping[str, Array]) -> Array:
     """Forces on the frames by all laws together, ``(states, frames + 1, 3)``."""
     return np.sum(list(exerted.values()), axis=0)
+
+
+def _nodes_along(scene: Scene, mesh: BeamMesh, joint: str) -> list[str]:
+    """Names of the nodes of the member that a joint's pin travels along, from end to end; none where it has no such."""
+    member = getattr(scene.joints[joint], "member", None)
+    if member is None:
+        return []
+    link = scene.joints[joint].connect[0].split(".")[0]
+    label = link if link in mesh.members else f"{link}.{member}"
+    cells = mesh.cell_nodes[mesh.cell_member == mesh.members.index(label)]
+    return [mesh.node_name[node] for node in [*cells[:, 0], cells[-1, 1]]]

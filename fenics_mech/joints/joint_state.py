@@ -115,6 +115,11 @@ class JointPlace:
         turn = joint.turn if isinstance(joint, Prismatic) else 0.0
         return cls(name, (index[first], index[second]), (at, pin), guide, slides, turn)
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Strokes at both ends of the guide (m): it is as long as it may be."""
+        return -np.inf, np.inf
+
     def state(self, links: LinkStates) -> JointState:
         """Give how the bodies of the joint move.
 

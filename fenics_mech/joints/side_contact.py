@@ -1,4 +1,4 @@
-"""Contact on one side of a guide: a pin that may lift off the line on which it slides."""
+"""Contact on one side of a guide: a pin that may lift off the line or the member on which it slides."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from fenics_mech.scene import SideContact
 
 @dataclass(frozen=True)
 class OneSide:
-    """A pin of the second body on one side of a straight guide of the first.
+    """A pin of the second body on one side of a guide of the first.
 
     Parameters
     ----------
@@ -45,8 +45,12 @@ class OneSide:
         state
             How the bodies move.
         """
-        normal, speed = self._seen(state)
-        return -np.sum(normal * state.gap, axis=-1)[None], -np.sum(normal * speed, axis=-1)[None]
+        (normal, speed), (lower, upper) = self._seen(state), self.joint.ends
+        # beyond an end of the guide nothing touches
+        depths = np.stack([-np.sum(normal * state.gap, axis=-1), state.place - lower, upper - state.place])
+        rates = np.stack([-np.sum(normal * speed, axis=-1), state.rate, -state.rate])
+        least = depths.argmin(axis=0)[None]
+        return np.take_along_axis(depths, least, axis=0), np.take_along_axis(rates, least, axis=0)
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
         """Give what the guide exerts on the pin: normal force and friction.

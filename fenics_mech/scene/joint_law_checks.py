@@ -61,9 +61,9 @@ def check_joint_laws(scene: Scene) -> None:
                 f"joint {law.joint!r} has no constraint: nothing drives it, and its angle states no freedom",
                 place=f"{place}.joint",
             )
-        if getattr(joint, "member", None) is not None:
+        if getattr(joint, "member", None) is not None and not isinstance(law, SideContact):
             raise SceneError(
-                f"no joint law is known where a pin travels along a member that bends, as at {law.joint!r}",
+                f"where a pin travels along a member that bends, as at {law.joint!r}, a side-contact is known alone",
                 place=f"{place}.joint",
                 hint="Give the guide's link `rigid` instead of members",
             )

@@ -1,9 +1,13 @@
-"""Contact on one side of a guide against the impact of two bars in closed form."""
+"""Contact on one side of a guide against the impact of two bars in closed form, and of a member that bends."""
 
 import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.joints.bent_guide import BentGuide
+from fenics_mech.joints.joint_state import Wrench
+from fenics_mech.joints.side_contact import OneSide
+from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross, quarter
 from tests.joints.test_bending import link
 
 INERTIA = 0.02  # of the anvil (kg m^2): so light that the hammer goes on, and its friction keeps its sense
@@ -74,6 +78,112 @@ def test_a_hammer_that_bends_little_strikes_as_a_rigid_one():
     rigid, bent = (fm.analyse(anvil_and_hammer(bends, **changes)).data for bends in (False, True))
     np.testing.assert_allclose(bent["freedom_place"], rigid["freedom_place"], atol=1e-5)
     assert float(bent["largest_law_effort"][0]) == pytest.approx(float(rigid["largest_law_effort"][0]), rel=2e-3)
+
+
+def arm_on_a_beam() -> fm.Scene:
+    """Give a beam that is clamped at the origin, and an arm of 2 kg whose tip lies on it."""
+    return fm.Scene(
+        name="arm on a beam",
+        materials={"steel": fm.Material(modulus=2e11, density=DENSITY)},
+        sections={"bar": fm.RectangleSection(width="20 mm", height="5 mm")},
+        ground=fm.Ground(points={"O": (0, 0), "C": (1, 0)}),
+        links={
+            "beam": fm.Link(
+                points={"A": (0, 0), "B": (0.8, 0)},
+                members={"bar": fm.Member(ends=("A", "B"), section="bar", material="steel")},
+            ),
+            "arm": fm.Link(
+                points={"C": (0, 0), "T": (0.5, 0)}, rigid=fm.RigidBody(mass=2.0, inertia=0.05, centre=(0.4, 0))
+            ),
+        },
+        joints={
+            "O": fm.Weld(connect=("ground.O", "beam.A")),
+            "C": fm.Revolute(connect=("ground.C", "arm.C")),
+            "S": fm.Slot(connect=("beam.A", "arm.T"), member="bar"),
+        },
+        joint_laws={"touch": fm.SideContact(joint="S", contact={"stiffness": 1e7, "exponent": 1.0})},
+        freedoms={"C": fm.Freedom(start=np.pi - 0.02)},
+        gravity=(0, -9.81),
+        effects=("gravity",),
+        mesh=fm.Mesh(elements=4),
+        analysis=fm.Analysis(method="static", error_estimates=False),
+    )
+
+
+@pytest.mark.slow  # an equilibrium of links that bend
+def test_a_beam_bends_under_an_arm_that_lies_on_it():
+    data = fm.analyse(arm_on_a_beam()).data
+    angle = float(data["freedom_place"].squeeze())
+    x, height = 1 + 0.5 * np.cos(angle), 0.5 * np.sin(angle)
+    push = float(np.linalg.norm(data["joint_force"].sel(joint="S")))
+    rigidity, line, length, element = 2e11 * 0.02 * 0.005**3 / 12, DENSITY * 1e-4 * 9.81, 0.8, 0.2
+    slope = push * x**2 / (2 * rigidity) + line * x * (3 * length**2 - 3 * length * x + x**2) / (6 * rigidity)
+    down = push * np.cos(slope)  # it pushes across the bent axis
+    bent = down * x**3 / (3 * rigidity) + line * x**2 * (6 * length**2 - 4 * length * x + x**2) / (24 * rigidity)
+    bent -= down * element**3 / (192 * rigidity) + line * element**4 / (384 * rigidity)  # bow of the element there
+    assert height == pytest.approx(-bent - push / 1e7, rel=2e-4)
+    moment = push * 0.5 * np.cos(np.pi - angle - slope)  # about C, of the push across the axis
+    assert moment == pytest.approx(2 * 9.81 * 0.4 * abs(np.cos(angle)), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_hammer_strikes_a_member_as_it_does_a_rigid_anvil():
+    changes = {"analysis.time_tolerance": 1e-3, "joint_laws.touch.contact.stiffness": 1e7}
+    changes |= {"joint_laws.touch.friction": 0.3}
+    rubbed = []
+    for bends in (False, True):
+        links = {"anvil": link("O", "E", 0.6, bends), "hammer": link("C", "T", LENGTH, bends)}
+        links["hammer"] = links["hammer"].model_copy(update={"angle": np.pi})
+        slot = fm.Slot(connect=("anvil.O", "hammer.T"), member="bar" if bends else None)
+        these = changes | ({"mesh.elements": 2} if bends else {})
+        rubbed.append(fm.analyse(anvil_and_hammer(bends, **these, links=links, **{"joints.S": slot})).data)
+    rigid, bent = rubbed
+    assert rigid["freedom_rate"].to_numpy()[-1, 0] < -1  # the anvil turns away
+    np.testing.assert_allclose(bent["freedom_place"], rigid["freedom_place"], atol=2e-5)
+    assert float(bent["largest_law_effort"][0]) == pytest.approx(float(rigid["largest_law_effort"][0]), rel=2e-3)
+    assert bent.attrs["power_balance_error"] < 1e-5
+
+
+def bent_guide(seed: int = 0) -> tuple[BentGuide, LinkStates]:
+    """Give a guide of four elements through frames that are bent at random, and a pin beside it or beyond its ends."""
+    distances = 0.0, 0.2, 0.5, 0.7, 1.0
+    points = {"bodies": (0, 5), "points": ((0.0, 0.0), (0.01, 0.02))}
+    guide = BentGuide("S", **points, guide=0.3, slides=True, turn=0.0, nodes=(0, 1, 2, 3, 4), distances=distances)
+    rng, along = np.random.default_rng(seed), np.array([np.cos(0.3), np.sin(0.3), 0.0])
+    pose = np.zeros((6, 7, 3))
+    pose[:, :5] = np.array(distances)[:, None] * along + 0.02 * rng.standard_normal((6, 5, 3))
+    pose[:, 5] = np.array([0.1, 0.3, 0.5, 0.77, 1.1, -0.1])[:, None] * along + 0.01 * rng.standard_normal((6, 3))
+    rate = rng.standard_normal(pose.shape)
+    rate[:, 6] = 0  # the ground
+    return guide, LinkStates(pose, rate)
+
+
+def test_a_guide_that_bends_is_pushed_with_the_work_that_the_pin_takes():
+    guide, links = bent_guide()
+    state, rng = guide.state(links), np.random.default_rng(1)
+    np.testing.assert_allclose(np.sum(state.along * state.gap, axis=-1), 0, atol=1e-12)  # the nearest point
+    wrench = Wrench(rng.standard_normal((6, 2)), rng.standard_normal(6), rng.standard_normal((6, 2)))
+    on = BodyForces.none(6, 6)
+    guide.exert(on, state, wrench)
+    seen = state.gap_rate - state.turning[0][:, None] * quarter(state.gap)
+    power = np.sum(wrench.force * seen, axis=-1)
+    power += (wrench.moment + cross(wrench.offset, wrench.force)) * (state.turning[1] - state.turning[0])
+    np.testing.assert_allclose(np.sum(on.values * links.rate, axis=(1, 2)), power, atol=1e-12)
+    np.testing.assert_allclose(on.values[..., :2].sum(axis=1), 0, atol=1e-12)
+    about = on.values[..., 2] + cross(links.pose[..., :2], on.values[..., :2])
+    np.testing.assert_allclose(about.sum(axis=1), 0, atol=1e-12)
+
+
+def test_a_pin_is_in_a_guide_that_bends_between_its_ends_alone():
+    guide, links = bent_guide()
+    law = OneSide(guide, fm.SideContact(joint="S", side="right", contact=CONTACT))
+    (depth,), (rate,) = law.depths(guide.state(links))
+    step = 1e-6
+    ahead, back = (
+        law.depths(guide.state(LinkStates(links.pose + by * links.rate, links.rate)))[0][0] for by in (step, -step)
+    )
+    np.testing.assert_allclose(rate, (ahead - back) / (2 * step), atol=1e-8)
+    assert (depth[4:] < -0.05).all()  # beyond its ends
 
 
 @pytest.mark.parametrize(
