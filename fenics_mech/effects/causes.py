@@ -1,6 +1,12 @@
 """Causes of work: the names by which the balance of energy lists them."""
 
+from __future__ import annotations
+
 from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from fenics_mech.scene import Scene
 
 
 class Cause(StrEnum):
@@ -35,3 +41,15 @@ LOSSES = (
     Cause.AIR_DRAG,
 )  # causes that take energy for good
 OF_JOINT_LAWS = (Cause.FRICTION, Cause.CONTACTS, Cause.BUSHINGS, Cause.EFFORTS, Cause.GEARS)
+
+
+def cause_of_efforts(scene: Scene) -> str:
+    """Give the name under which the power of all drives and freedoms together is listed.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    kinds = ("drive", len(scene.drives)), ("freedom", len(scene.freedoms))
+    return " and ".join(name if count == 1 else f"{name}s" for name, count in kinds if count) or "drive"

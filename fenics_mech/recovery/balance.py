@@ -10,7 +10,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.accuracy.quantities import MEASURE
-from fenics_mech.effects.causes import LOSSES, OF_JOINT_LAWS, Cause
+from fenics_mech.effects.causes import LOSSES, OF_JOINT_LAWS, Cause, cause_of_efforts
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
@@ -134,7 +134,7 @@ def drive_figures(solution: Solution, forces: Forces, efforts: dict[str, Array])
 
 
 def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str, Array]:
-    """Power of the drives, which is first, of loads and of damping (W), ``(angles,)`` each; see `energy_balance`."""
+    """Power of drives and freedoms, which is first, of loads and of damping (W), ``(angles,)`` each."""
     given = sum((effort * rates[:, i] for i, effort in enumerate(efforts.values())), np.zeros(len(rates)))
     in_time = forces.scene.analysis.method == "transient"
     reported = (
@@ -144,7 +144,7 @@ def _powers(forces: Forces, efforts: dict[str, Array], rates: Array) -> dict[str
         *((Cause.WEIGHT,) if in_time else ()),
     )  # that of weight is 0 over a cycle
     others = {name: power for name, power in forces.powers().items() if name in reported and power.any()}
-    return {"drives" if len(efforts) > 1 else "drive": given} | others
+    return {cause_of_efforts(forces.scene): given} | others
 
 
 def mean_in_time(time: Array, powers: Mapping[str, Array]) -> dict[str, float]:

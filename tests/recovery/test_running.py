@@ -43,7 +43,7 @@ def test_electrical_power_is_that_of_the_shaft_and_of_the_heat_in_the_rotor(tmp_
     assert float(trapezoid(power, time)) == pytest.approx(heated, rel=1e-3)  # trapezoidal rule of 400 steps
     powers = dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy()))
     assert powers["efforts"] == pytest.approx(-BRAKE * turned / 2.0, rel=1e-9)
-    assert sum(powers.values()) == pytest.approx(0, abs=1e-8 * powers["drive"])
+    assert sum(powers.values()) == pytest.approx(0, abs=1e-8 * powers["freedom"])
     told = f"Motor at O: takes {taken / time[-1]:.4g} W"
     assert told in str(fm.summary(result))
     assert told in report(result, tmp_path / "report.html").read_text()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
+from fenics_mech.effects.causes import Cause, cause_of_efforts
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 
 
@@ -72,7 +72,7 @@ def instants_of(dynamics: RigidDynamics, states: RigidStates, contacts: dict) ->
     )
     ordered = np.empty(efforts.shape)
     ordered[:, list(dynamics.loops.drive_order)] = rates[..., 0]
-    powers = {"drives" if efforts.shape[1] > 1 else "drive": np.sum(efforts * ordered, axis=1)}
+    powers = {cause_of_efforts(dynamics.scene): np.sum(efforts * ordered, axis=1)}
     powers |= {name: np.sum(force * states.velocity, axis=1) for name, force in balance.forces.items()}
     energy = dynamics.loads.inertia.kinetic_energy(states.links) + dynamics.loads.spring_energy(states.links)
     powers.pop(Cause.SPRINGS, None)
