@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.kinematics.run_up import solve_motion_in_time
@@ -21,6 +22,7 @@ from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS
+from fenics_mech.scene.free_motion_checks import refuse_late_impulses
 
 WANTED = "Give the result of a transient analysis of the same scene"
 SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position
@@ -88,13 +90,11 @@ def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
     along = {name: data[name].transpose("theta", ...)[k].to_numpy() for name in needed - {"time", "theta"}}
     place, rate = along["freedom_place"], along["freedom_rate"]
     if size:
-        if k != data.sizes["theta"] - 1:
-            raise _unfit(f"{start} holds the state of bending links at its end only")
-        if "state" not in data or data["state"].shape != (size + len(place), 2):
-            raise _unfit(f"{start} has other coordinates than the scene with its {size}")
-        place, rate = data["state"].transpose("derivative", "dof").to_numpy()
+        place, rate = _bent(scene, data, size + len(place))
     if "indentation" in data:
         _refuse_touching(scene, data, k)
+    _refuse_other_angle(scene, data, k)
+    refuse_late_impulses(scene, float(data["time"][k]))
     links = coordinates(along["link_position"][None], along["link_angle"][None])[0]
     return StartState(float(data["time"][k]), place, rate, links)
 
@@ -159,18 +159,31 @@ def _read(start: Path) -> xr.Dataset:
 def _end_of(start: Path, scene: Scene, system: System) -> StartState:
     """Give the state at the end of another result."""
     data = _read(start)
-    goes_on = {"state", "time", "theta"} <= set(data.variables) and data["state"].dims == ("dof", "derivative")
-    if not goes_on or data["state"].shape != (system.size, 2):
-        held = f"{data.sizes['dof']} degrees of freedom" if goes_on else "no state"
-        raise _unfit(f"{start} holds {held}, and the scene has {system.size}")
-    if _number(scene, data) != data.sizes["theta"] - 1:
-        raise _unfit(f"{start} holds the state of bending links at its end only")
-    time, angle = float(data["time"][-1]), float(data["theta"][-1])
+    displacement, velocity = _bent(scene, data, system.size)
+    _refuse_other_angle(scene, data, -1)
+    return StartState(float(data["time"][-1]), displacement, velocity)
+
+
+def _bent(scene: Scene, data: xr.Dataset, size: int) -> Array:
+    """Coordinates of bending links and their rates at the end of another result, ``(2, coordinates)``."""
+    start, held = scene.analysis.start, "no state of bending links"
+    if {"state", "time", "theta"} <= set(data.variables) and data["state"].dims == ("dof", "derivative"):
+        if data["state"].shape == (size, 2):
+            if _number(scene, data) != data.sizes["theta"] - 1:
+                raise _unfit(f"{start} holds the state of bending links at its end only")
+            return data["state"].transpose("derivative", "dof").to_numpy()
+        held = f"{data.sizes['dof']} coordinates"
+    raise _unfit(f"{start} holds {held}, and the scene has {size}")
+
+
+def _refuse_other_angle(scene: Scene, data: xr.Dataset, k: int) -> None:
+    """Raise where another result has its drives at another angle than the scene at that time."""
+    if not scene.drives:
+        return
+    time, angle = float(data["time"][k]), float(data["theta"][k])
     turned = float(scene.coordinate(np.array([time])).value[0])
     if abs(angle - turned) > SAME_ANGLE * max(1.0, abs(turned)):
         raise _unfit(
-            f"{start} ends after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the scene's drive is "
-            f"at {math.degrees(turned):.6g} deg"
+            f"{scene.analysis.start} is after {time:.6g} s at drive angle {math.degrees(angle):.6g} deg, where the "
+            f"scene's drive is at {math.degrees(turned):.6g} deg"
         )
-    displacement, velocity = data["state"].transpose("derivative", "dof").to_numpy()
-    return StartState(time, displacement, velocity)

@@ -71,6 +71,8 @@ def _check_impulses(scene: Scene) -> None:
             )
         if impulse.angle is not None and not scene.drives:
             raise SceneError("nothing is driven", place=f"impulses.{name}.angle", hint="State the `time` of the blow")
+    if scene.analysis.start in STATED_STARTS:
+        refuse_late_impulses(scene, 0.0)
     if not scene.impulses or not free:
         return
     rubs = next((name for name, law in scene.joint_laws.items() if law.kind == "friction"), None)
@@ -82,6 +84,28 @@ def _check_impulses(scene: Scene) -> None:
     for wrong, place, why in refused:
         if wrong:
             raise SceneError(why, place=place)
+
+
+def refuse_late_impulses(scene: Scene, start: float) -> None:
+    """Raise `SceneError` where an impulse would strike when the motion has ended.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    start
+        Time from which its motion goes on (s).
+    """
+    for name, impulse in scene.impulses.items():
+        if impulse.time is None or not (scene.drives or scene.analysis.duration):
+            continue
+        end = start + scene.period * (scene.analysis.cycles if scene.drives else 1)
+        if impulse.time >= end:
+            raise SceneError(
+                f"it would strike at {impulse.time:.6g} s, and the motion ends at {end:.6g} s",
+                place=f"impulses.{name}.time",
+                hint="Let the motion go on for longer, or leave the impulse out",
+            )
 
 
 def _check_cycles(scene: Scene) -> None:

@@ -45,6 +45,32 @@ def test_beside_a_drive_the_drive_goes_on_too(tmp_path):
     np.testing.assert_allclose(second["input_torque"], whole["input_torque"][4:], atol=1e-5)
 
 
+def test_beside_a_drive_of_another_speed_it_does_not_go_on(tmp_path):
+    led = {"drive": {"joint": "P0", "speed": 4 * np.pi}, "analysis.cycles": 1, "analysis.sub_intervals": 4}
+    scene = bars(2, 1e-5).changed({**led, "analysis.error_estimates": False})
+    fm.analyse(scene).save(tmp_path / "one.nc")
+    faster = {"analysis.start": str(tmp_path / "one.nc"), "drive": {"joint": "P0", "speed": 8 * np.pi}}
+    with pytest.raises(fm.SceneError, match="at drive angle 360 deg, where the scene's drive is at 720 deg"):
+        fm.analyse(scene.changed(faster))
+
+
+def test_a_machine_whose_motor_is_switched_off_coasts(tmp_path):
+    stall, idle, brake, spun, inertia = 3.0, 40.0, 0.05, 0.5, 1 / 3
+    on = {"kind": "dc-motor", "stall_torque": stall, "no_load_speed": idle}
+    drag = {"drag": {"kind": "joint-effort", "joint": "P0", "effort": {"kind": "formula", "formula": "-0.05 * omega"}}}
+    scene = bars(1, 1e-9, duration=spun, sub_intervals=8).changed({"gravity": (0, 0), "joint_laws": drag})
+    scene = scene.changed({"analysis.error_estimates": False})
+    turning = fm.analyse(scene.changed({"freedoms": {"P0": {"effort": on}}}))
+    steady, lag = stall / (stall / idle + brake), inertia / (stall / idle + brake)
+    reached = steady * (1 - np.exp(-spun / lag))
+    assert float(turning.data["freedom_rate"][-1, 0]) == pytest.approx(reached, rel=1e-7)
+    turning.save(tmp_path / "spun.nc")
+    coasting = scene.changed({"freedoms": {"P0": {}}, "analysis.start": str(tmp_path / "spun.nc")})
+    data = fm.analyse(coasting).data
+    after = data["time"].to_numpy() - spun
+    np.testing.assert_allclose(data["freedom_rate"][:, 0], reached * np.exp(-brake / inertia * after), rtol=1e-7)
+
+
 @pytest.mark.slow  # steps of a bending link
 def test_a_motion_of_bending_links_goes_on_from_its_end(tmp_path):
     changes = {"materials.stiff.modulus": 2e9, "effects": ("coupling", "gravity", "large-rotations")}
@@ -56,7 +82,7 @@ def test_a_motion_of_bending_links_goes_on_from_its_end(tmp_path):
     with pytest.raises(fm.SceneError, match="holds the state of bending links at its end only"):
         fm.analyse(scene.changed(start))
     finer = {"analysis.start": str(tmp_path / "half.nc"), "mesh.elements": 2}
-    with pytest.raises(fm.SceneError, match="has other coordinates than the scene with its"):
+    with pytest.raises(fm.SceneError, match="coordinates, and the scene has 1"):
         fm.analyse(scene.changed(finer))
 
 

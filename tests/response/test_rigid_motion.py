@@ -224,6 +224,7 @@ def test_an_impulse_on_a_rigid_pendulum(time):
         ({"analysis.lyapunov": True, "freedoms": {"P0": {}}}, "Lyapunov"),
         ({"analysis.start": "periodic", "freedoms": {"P0": {}}}, "made to repeat"),
         ({"analysis.method": "static"}, "impulses"),
+        ({"analysis.duration": 0.2}, r"it would strike at 0\.25 s, and the motion ends at 0\.2 s"),
     ],
 )
 def test_impulses_that_cannot_strike_are_refused(changes, message):

@@ -274,7 +274,7 @@ def test_goes_on_from_a_file(shaft, tmp_path):
     assert float(rest.data["theta"][-1]) == pytest.approx(8 * np.pi)
     old, new = whole.data["deflection"].to_numpy()[128:], rest.data["deflection"].to_numpy()
     assert np.abs(old - new).max() < 1e-6 * np.abs(old).max()  # the steps are others
-    with pytest.raises(SceneError, match="degrees of freedom, and the scene has"):
+    with pytest.raises(SceneError, match="coordinates, and the scene has"):
         in_time(shaft.changed(mesh__elements=1), start=str(tmp_path / "first.nc"))
     with pytest.raises(SceneError, match="at drive angle 720 deg, where the scene's drive is at 1440 deg"):
         in_time(shaft.changed(drive__speed=2 * shaft.drive.speed), start=str(tmp_path / "first.nc"))
