@@ -109,10 +109,12 @@ class PoincareRecord:
             return []
         from scipy.optimize import brentq  # noqa: PLC0415  (slow to import, and few steps pass the section)
 
-        return [
-            float(brentq(lambda time: float(ahead(np.array([time]))[0]), times[k], times[k + 1]))
-            for k in np.flatnonzero(passed)
-        ]
+        known = dict(zip(times.tolist(), values.tolist()))  # anew, rounding may give a value near 0 another sign
+
+        def value(time: float) -> float:
+            return known[time] if time in known else float(ahead(np.array([time]))[0])
+
+        return [float(brentq(value, times[k], times[k + 1])) for k in np.flatnonzero(passed)]
 
     @property
     def _turns(self) -> bool:
