@@ -7,9 +7,8 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import FreeSolution
@@ -18,7 +17,16 @@ from fenics_mech.response.transient.free_motion import course_of, solution_from,
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.response.transient.rigid_motion import RigidMotion, free_course, stated_start
 from fenics_mech.response.transient.rigid_state import RigidState
-from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, repeated_motion, spans_of
+from fenics_mech.response.transient.shooting import (
+    ANGLE,
+    ELASTIC,
+    SHOOTING,
+    STROKE,
+    History,
+    Lap,
+    repeated_motion,
+    sizes_of,
+)
 from fenics_mech.scene import Scene
 
 OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
@@ -42,9 +50,9 @@ class RigidRunner:
         return RigidState(self.scene, FreeLinkage(self.scene))
 
     @property
-    def pins(self) -> NDArray[np.bool_]:
-        """Which freedoms are angles of pins, ``(freedoms,)``."""
-        return pins_of(self.scene)
+    def kinds(self) -> Index:
+        """Kind of each freedom, ``(freedoms,)``."""
+        return kinds_of(self.scene)
 
     def begin(self) -> StartState:
         """Give the state that the freedoms state."""
@@ -73,8 +81,8 @@ class RigidRunner:
         assert motion.beside is not None
         end, (_, place, rate) = _end_of(motion), _history(motion)
         seconds = np.stack([self._second(state, state.time) for state in (start, end)])
-        spans = spans_of(place, rate)
-        return Lap(start, end, seconds, spans, motion.beside.monodromy, motion.contacts.closed > 0)
+        sizes = sizes_of(place, rate, self.kinds)
+        return Lap(start, end, seconds, sizes, motion.beside.monodromy, motion.contacts.closed > 0)
 
     def depends_on_time(self, start: StartState) -> bool:
         """Whether the equation at a state is another one at other times.
@@ -107,9 +115,9 @@ class BendingRunner:
     state: FreeState
 
     @property
-    def pins(self) -> NDArray[np.bool_]:
-        """Which coordinates are angles of pins, ``(coordinates,)``."""
-        return np.append(np.zeros(self.state.size, dtype=bool), pins_of(self.state.scene))
+    def kinds(self) -> Index:
+        """Kind of each coordinate, ``(coordinates,)``."""
+        return np.append(np.full(self.state.size, ELASTIC), kinds_of(self.state.scene))
 
     def begin(self) -> StartState:
         """Give the state that the freedoms state, without vibration."""
@@ -136,9 +144,9 @@ class BendingRunner:
         """
         course = self._course(start, duration, SHOOTING.samples, carries=True)
         assert course.beside is not None
-        spans = spans_of(course.displacement, course.velocity)
+        sizes = sizes_of(course.displacement, course.velocity, self.kinds)
         seconds = course.acceleration[[0, -1]]
-        return Lap(start, _last_of(course), seconds, spans, course.beside.monodromy, course.touched)
+        return Lap(start, _last_of(course), seconds, sizes, course.beside.monodromy, course.touched)
 
     def depends_on_time(self, start: StartState) -> bool:
         """Whether the equation at a state is another one at other times.
@@ -182,15 +190,15 @@ def by_repeated_motion(scene: Scene, system: System) -> FreeSolution:
     return replace(solution_from(state, repeated.start, course), repeated=repeated)
 
 
-def pins_of(scene: Scene) -> NDArray[np.bool_]:
-    """Give which freedoms are angles of pins, ``(freedoms,)``.
+def kinds_of(scene: Scene) -> Index:
+    """Give the kind of each freedom, ``(freedoms,)``.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    return np.array([scene.joints[name].kind == "revolute" for name in scene.freedoms], dtype=bool)
+    return np.array([ANGLE if scene.joints[name].kind == "revolute" else STROKE for name in scene.freedoms], dtype=int)
 
 
 def lasting(scene: Scene, duration: float, samples: int) -> Scene:

@@ -19,13 +19,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Analysis, Scene
 
 logger = logging.getLogger(__name__)
+ELASTIC, ANGLE, STROKE = range(3)  # kinds of coordinates: of links that bend, and of freedoms
 History = tuple[Array, Array, Array]  # times (s), coordinates and rates there, ``(times, coordinates)`` each
 
 
@@ -45,6 +46,7 @@ class ShootingLimits:
     shortest: float = 0.2  # of the period, that Newton's method may make it shorter
     open_ends: tuple[float, ...] = (1e-9, 1e-2)  # of the largest singular value: families leave their member open
     farthest: float = 1.0  # of the largest way or rate, by which a step may move the state
+    least: float = 1e-6  # of the largest way or rate of all, that of a kind of coordinates counts as at least
     stable: float = 1e-3  # beyond 1, up to which a multiplier's magnitude shows no growth
 
 
@@ -61,8 +63,8 @@ class Lap:
         The states: times (s), coordinates, rates and places of the links.
     seconds
         Second derivatives of the coordinates at both, ``(2, coordinates)``.
-    spans
-        Largest size of each coordinate's way and rate in the cycle, ``(2, coordinates)``.
+    sizes
+        What coordinates and rates are relative to, ``(2 coordinates,)``: see `sizes_of`.
     transition
         What becomes of small disturbances of the coordinates and rates, ``(2 coordinates, 2 coordinates)``.
     touched
@@ -72,7 +74,7 @@ class Lap:
     start: StartState
     end: StartState
     seconds: Array
-    spans: Array
+    sizes: Array
     transition: Array
     touched: bool
 
@@ -86,8 +88,8 @@ class Runner(Protocol):
     """Integrates the motion of a scene."""
 
     @property
-    def pins(self) -> NDArray[np.bool_]:
-        """Which coordinates are angles of pins, ``(coordinates,)``."""
+    def kinds(self) -> Index:
+        """Kind of each coordinate, ``(coordinates,)``: `ELASTIC`, `ANGLE` or `STROKE`."""
 
     def lap(self, start: StartState, duration: float) -> Lap:
         """Give the motion from a state on for so long (s)."""
@@ -117,7 +119,7 @@ class RepeatedMotion:
     period
         Time after which it repeats (s).
     change
-        By how much it misses that: of coordinates over their way in the cycle, of rates over the largest.
+        By how much it misses that: of coordinates over the largest way of their kind, of rates over the largest rate.
     own
         Whether its period is its own, and none of forces or drives.
     """
@@ -168,7 +170,7 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
                 hint="Leave it out",
             )
         start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * SHOOTING.in_recurrence)
-        period = _recurrence(history, runner.pins)
+        period = _recurrence(history, runner.kinds)
     else:
         period = scene.period * analysis.repeats
         start = _run_in(runner, start, period, analysis)
@@ -188,7 +190,7 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
         start=lap.start,
         multipliers=values[np.argsort(-np.abs(values), kind="stable")],
         period=lap.duration,
-        change=_change(lap, runner.pins),
+        change=_change(lap, runner.kinds),
         own=own,
     )
     if not found.stable and not analysis.allow_unstable:
@@ -207,8 +209,8 @@ def _run_in(runner: Runner, start: StartState, period: float, analysis: Analysis
     """Let the motion go on for some cycles, fewer where two of them differ little."""
     for _ in range(math.ceil(analysis.cycles / analysis.repeats)):
         end, (_, place, rate) = runner.run(start, period, SHOOTING.samples)
-        spans = spans_of(place, rate)
-        change = _over(_missed(start, end, runner.pins), spans)
+        missed = _missed(start, end, runner.kinds)
+        change = float(np.abs(missed / sizes_of(place, rate, runner.kinds)).max())
         logger.info("after %.6g s the motion differs by %.3g from a cycle before", end.time, change)
         if change <= analysis.settled:
             return end
@@ -216,13 +218,13 @@ def _run_in(runner: Runner, start: StartState, period: float, analysis: Analysis
     return start
 
 
-def _recurrence(history: History, pins: NDArray[np.bool_]) -> float:
+def _recurrence(history: History, kinds: Index) -> float:
     """Time (s) since which the last of some states has been met before, but for whole turns of pins."""
     time, place, rate = history
     half = slice(len(time) // 2, None)
     time, place, rate = time[half], place[half], rate[half]
     away = place - place[-1]
-    away = np.where(pins, np.angle(np.exp(1j * away)), away)
+    away = np.where(kinds == ANGLE, np.angle(np.exp(1j * away)), away)
     parts = [part / max(float(np.ptp(part)), TINY) for part in (away, rate - rate[-1])]
     distance = np.linalg.norm(np.hstack(parts), axis=1)
     largest = float(distance.max())
@@ -240,42 +242,44 @@ def _recurrence(history: History, pins: NDArray[np.bool_]) -> float:
     return float(time[-1] - time[close[-1]])
 
 
-def _missed(start: StartState, end: StartState, pins: NDArray[np.bool_]) -> Array:
+def _missed(start: StartState, end: StartState, kinds: Index) -> Array:
     """By how much an end misses a start but for whole turns of pins, ``(2 coordinates,)``."""
     way = end.displacement - start.displacement
-    way = way - np.where(pins, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
+    way = way - np.where(kinds == ANGLE, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
     return np.concatenate([way, end.velocity - start.velocity])
 
 
-def spans_of(place: Array, rate: Array) -> Array:
-    """Give the largest way and the largest rate of each coordinate, ``(2, coordinates)``.
+def sizes_of(place: Array, rate: Array, kinds: Index) -> Array:
+    """Give what coordinates and their rates are relative to: the largest way and rate of their kind.
 
     Parameters
     ----------
     place, rate
         Coordinates and rates in a cycle, ``(times, coordinates)`` each.
+    kinds
+        Kind of each coordinate, ``(coordinates,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(2 coordinates,)``.
     """
-    return np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
+    found = np.stack([np.ptp(place, axis=0), np.abs(rate).max(axis=0)])
+    least = SHOOTING.least * found.max(axis=1, keepdims=True)
+    for kind in np.unique(kinds):
+        found[:, kinds == kind] = found[:, kinds == kind].max(axis=1, keepdims=True)
+    return np.maximum(np.maximum(found, least), TINY).ravel()
 
 
-def _sizes(spans: Array) -> Array:
-    """What coordinates and rates are relative to, ``(2 coordinates,)``: the largest way and rate of all."""
-    return np.repeat(np.maximum(spans.max(axis=1), TINY), spans.shape[1])
-
-
-def _over(missed: Array, spans: Array) -> float:
-    return float(np.abs(missed / _sizes(spans)).max())
-
-
-def _change(lap: Lap, pins: NDArray[np.bool_]) -> float:
-    """By how much a cycle misses its start, over the largest way and rate."""
-    return _over(_missed(lap.start, lap.end, pins), lap.spans)
+def _change(lap: Lap, kinds: Index) -> float:
+    """By how much a cycle misses its start, over the largest way and rate of each kind of coordinates."""
+    return float(np.abs(_missed(lap.start, lap.end, kinds) / lap.sizes).max())
 
 
 def _closed(runner: Runner, start: StartState, period: float, own: bool, tolerance: float, scene: Scene) -> Lap:
     """Close a cycle beside a start by Newton's method."""
     lap = runner.lap(start, period)
-    first = change = _change(lap, runner.pins)
+    first = change = _change(lap, runner.kinds)
     for _ in range(SHOOTING.most_iterations):
         logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
         if change <= tolerance:
@@ -299,7 +303,7 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> t
     """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long."""
     n = len(lap.start.displacement)
     matrix = lap.transition - np.eye(2 * n)
-    missed, sizes = -_missed(lap.start, lap.end, runner.pins), _sizes(lap.spans)
+    missed, sizes = -_missed(lap.start, lap.end, runner.kinds), lap.sizes
     columns = rows = sizes
     if own:
         along = [np.append(state.velocity, second) for state, second in zip((lap.start, lap.end), lap.seconds)]
@@ -326,6 +330,6 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> t
         except (SolverError, AssemblyError) as error:
             logger.info("a trial of a cycle failed: %s", error)
             continue
-        if (left := _change(trial, runner.pins)) < change:
+        if (left := _change(trial, runner.kinds)) < change:
             return trial, left
     return None
