@@ -72,6 +72,17 @@ def test_spin_up_by_a_motor_in_closed_form():
     np.testing.assert_allclose(result.data["input_torque"].to_numpy(), effort, rtol=1e-6)
 
 
+def test_a_load_that_begins_late_moves_links_at_rest():
+    push = {"kind": "formula", "formula": "2 * t"}
+    scene = bars(1, duration=0.1, sub_intervals=4, error_estimates=False).changed(
+        {"gravity": (0, 0), "effects": ("coupling",), "freedoms": {"P0": {"effort": push}}}
+    )
+    data = fm.analyse(scene.changed({"materials.stiff.modulus": 2e11})).data
+    inertia, time = 7850 * 2e-4 * LENGTH**3 / 3, data["time"].to_numpy()
+    np.testing.assert_allclose(data["freedom_rate"][:, 0], time**2 / inertia, rtol=1e-6)
+    assert data.attrs["time_steps"] <= 20  # the longest there are
+
+
 @pytest.mark.slow  # free motions of bending links take a second of processor time a step
 @pytest.mark.parametrize(("strains", "near"), [((), 2e-5), (("large-rotations",), 2e-3)])
 def test_a_heavy_flywheel_leads_as_a_drive_does(strains, near):

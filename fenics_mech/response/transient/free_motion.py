@@ -29,6 +29,7 @@ from fenics_mech.response.transient.course import (
     StartState,
 )
 from fenics_mech.response.transient.free_state import FreeState, States
+from fenics_mech.response.transient.samples import Samples
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
 from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
 from fenics_mech.response.transient.time_steps import stepped
@@ -45,6 +46,7 @@ class FreeLimits:
     converged: float = 1e-10  # of its accelerations
     least: float = 1e-30  # (rad/s)^2, for the energy of freedoms that nothing moves
     spacing: float = 1e-4  # s, over the time in which a freedom moves by its unit: differences of a smooth start
+    looked_at: tuple[float, ...] = (0.0, 0.13, 0.32, 0.57, 0.81)  # of the motion, for loads that begin late
     peaks: int = 20  # points of a step at which the peaks of contacts are looked for
 
 
@@ -234,14 +236,14 @@ class _Record:
     context: Collocation
 
     def __init__(self, times: Array, start: StartState, state: FreeState, weight: Array) -> None:
-        self.times, self.state, self.weight, self.known, self.reached = times, state, weight, 0, start.time
+        self.samples, self.state, self.weight, self.reached = Samples(times), state, weight, start.time
         self.states = np.zeros((2, len(times), len(weight)))
         self.accelerations = np.zeros(self.states.shape[1:])
         self.links = np.zeros((len(times), 3 * len(state.scene.links)))
         self.exerted, self.inside = _Exerted(state), _Inside(state)
         self.events = ContactEvents(state)
         self.events.begin(start.time, start.displacement, start.velocity)
-        self._take(1, start.displacement[None], start.velocity[None])
+        self._take(self.samples.taken(start.time), start.displacement[None], start.velocity[None])
 
     def course(self, steps: int) -> FreeCourse:
         """Give the motion, which took so many time steps."""
@@ -250,8 +252,8 @@ class _Record:
         if laws is not None and inside.course.laws is not None:  # peaks between the positions too
             for name, size in inside.course.laws.largest.items():
                 laws.largest[name] = max(laws.largest[name], size)
-        place, rate = self.states
-        return FreeCourse(self.times, place, rate, math.inf, steps, 0.0, self.accelerations, self.links, laws, inside)
+        time, (place, rate) = self.samples.times, self.states
+        return FreeCourse(time, place, rate, math.inf, steps, 0.0, self.accelerations, self.links, laws, inside)
 
     def watch(self, start: float, end: float, curve: Curve) -> float | None:
         """Give the time of the first contact event in a step (s)."""
@@ -266,9 +268,9 @@ class _Record:
 
     def keep(self, end: float, curve: StepCurve) -> bool:
         """Take the samples inside a step; the motion is never settled."""
-        known = int(np.searchsorted(self.times, end + TRANSIENT.rounding * self.times[-1]))
-        if known > self.known:
-            self._take(known, *self._unscaled(curve)(self.times[self.known : known]))
+        here = self.samples.taken(end)
+        if here.stop > here.start:
+            self._take(here, *self._unscaled(curve)(self.samples.times[here]))
         points, weights = curve.points
         self.inside.take(points, weights, (*self._unscaled(curve)(points), curve.made / self.weight))
         y, rate = (part[0] for part in self._unscaled(curve)(np.array([end])))
@@ -283,18 +285,17 @@ class _Record:
 
     def forget(self, time: float) -> None:
         """Forget a sample at a time at which an impulse strikes: it is taken after it."""
-        if self.known and self.times[self.known - 1] >= time - TRANSIENT.rounding * self.times[-1]:
-            self.known -= 1
+        if self.samples.forget(time):
             self.exerted.forget_last()
 
-    def _take(self, known: int, y: Array, rate: Array) -> None:
-        """Take the samples up to a number, which are near to where the equation is."""
-        here, self.known = slice(self.known, known), known
+    def _take(self, here: slice, y: Array, rate: Array) -> None:
+        """Take some samples, which are near to where the equation is."""
+        time = self.samples.times[here]
         self.states[:, here] = y, rate
-        self.links[here] = self.state.positions(self.times[here], y)
-        self.accelerations[here] = self.state.accelerations(self.times[here], y, rate)
+        self.links[here] = self.state.positions(time, y)
+        self.accelerations[here] = self.state.accelerations(time, y, rate)
         if self.state.laws:
-            self.exerted.take(self.times[here], (y, rate, self.accelerations[here]))
+            self.exerted.take(time, (y, rate, self.accelerations[here]))
 
 
 @dataclass
@@ -378,19 +379,20 @@ def _scales(state: FreeState, start: StartState) -> tuple[Array, Sizes]:
     """Give the scale of each coordinate, and what errors of the links' motion and of the freedoms are relative to.
 
     A unit of an elastic coordinate has about the same strain energy as any other. That of a freedom is 1 rad, or the
-    size of the linkage, in the energy of the motion.
+    size of the linkage, in the energy of the motion. Loads may begin later, so that those of other times count too.
     """
-    n, time = state.size, np.zeros(1)
-    y, rate = start.displacement[None], start.velocity[None]
+    n, scene = state.size, state.scene
+    time = start.time + scene.period * np.array((0.0,) if scene.drives else FREE.looked_at)
+    y, rate = (np.tile(part, (len(time), 1)) for part in (start.displacement, start.velocity))
     still = np.zeros_like(y)
-    mass, _, stiffness = (part[0] for part in state.tangents(time, (y, rate, still)))
-    left = state.residual(time, (y, rate, still))[0]
+    mass, _, stiffness = (part[0] for part in state.tangents(time[:1], (y[:1], rate[:1], still[:1])))
+    left = state.residual(time, (y, rate, still))
     diagonal = np.abs(np.diag(stiffness)[:n])
     kinetic = float(rate[0, n:] @ mass[n:, n:] @ rate[0, n:])
     least = float(np.abs(np.diag(mass)[n:]).min(initial=np.inf)) if state.freedoms else 1.0
-    energy = max(kinetic, float(np.abs(left[n:]).max(initial=0.0)), least * FREE.least)
-    deflection = np.linalg.solve(stiffness[:n, :n], -left[:n])
-    bent = max(float(np.abs(deflection @ left[:n])), FREE.small**2 * energy)
+    energy = max(kinetic, float(np.abs(left[:, n:]).max(initial=0.0)), least * FREE.least)
+    deflection = np.linalg.solve(stiffness[:n, :n], -left[:, :n].T)
+    bent = max(float(np.abs(np.sum(deflection.T * left[:, :n], axis=1)).max()), FREE.small**2 * energy)
     weight = np.append(np.sqrt(np.where(diagonal > 0, diagonal, 1.0)), np.full(state.freedoms, math.sqrt(energy)))
     parts = ((slice(0, n), math.sqrt(bent)), (slice(n, None), math.sqrt(energy)))
     return weight, tuple((part, size) for part, size in parts if len(weight[part]))

@@ -28,6 +28,7 @@ from fenics_mech.response.transient.course import TRANSIENT, ContactCount, Start
 from fenics_mech.response.transient.free_motion import FREE
 from fenics_mech.response.transient.rigid_instants import RigidInstants, instants_of, part_of, states_part
 from fenics_mech.response.transient.rigid_state import RigidState
+from fenics_mech.response.transient.samples import Samples
 from fenics_mech.response.transient.stepping import Collocation, Curve
 from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
 from fenics_mech.response.transient.time_steps import stepped
@@ -239,12 +240,12 @@ class _Recorder:
     context: Collocation
 
     def __init__(self, state: RigidState, times: Array, place: Array, rate: Array, step: float) -> None:
-        self.state, self.times, self.known, self.reached = state, times, 0, float(times[0])
+        self.state, self.samples, self.reached = state, Samples(times), float(times[0])
         self.events, self.motion = ContactEvents(state), RigidMotion(state.scene)
         self.events.begin(self.reached, place, rate)
         nodes, weights = np.polynomial.legendre.leggauss(RIGID_MOTION.stages)
         self.nodes, self.weights = (nodes + 1) / 2, weights / 2
-        self._take(times[:1], place[None], rate[None])
+        self._take(times[self.samples.taken(self.reached)], place[None], rate[None])
         self.energy = max(self._first_energy(place, rate, step), RIGID_MOTION.least)
 
     @property
@@ -254,7 +255,7 @@ class _Recorder:
 
     def _first_energy(self, place: Array, rate: Array, step: float) -> float:
         """Energy of the motion at the start, and of what it is soon after."""
-        state, time = self.state, self.times[:1]
+        state, time = self.state, self.samples.times[:1]
         states = place[None], rate[None], np.zeros((1, len(place)))
         mass, left = state.tangents_at(time, *states)[0][0], state.residuals(time, *states)[0]
         soon = step**2 * float(left @ np.linalg.solve(mass, left)) / 2
@@ -267,9 +268,8 @@ class _Recorder:
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step and its work; the motion is never settled."""
         start, self.reached = self.reached, end
-        known = int(np.searchsorted(self.times, end + TRANSIENT.rounding * self.times[-1]))
-        samples, inside = self.times[self.known : known], start + (end - start) * self.nodes
-        time, self.known = np.concatenate([samples, inside, [end]]), known
+        samples, inside = self.samples.times[self.samples.taken(end)], start + (end - start) * self.nodes
+        time = np.concatenate([samples, inside, [end]])
         place, rate = curve(time)
         states = self.state.states(time, (place, rate, self.state.accelerations(time, place, rate)))
         found = instants_of(self.state.dynamics, states, self.state.contacts)
@@ -290,8 +290,7 @@ class _Recorder:
 
     def forget(self, time: float) -> None:
         """Forget a sample at a time at which an impulse strikes: it is taken after it."""
-        if self.known and self.times[self.known - 1] >= time - TRANSIENT.rounding * self.times[-1]:
-            self.known -= 1
+        if self.samples.forget(time):
             motion, last = self.motion, slice(None, -1)
             motion.instants[-1] = part_of(motion.instants[-1], last)
             motion.places[-1], motion.rates[-1] = motion.places[-1][last], motion.rates[-1][last]
@@ -300,7 +299,6 @@ class _Recorder:
         """Take samples near to where the equation is."""
         states = self.state.states(time, (place, rate, self.state.accelerations(time, place, rate)))
         found = instants_of(self.state.dynamics, states, self.state.contacts)
-        self.known += len(time)
         self._note(found.law_efforts)
         self._add(part_of(found, slice(None)), place, rate)
 
