@@ -210,12 +210,8 @@ class GuideClearance(LooseJoint):
         From each end of the slider to either wall, where the slider is in the middle (m).
     length
         Of the slider along the guide, with its point in the middle (m).
-    contact
-        How an end and a wall push each other.
-    friction
-        Coefficient of dry friction between them.
-    width
-        Sliding speed at which 76 % of the friction act (m/s).
+    contact, friction, width
+        As of a clearance.
 
     Examples
     --------
@@ -238,12 +234,8 @@ class SideContact(LooseJoint):
         The slot: the guide is a line of the first body, and the pin a point of the second.
     side
         Side of the guide on which the pin is, as one looks along it.
-    contact
-        How guide and pin push each other.
-    friction
-        Coefficient of dry friction between them.
-    width
-        Sliding speed at which 76 % of the friction act (m/s).
+    contact, friction, width
+        As of a clearance.
 
     Examples
     --------
