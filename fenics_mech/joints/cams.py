@@ -78,8 +78,8 @@ class CamSide:
         force = push[:, None] * tangent + rubs[:, None] * sideways  # on the follower
         if not self.follows:
             return Wrench(-force, -slope * push - rubs * away, np.zeros_like(force))
-        at = _pin(self.other, cam) + away[:, None] * tangent - slope[:, None] * sideways  # where they touch
-        return Wrench(force, np.zeros_like(push), at - _pin(self.joint, follower))
+        at = self.other.pin(cam) + away[:, None] * tangent - slope[:, None] * sideways  # where they touch
+        return Wrench(force, np.zeros_like(push), at - self.joint.pin(follower))
 
     def _both(self, state: JointState) -> tuple[JointState, JointState]:
         """State of the cam's joint, and of the follower's."""
@@ -91,11 +91,6 @@ class CamSide:
         cam, follower = self._both(state)
         lift = self.stated.lift_at(cam.place)
         return lift.value - follower.place, lift.first * cam.rate - follower.rate, lift.first
-
-
-def _pin(joint: JointPlace, state: JointState) -> Array:
-    """Place of a joint's point of the second body (m), ``(states, 2)``."""
-    return state.links.point(joint.bodies[1], state.arms[1])[0]
 
 
 def both_sides_of_cam(

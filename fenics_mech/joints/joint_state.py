@@ -144,6 +144,16 @@ class JointPlace:
             place, rate = angle, turning[1] - turning[0]
         return JointState(place, rate, gap, gap_rate, arms, turning, along, angle, links)
 
+    def pin(self, state: JointState) -> Array:
+        """Give the place of the second body's point (m), ``(states, 2)``.
+
+        Parameters
+        ----------
+        state
+            How the bodies move.
+        """
+        return state.links.point(self.bodies[1], state.arms[1])[0]
+
     def effort(self, state: JointState, size: Array) -> Wrench:
         """Give a force along the guide, or a moment at a pin, as a wrench.
 

@@ -17,7 +17,7 @@ from fenics_mech.scene.joint_laws import (
     SideContact,
     Stop,
 )
-from fenics_mech.scene.paired_joints import Cam, PairedJoints
+from fenics_mech.scene.paired_joints import Cam, GearPair, PairedJoints
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
@@ -102,8 +102,22 @@ def _check_driven(scene: Scene, law: PairedJoints, place: str) -> None:
         raise SceneError(f"{moved} of two bodies", place=f"{place}.drives")
     if isinstance(law, Cam) and law.friction and other.kind != "prismatic":
         raise SceneError("a cam rubs on a follower that slides along a prismatic joint", place=f"{place}.friction")
+    if isinstance(law, GearPair) and law.pressure_angle is not None:
+        _check_gears(scene, law, place)
     if law.drives in scene.open_joints:
         raise SceneError(f"joint {law.drives!r} has no constraint: its place says nothing", place=f"{place}.drives")
+
+
+def _check_gears(scene: Scene, law: GearPair, place: str) -> None:
+    """Raise where gears whose teeth push each other are not borne by one body, side by side."""
+    ends = [scene.joints[name].connect for name in (law.joint, law.drives)]
+    carriers, gears = ({end[k].split(".")[0] for end in ends} for k in (0, 1))
+    if len(carriers) > 1 or "ground" in gears or scene.point(ends[0][0])[1] == scene.point(ends[1][0])[1]:
+        raise SceneError(
+            "gears with a pressure angle turn on pins of one body at two places, and are the second bodies there",
+            place=f"{place}.pressure_angle",
+            hint="Order `connect` of both pins so that the body that bears the gears comes first",
+        )
 
 
 def _refuse_beside_open(law: AnyJointLaw, place: str) -> None:

@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.drives import Law
 from fenics_mech.scene.formulas.expression import Jet
-from fenics_mech.scene.units import Length, Speed, TorsionalDamping, TorsionalRate
+from fenics_mech.scene.units import Angle, Length, Speed, TorsionalDamping, TorsionalRate
 
 
 class AtJoint(Part):
@@ -43,7 +43,8 @@ class PairedJoints(AtJoint):
 class GearPair(PairedJoints):
     """A gear pair, belt or chain from one pin to another, with the stiffness of its teeth or strands.
 
-    It has no moment at the start. Backlash is not known, and the forces of the bearings have no share of the teeth's.
+    It has no moment at the start. Backlash is not known. Without `pressure_angle` it is a pair of moments, and the
+    bearings bear nothing of it, as of a belt whose tension is not known.
 
     Parameters
     ----------
@@ -57,22 +58,28 @@ class GearPair(PairedJoints):
         Moment at the driven pin over the angle by which that is behind (N m/rad).
     damping
         The same over its rate (N m s/rad).
+    pressure_angle
+        Of gears (rad), between the force of the teeth and the tangent of the pitch circles: bearings bear that force.
 
     Examples
     --------
-    >>> fm.GearPair(joint="O", drives="C", ratio=-2.5, stiffness="1e5 N m/rad").damping
-    0.0
+    >>> teeth = fm.GearPair(joint="O", drives="C", ratio=-2.5, stiffness="1e5 N m/rad", pressure_angle="20 deg")
+    >>> round(teeth.pressure_angle, 3)
+    0.349
     """
 
     kind: Literal["gear-pair"] = "gear-pair"
     ratio: float
     stiffness: Annotated[TorsionalRate, Field(gt=0)]
     damping: Annotated[TorsionalDamping, Field(ge=0)] = 0.0
+    pressure_angle: Annotated[Angle, Field(ge=0, lt=np.pi / 2)] | None = None
 
     @model_validator(mode="after")
     def _turns_something(self) -> Self:
         if self.ratio == 0:
             raise ValueError("the ratio must not be 0: the driven pin would not turn")
+        if self.ratio == 1 and self.pressure_angle is not None:
+            raise ValueError("gears of ratio 1 do not mesh: leave out the `pressure_angle` of a belt or a shaft")
         return self
 
 

@@ -54,9 +54,41 @@ def test_damped_teeth_lead_to_the_rigid_ratio():
     assert float(rate.sel(freedom="O")) == pytest.approx(TORQUE * 0.5 / (FIRST + RATIO**2 * SECOND), rel=1e-3)
 
 
+@pytest.mark.parametrize(("ratio", "arm", "sense"), [(RATIO, 0.2 * 2.5 / 3.5, -1), (0.4, -0.2 * 0.4 / 0.6, 1)])
+def test_bearings_bear_the_force_of_the_teeth(ratio, arm, sense):
+    # arm: from the pinion's pin to where the pitch circles touch; teeth push the pinion away from there
+    pressed = {"joint_laws.teeth.ratio": ratio, "joint_laws.teeth.pressure_angle": "20 deg"}
+    held = {"held": {"joint": "C", "stiffness": 50.0}}
+    data = fm.analyse(rotors(**pressed, springs=held, **{"analysis.method": "static"})).data
+    along = -TORQUE / arm  # on the pinion, whose moment balances the torque
+    wanted = np.array([sense * abs(along) * np.tan(np.radians(20)), along])
+    found = {name: data["joint_force"].sel(joint=name).to_numpy().ravel() for name in "OC"}
+    sign = 1 if np.dot(found["O"], wanted) > 0 else -1
+    np.testing.assert_allclose(found["O"], sign * wanted, rtol=1e-9)
+    np.testing.assert_allclose(found["C"], -found["O"], rtol=1e-9)
+    np.testing.assert_allclose(data["shaking_force"].to_numpy().ravel(), 0, atol=1e-9)
+
+
+def test_teeth_with_a_pressure_angle_move_gears_as_moments_do():
+    short = {"analysis.duration": 0.05, "analysis.sub_intervals": 4}
+    plain, pressed = (
+        fm.analyse(rotors(**short, **{"joint_laws.teeth.pressure_angle": angle})).data for angle in (None, 0.35)
+    )
+    np.testing.assert_allclose(pressed["freedom_place"], plain["freedom_place"], atol=1e-12)
+    np.testing.assert_allclose(pressed["law_effort"], plain["law_effort"], atol=1e-9)
+    assert pressed.attrs["power_balance_error"] < 1e-9
+    assert abs(plain["joint_force"]).max() < 1e-9
+
+
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
+        ({"joint_laws.teeth.pressure_angle": "95 deg"}, "less than"),
+        ({"joint_laws.teeth.pressure_angle": 0.3, "joint_laws.teeth.ratio": 1.0}, "do not mesh"),
+        (
+            {"joint_laws.teeth.pressure_angle": 0.3, "joints.C.connect": ("wheel.C", "ground.C")},
+            "turn on pins of one body",
+        ),
         ({"joint_laws.teeth.ratio": 0.0}, "must not be 0"),
         ({"joint_laws.teeth.drives": "X"}, "no joint 'X'"),
         ({"joint_laws.teeth.drives": "O"}, "another pin"),
