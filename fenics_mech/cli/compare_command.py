@@ -13,7 +13,9 @@ from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
     from fenics_mech.scene import Scene
-    from fenics_mech.studies.compare import Curves, Quantity
+    from fenics_mech.studies.compared_curves import Curves, Quantity
+
+PEAK, MID_SPAN = "peak", "mid-span"
 
 
 def compare(
@@ -28,20 +30,36 @@ def compare(
     folder: OutFolder = Path("out"),
     member: Annotated[str | None, typer.Option(help="Member on which a .csv was measured.", show_default=False)] = None,
     s: Annotated[float, typer.Option(min=0, max=1, help="Place of that gauge along the member.")] = 0.5,
-    fibre: Annotated[str, typer.Option(help="Its side, + or -.")] = "+",
+    fibre: Annotated[str, typer.Option(help="Its side, and that of --at, + or -.")] = "+",
+    at: Annotated[
+        str | None,
+        typer.Option(
+            help="Where members are compared: peak (of the reference), mid-span, or a share 0..1 of the length. "
+            "Without it at the peak, and one scene alone at mid-span, as in the figures of the dissertation.",
+            show_default=False,
+        ),
+    ] = None,
     units: Units = None,
 ) -> None:
     """Compare curves over the cycle: difference, root mean square, phase shift. Write compare.csv and plots.
 
-    A measurement that a scene names is compared at its place there, without further options.
+    The largest difference anywhere along each member is told too. A measurement that a scene names is compared at its
+    place there, without further options.
     """
+    from fenics_mech.analysis import analyse  # noqa: PLC0415
     from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.studies.compare import Quantity, by_theories, curves_of_result, with_vibration  # noqa: PLC0415
     from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
+    from fenics_mech.studies.compared_curves import (  # noqa: PLC0415
+        Quantity,
+        by_theories,
+        curves_of_result,
+        with_vibration,
+    )
     from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
     from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     _check_files(files, fibre)
+    place = _place(at or (MID_SPAN if len(files) == 1 and files[0].suffix == ".toml" else PEAK), fibre)
     gauge = None if member is None else Quantity("strain", member, s, fibre)
     scenes, sources = [], []
     with progress_bar(3 * sum(path.suffix == ".toml" for path in files) or 1) as step:
@@ -49,16 +67,21 @@ def compare(
             if path.suffix == ".nc":
                 result = Result.load(path)
                 scenes.append(result.scene)
-                sources.append(curves_of_result(result, _label(path, files)))
+                sources.append(curves_of_result(result, _label(path, files), place))
             elif path.suffix == ".toml":
                 scenes.append(loaded_scene(path, strict=False))
-                sources += by_theories(scenes[-1], step) if len(files) == 1 else [_analysed(scenes[-1], path, files)]
+                label = _label(path, files)
+                sources += (
+                    by_theories(scenes[-1], step, place)
+                    if len(files) == 1
+                    else [curves_of_result(analyse(scenes[-1]), label, place)]
+                )
         sources += [with_vibration(one, sources[0]) for one in _measured(files, scenes, gauge)]
     if len(sources) < 2:
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
     with reading_of_a_file():
         data = compared(sources)
-    told = with_units(scenes[0], units).answer_units
+    told = with_units(scenes[0], units)
     make_folder(folder)
     written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder, told)]
     out.print(comparison_table(sources, data, told))
@@ -77,22 +100,34 @@ def _check_files(files: list[Path], fibre: str) -> None:
 
 
 def _label(path: Path, files: list[Path]) -> str:
-    """Give the name of a file, with its folder where names are alike."""
-    return path.stem if [other.name for other in files].count(path.name) == 1 else str(path)
+    """Give the name of a file, with as many of its folders as set it apart from the others."""
+    alike = [other for other in files if other != path and other.name == path.name]
+    if not alike:
+        return path.stem
+    parts = path.parts
+    short = (Path(*parts[-count:]) for count in range(2, len(parts)))
+    return str(
+        next((one for one in short if not any(other.parts[-len(one.parts) :] == one.parts for other in alike)), path)
+    )
 
 
-def _analysed(scene: Scene, path: Path, files: list[Path]) -> Curves:
-    """Analyse a scene as it is."""
-    from fenics_mech.analysis import analyse  # noqa: PLC0415
-    from fenics_mech.studies.compare import curves_of_result  # noqa: PLC0415
-
-    return curves_of_result(analyse(scene), _label(path, files))
+def _place(at: str, fibre: str) -> tuple[float, str] | None:
+    """Read where members are compared; None is the place of the peak."""
+    if at == PEAK:
+        return None
+    try:
+        s = 0.5 if at == MID_SPAN else float(at)
+    except ValueError:
+        s = -1.0
+    if not 0 <= s <= 1:
+        raise MechanismError(f"--at is {PEAK}, {MID_SPAN} or a share of the length from 0 to 1, found {at!r}")
+    return s, fibre
 
 
 def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) -> list[Curves]:
     """Read measurements: those that are named, at the gauge or where a scene places them, or those of the scenes."""
     from fenics_mech.recovery.measured import read_measurement  # noqa: PLC0415
-    from fenics_mech.studies.compare import Quantity, curves_of_measurement  # noqa: PLC0415
+    from fenics_mech.studies.compared_curves import Quantity, curves_of_measurement  # noqa: PLC0415
 
     stated = {
         measurement.file.resolve(): Quantity("strain", measurement.member, measurement.s, measurement.fibre)

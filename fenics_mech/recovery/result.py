@@ -249,8 +249,8 @@ class Result(OfScene):
         return at_place(strain.to_numpy(), self.data["s"].to_numpy(), s)
 
 
-def at_place(curves: Array, stations: Array, s: float) -> Array:
-    """Interpolate linearly between stations, ``(..., stations)`` to ``(...,)``.
+def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
+    """Interpolate linearly between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def at_place(curves: Array, stations: Array, s: float) -> Array:
     stations
         Ascending places along the member, 0..1.
     s
-        The place, 0..1.
+        The place, 0..1, or several.
     """
     i = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
     share = (s - stations[i]) / (stations[i + 1] - stations[i])

@@ -151,12 +151,13 @@ def _vibration(
     vibrates = size > VIBRATION.least * np.abs(strain).max(axis=0)
     vibrates &= len(strain) >= VIBRATION.least_samples * frequency[:, 0].max() * period
     rate = np.array([ripples(wave) for wave in vibration.T]) / period
-    mode = nearest_mode(rate, frequency, 1 / period)
+    mode = vibrating_mode(rate, frequency, period)
+    vibrates &= np.isfinite(mode)
     values = {
         "vibration_amplitude": size,
         "vibration_frequency": np.where(vibrates, rate, np.nan),
         "vibration_harmonic": np.where(vibrates, 1 + np.abs(harmonics(vibration)[1:]).argmax(axis=0), np.nan),
-        "vibration_mode": np.where(vibrates & (rate * period > 1.5), 1 + mode, np.nan),  # one a cycle is the drive's
+        "vibration_mode": np.where(vibrates, 1 + mode, np.nan),
     }
     return {name: (("member",), value) for name, value in values.items()}
 
@@ -178,6 +179,23 @@ def ripples(wave: Array) -> int:
         elif abs(value - turn) >= height:
             count, rising, turn = count + rising, not rising, value
     return count
+
+
+def vibrating_mode(rate: Array, frequency: Array, period: float) -> Array:
+    """Number, from 0, of the mode in which something vibrates, NaN where it follows the drive instead.
+
+    Ripples that are near no natural frequency, or one in a cycle, are multiples of the drive and no vibration.
+
+    Parameters
+    ----------
+    rate
+        Frequencies of ripples (Hz), ``(members,)``.
+    frequency
+        Natural frequencies (Hz), ``(angles, modes)``.
+    period
+        Duration of the cycle (s).
+    """
+    return np.where(rate * period > 1.5, nearest_mode(rate, frequency, 1 / period), np.nan)
 
 
 def nearest_mode(rate: Array, frequency: Array, resolution: float) -> Array:

@@ -121,7 +121,10 @@ ATTRIBUTES = {
     "input_torque_phase": ("rad", "phase of the input torque's harmonic, a cosine of the time since drive angle 0"),
     "residual_vibration": ("m", "half of the range of the member's deflection in the dwell, where that is largest"),
     "vibration_amplitude": ("1", "half of the range of the strain at mid-span about its quasi-static curve"),
-    "vibration_frequency": ("Hz", "ripples about the quasi-static curve in a cycle, over its duration"),
+    "vibration_frequency": (
+        "Hz",
+        "ripples about the quasi-static curve in a second, where a natural frequency is near",
+    ),
     "vibration_harmonic": ("1", "largest harmonic of the strain's distance from its quasi-static curve"),
     "vibration_mode": ("1", "mode whose natural frequency is nearest to the vibration's"),
 }

@@ -8,30 +8,34 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from rich.console import Group
+from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from fenics_mech._constants import TINY
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError, percent
-from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.studies.compare import Curves, Quantity
+from fenics_mech.scene import Scene
+from fenics_mech.studies.compare import COLUMNS
+from fenics_mech.studies.compared_curves import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED
+from fenics_mech.views.reading import place_along
 from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.words import DEGREE, MINUS, sentence
 
 KINDS = {"deflection": "length", "joint_force": "force", "shaking_force": "force"}  # of units, by kind of quantity
 POINTS: dict[str, Any] = MEASURED | {"color": "#000000"}
 MOST_PANELS = 8  # in one figure
 MEANING = (
-    "strains: at mid-span, + side, unless a place is named; rms: root mean square of the difference, over the "
-    "reference's peak; shift: angle by which the curve is later than the reference"
+    "rms: root mean square of the difference, over the reference's peak; shift: angle by which the curve is later than "
+    "the reference"
 )
 
 
-def comparison_table(sources: Sequence[Curves], data: xr.Dataset, units: AnswerUnits) -> Group:
-    """Tabulate what `compare` found, one table for each source beside the reference, and how strains vibrate.
+def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) -> Group:
+    """Tabulate what `compare` found, two tables for each source beside the reference, and how strains vibrate.
 
     Parameters
     ----------
@@ -39,47 +43,89 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset, units: AnswerU
         The reference and the others.
     data
         From `studies.compare.compare`.
-    units
-        Units of the numbers.
+    scene
+        Scene of the reference, with the units of the numbers.
     """
-    tables, kinds = [], {quantity.label: quantity.kind for source in sources for quantity in source.known}
-    for label in data["other"].to_numpy():
+    tables: list[RenderableType] = []
+    known = {quantity.label: quantity for source in sources for quantity in source.known}
+    for source in sources[1:]:
         columns = "peak of\nreference", "peak", "largest\ndifference", "rms", "shift"
-        table = table_of(f"{label} against {data.attrs['reference']}", "quantity", *columns)
-        _fill(table, data.sel(other=label), kinds, units)
+        table = table_of(f"{source.label} against {data.attrs['reference']}", "quantity", *columns)
+        found = data.sel(other=source.label)
+        _fill(table, found, known, scene)
         tables.append(table)
-    tables[-1].caption, tables[-1].caption_justify = f"{MEANING}\n", "left"
-    vibrating = [source for source in sources if source.vibration]
-    if len(vibrating) > 1:
+        if not np.isnan(found["largest_difference"]).all():
+            tables.append(_anywhere_table(found, known, scene))
+    tables.append(Text(f"{MEANING}\n"))
+    members = dict.fromkeys(member for source in sources for member in source.vibration)
+    if members:
         table = table_of(
-            "Vibration of the strain at mid-span, or at a gauge (Hz)", "member", *(source.label for source in vibrating)
+            "Vibration of the strain at mid-span, or at a gauge (Hz)", "member", *(s.label for s in sources)
         )
-        for member in vibrating[0].vibration:
-            rates = [source.vibration.get(member, np.nan) for source in vibrating]
-            table.add_row(escape(member), *("-" if np.isnan(rate) else number(rate) for rate in rates))
+        for member in members:
+            rates = (source.vibration.get(member) for source in sources)
+            table.add_row(escape(member), *("-" if rate is None else number(rate) for rate in rates))
         tables.append(table)
     return Group(*tables)
 
 
-def _scale(kind: str, unit: str, units: AnswerUnits) -> tuple[float, str]:
+def _anywhere_table(found: xr.Dataset, known: dict[str, Quantity], scene: Scene) -> Table:
+    """Tabulate the largest differences along the members, with their places and drive angles."""
+    table = table_of("Largest difference anywhere along a member", "quantity", "difference", "where", "at")
+    group = ""
+    for i, label in enumerate(found["quantity"].to_numpy()):
+        one = found.isel(quantity=i)
+        if np.isnan(one["largest_difference"]):
+            continue
+        quantity, (size, unit) = known[str(label)], _scale(known[str(label)].kind, str(one["unit"].item()), scene)
+        if quantity.kind != group:
+            group = quantity.kind
+            table.add_row(escape(f"{group} ({unit})"))
+        side = str(one["largest_fibre"].item())
+        where = place_along(scene, quantity.part, float(one["largest_s"]), scene.answer_units).removeprefix("at ")
+        angle = f"{round(np.degrees(float(one['largest_theta'])) % 360, 1):g}{DEGREE}"
+        value = number(float(one["largest_difference"]) / size)
+        table.add_row(f"  {escape(quantity.part)}", value, escape(f"{where}{_side(side)}"), angle)
+    return table
+
+
+def _side(fibre: str) -> str:
+    return f", {fibre.replace('-', MINUS)}" if fibre else ""
+
+
+def _place(quantity: Quantity, scene: Scene) -> str:
+    """Say where a strain or a deflection is, "at O" or "135 mm from C"; nothing where it has no place."""
+    if quantity.kind not in ("strain", "deflection"):
+        return ""
+    return place_along(scene, quantity.part, quantity.s, scene.answer_units)
+
+
+def _scale(kind: str, unit: str, scene: Scene) -> tuple[float, str]:
     """Size of a unit in SI and its name, for a kind of quantity with a unit in SI."""
-    of = KINDS.get(kind, kind)
+    of, units = KINDS.get(kind, kind), scene.answer_units
     if kind == "input_torque":
         of = "force" if unit == "N" else "moment"
     return units.size(of), units.label(of)
 
 
-def _fill(table: Table, data: xr.Dataset, kinds: dict[str, str], units: AnswerUnits) -> None:
-    """Fill in a line for each quantity that both have."""
-    for i, quantity in enumerate(data["quantity"].to_numpy()):
-        row = {name: float(data[name][i]) for name in data}
+def _fill(table: Table, data: xr.Dataset, known: dict[str, Quantity], scene: Scene) -> None:
+    """Fill in a line for each quantity that both have, below a line for its kind."""
+    group = ""
+    for i, label in enumerate(data["quantity"].to_numpy()):
+        row, quantity = {name: float(data[name][i]) for name in COLUMNS}, known[str(label)]
         if np.isnan(row["peak"]):
             continue
-        size, unit = _scale(kinds[str(quantity)], str(data["unit"].to_numpy()[i]), units)
+        size, unit = _scale(quantity.kind, str(data["unit"].to_numpy()[i]), scene)
+        name = f"{quantity.kind.replace('_', ' ')} ({unit})"
+        if quantity.part and quantity.kind != group:
+            table.add_row(escape(name))
+        group = quantity.kind
+        side = _side(quantity.fibre) if group == "strain" else ""
+        what = f"  {quantity.part} {_place(quantity, scene)}".rstrip() + side if quantity.part else name
         sizes = [number(row[name] / size) for name in ("peak_reference", "peak", "difference")]
         measure = float(max(abs(row["peak_reference"]), TINY))
-        shift = f"{np.degrees(row['shift']):.2f}\N{DEGREE SIGN}"
-        table.add_row(escape(f"{quantity} ({unit})"), *sizes, percent(row["rms"] / measure), shift)
+        shift = f"{round(np.degrees(row['shift']), 2) + 0.0:.2f}{DEGREE}"  # no minus before zero
+        table.add_row(escape(what), *sizes, percent(row["rms"] / measure), shift)
 
 
 def write_comparison(data: xr.Dataset, path: Path) -> Path:
@@ -95,7 +141,7 @@ def write_comparison(data: xr.Dataset, path: Path) -> Path:
     return path
 
 
-def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, units: AnswerUnits) -> list[Path]:
+def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, scene: Scene) -> list[Path]:
     """Draw the curves of all sources above one another, a figure for each kind of quantity and a panel for each part.
 
     Of many parts those are drawn that differ most.
@@ -108,8 +154,8 @@ def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, u
         From `studies.compare.compare`.
     folder
         Where to write.
-    units
-        Units of the curves.
+    scene
+        Scene of the reference, with the units of the curves.
 
     Returns
     -------
@@ -124,31 +170,38 @@ def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, u
     asked = dict.fromkeys(quantity for source in sources for quantity in source.known)
     order = {str(label): i for i, label in enumerate(data["quantity"].to_numpy())}
     rms = np.nan_to_num(data["rms"].to_numpy()).max(axis=0)
-    drawn = [q for q in asked if q.label in order and any(q in other.known for other in sources[1:])]
+    drawn = [q for q in asked if q.label in order and any(other.has(q) for other in sources[1:])]
     if not drawn:
         raise ViewError("these sources have no quantity in common: there is nothing to draw")
     paths = []
     for kind in dict.fromkeys(quantity.kind for quantity in drawn):
         of_kind = sorted((q for q in drawn if q.kind == kind), key=lambda q: -rms[order[q.label]])[:MOST_PANELS]
         of_kind.sort(key=lambda q: order[q.label])
-        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png", units))
+        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png", scene))
     return paths
 
 
-def _figure(sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path, units: AnswerUnits) -> Path:
+def _figure(sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path, scene: Scene) -> Path:
     """Draw one panel a quantity."""
     figure, panels = new_figure(rows=len(quantities), height=1.0 + 2.6 * len(quantities))
     for axes, quantity in zip(panels, quantities):
-        known = next(source for source in sources if quantity in source.known)
-        size, unit = _scale(quantity.kind, known.unit(quantity), units)
+        known = next(source for source in sources if source.has(quantity))
+        size, unit = _scale(quantity.kind, known.unit(quantity), scene)
         for i, source in enumerate(sources):
-            if quantity not in source.known and len(source.known) == 1:  # measured elsewhere
+            if not source.has(quantity):
                 continue
             theta, values = source.curve(quantity)
-            if len(source.known) == 1:
+            if source.cycle is None:
                 axes.plot(np.degrees(theta) % 360, values / size, label=source.label, **POINTS)
             else:
                 colour = COLOURS[i % len(COLOURS)]
                 axes.plot(*curve(theta, values / size), label=source.label, color=colour, linestyle="-")
-        finish(axes, quantity.title, f"{quantity.kind.replace('_', ' ')} ({unit})", columns=3)
+        finish(axes, _title(quantity, scene), f"{quantity.kind.replace('_', ' ')} ({unit})", columns=3)
     return save(figure, path)
+
+
+def _title(quantity: Quantity, scene: Scene) -> str:
+    """A heading for the curves of a quantity."""
+    words = sentence(quantity.kind.replace("_", " ")) + (f" of {quantity.part}" if quantity.part else "")
+    words += f", {place}" if (place := _place(quantity, scene)) else ""
+    return f"{words}{_side(quantity.fibre)} side" if quantity.kind == "strain" else words

@@ -231,11 +231,19 @@ class Reading(ForceReading):
         peak
             The peak.
         """
-        first, second = self.ends[peak.i]
-        if peak.j in (0, len(self.s) - 1):
-            return f"at {second if peak.j else first}"
-        distance = self.units.number(self.s[peak.j] * self.lengths[peak.i], "length")
-        return f"{short(distance)} {self.units.label('length')} from {first}"
+        return self.along(self.members[peak.i], float(self.s[peak.j]))
+
+    def along(self, member: str, s: float) -> str:
+        """Say where along a member a place is, as `place` does.
+
+        Parameters
+        ----------
+        member
+            Label of the member.
+        s
+            The place, 0..1.
+        """
+        return place_along(self.scene, member, s, self.units)
 
     def side(self, peak: Peak) -> str:
         """Name the side of the member on which a peak is.
@@ -254,6 +262,27 @@ class Reading(ForceReading):
         if "stress_quasi_static" not in data:
             return None
         return self.units.number(float(abs(data["stress_quasi_static"]).max()), "stress")
+
+
+def place_along(scene: Scene, member: str, s: float, units: AnswerUnits) -> str:
+    """Say where along a member a place is: "at A", or "135 mm from C".
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    member
+        Label of the member.
+    s
+        The place, 0..1.
+    units
+        Units of the distance.
+    """
+    first, second = scene.members()[member][1].ends
+    if s in (0, 1):
+        return f"at {second if s else first}"
+    distance = units.number(s * math.dist(*scene.member_ends(member)), "length")
+    return f"{short(distance)} {units.label('length')} from {first}"
 
 
 def reading_of(result: Result, units: AnswerUnits | None = None) -> ForceReading:

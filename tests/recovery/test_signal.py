@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import arrays
 
 from fenics_mech import Result, analyse
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.signal import harmonics, nearest_mode, ripples
+from fenics_mech.recovery.signal import harmonics, nearest_mode, ripples, vibrating_mode
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
@@ -86,6 +86,8 @@ def test_mode_of_a_vibration_is_the_one_whose_range_is_nearest():
     frequency = np.array([[40.0, 49.0, 60.0], [48.0, 51.0, 110.0]])
     found = nearest_mode(np.array([45.0, 52.0, 49.5, 85.0, 25.0, 130.0]), frequency, 5.0)
     assert np.array_equal(found, [0, 1, 1, 2, np.nan, np.nan], equal_nan=True)
+    slow = vibrating_mode(np.array([45.0, 15.0]), frequency, 1 / 45.0)  # one ripple a turn is the drive's
+    assert np.isnan(slow).all()
 
 
 @pytest.mark.parametrize("damping", [{"ratio": 0.02}, {"material": 1.34e-4}])
