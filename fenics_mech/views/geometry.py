@@ -65,13 +65,6 @@ def member_ends(scene: Scene, theta: Array) -> Array:
     return ends_in(scene, solve_motion(scene, theta))
 
 
-def member_normals(ends: Array) -> Array:
-    """Give members' unit normals, 90 degrees counter-clockwise of the axis, from `member_ends`; ``(..., 2)``."""
-    axis = ends[..., 1, :] - ends[..., 0, :]
-    axis = axis / np.linalg.norm(axis, axis=-1, keepdims=True)
-    return np.stack([-axis[..., 1], axis[..., 0]], axis=-1)
-
-
 def one_turn(theta: Array, values: Array) -> tuple[Array, Array]:
     """Sort a periodic history by the drive angle in [0, 2 pi), with one more point before and one after it.
 

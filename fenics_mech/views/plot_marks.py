@@ -13,7 +13,6 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.views.figures import COLOURS, angle_axis, curve
-from fenics_mech.views.geometry import ends_of, member_normals
 from fenics_mech.views.reading import ForceReading, Peak, Reading
 from fenics_mech.views.words import short
 
@@ -166,13 +165,6 @@ def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Arr
     except ResultError as error:
         raise ViewError(str(error)) from error
     return curves[0], (curves[1] if len(curves) > 1 else None)
-
-
-def deflection_across(result: Result) -> Array:
-    """Deflection along each member's normal (m) from its rigid position, ``(angles, members, stations)``."""
-    normal = member_normals(ends_of(result))
-    deflection = result.data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
-    return np.einsum("tmsc,tmc->tms", deflection, normal)
 
 
 def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, str]) -> None:

@@ -9,12 +9,10 @@ from matplotlib.axes import Axes
 
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
 from fenics_mech.views.figures import COLOURS, figure_in, finish, new_axes
 from fenics_mech.views.plot_marks import (
     abscissa,
-    deflection_across,
     draw_measured,
     mark,
     mark_modes,
@@ -32,6 +30,7 @@ from fenics_mech.views.words import MINUS, sentence, short
 STILL: dict[str, Any] = {"color": "#777777", "linestyle": "--", "linewidth": 1.2, "label": "without vibration"}
 BAR = 0.7  # of the distance of two bars, that a bar is wide
 MOST_CURVES = 8  # in one plot
+MOST_RINGS = 4  # with values: more overlap
 LEAST_BAR = 0.01  # of the largest harmonic: smaller bars cannot be seen
 FEWEST_BARS = 12  # so that the natural frequencies beside them are shown too
 
@@ -149,9 +148,9 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
 
 
 def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
-    """Plot the deflection across each member, relative to the rigid linkage, at the place where it is largest.
+    """Plot the deflection of each member from the rigid linkage at the place where it is largest, with a ring there.
 
-    Of many members those are drawn that bend most.
+    The summary and the report name the same places and values. Of many members those are drawn that deflect most.
 
     Parameters
     ----------
@@ -172,14 +171,19 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
     3
     """
     axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
-    across = deflection_across(result)
-    largest = np.abs(across).max(axis=(0, 2))
-    for i in sorted(np.argsort(-largest, kind="stable")[:MOST_CURVES].tolist()):
-        j = int(np.abs(across[:, i]).max(axis=0).argmax())
-        label = f"{reading.members[i]}, {reading.place(Peak(0, i, j))}"
-        axes.plot(*over(reading, smoothed(result, across[:, i, j])[1] / reading.units.size("length")), label=label)
+    ranked = np.argsort(-reading.bent.max(axis=(0, 2, 3)), kind="stable")[:MOST_CURVES]
+    for i in sorted(ranked.tolist()):
+        peak = reading.peak(reading.bent, i)
+        (line,) = axes.plot(*over(reading, reading.bent[:, i, peak.j, 0]))
+        line.set_label(f"{reading.members[i]}, {reading.place(peak)}")
+        if len(ranked) <= MOST_RINGS or i == ranked[0]:
+            mark_peak(axes, reading, peak.k, float(reading.bent[peak.k, i, peak.j, 0]))
     abscissa(axes, reading)
-    finish(axes, "Deflection across each member where it is largest", named("length", reading, "deflection"), columns=3)
+    some = f", the {len(ranked)} largest of {len(reading.members)}" if len(ranked) < len(reading.members) else ""
+    finish(
+        axes, f"Deflection of each member where it is largest{some}", named("length", reading, "deflection"), columns=3
+    )
+    axes.set_ylim(bottom=0)
     return axes
 
 

@@ -26,9 +26,9 @@ def scene(tmp_path_factory):
     ("words", "told"),
     [
         (["sweep", "--over", "drive.speed=100 rpm:200 rpm:2"], ["strain (%)"]),
-        (["refine"], ["strain (%)", "stress crank (psi)"]),
+        (["refine"], ["strain crank (%)", "stress crank (psi)"]),
         (["fatigue"], ["(psi) (psi)"]),
-        (["compare"], ["strain (%)", "deflection crank (in)", "joint force O (lbf)"]),
+        (["compare"], ["strain (%) crank", "deflection (in) crank", "joint force (lbf) O"]),
     ],
 )
 def test_commands_tell_numbers_in_the_units_that_are_asked_for(scene, tmp_path, words, told):

@@ -243,15 +243,18 @@ def test_joint_forces_and_torque(result):
     assert lower.get_lines()[0].get_ydata()[1:-1][::30] == pytest.approx(result.data["input_torque"].to_numpy())
 
 
-def test_deflection_of_the_crank_is_along_its_normal_where_it_is_largest(result):
-    found = curves(plot_deflection(result))
-    theta = result.data["theta"].to_numpy()  # the crank's own angle
-    x, y = np.moveaxis(
-        result.data["deflection"].sel(member="crank").transpose("theta", "s", "component").to_numpy(), 2, 0
-    )
-    across = 1e3 * (-np.sin(theta)[:, None] * x + np.cos(theta)[:, None] * y)
-    assert found["crank, at A"][1][::30] == pytest.approx(across[:, -1])
-    assert np.abs(across[:, -1]).max() == np.abs(across).max()
+def test_deflections_have_the_places_and_values_of_the_summary(result):
+    axes = plot_deflection(result)
+    found, reading = curves(axes), Reading(result)
+    told = [text.get_text().split(" at ") for text in axes.texts]
+    for i, member in enumerate(reading.members):
+        peak = reading.peak(reading.bent, i)
+        row = next(line for line in str(summary(result)).splitlines() if line.startswith(member))
+        assert f" {told[i][0]}  {reading.place(peak).removeprefix('at ')}" in row
+        values = np.linalg.norm(result.data["deflection"].sel(member=member).isel(s=peak.j), axis=-1)
+        assert found[f"{member}, {reading.place(peak)}"][1][::30] == pytest.approx(1e3 * values, rel=5e-3, abs=1e-2)
+    rings = [line for line in axes.get_lines() if line.get_marker() == "o"]
+    assert [float(ring.get_ydata()[0]) for ring in rings] == pytest.approx(reading.bent.max(axis=(0, 2, 3)))
 
 
 def test_all_plots_are_written_and_none_is_blank(result, tmp_path):
