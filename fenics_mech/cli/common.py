@@ -36,16 +36,25 @@ def loaded_result(path: Path, units: str | None = None) -> Result:
     """Load a result file; its numbers are told in the units of its scene, or in others."""
     from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
 
+    refuse_scene(path)
     result = Result.load(path)
     return result if units is None else result.told_in(unit_names(units))
 
 
+def refuse_scene(path: Path) -> None:
+    """Raise where a scene is named in place of a result."""
+    if path.suffix == ".toml":
+        raise MechanismError(
+            f"{path} is a scene, and a result is expected: `fenics-mech run {path} -o out` writes out/result.nc"
+        )
+
+
 def unit_names(units: str) -> list[str]:
     """Names of units that are written after one another, as one option."""
-    from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
+    from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
 
     names = [name.strip() for name in units.split(",")]
-    AnswerUnits.of(names, "--units")
+    named_units(names, "--units")
     return names
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, progress_bar, tell
+from fenics_mech.cli.common import Units, unit_names
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -33,6 +34,7 @@ def export(
     matrices: Annotated[
         Path | None, typer.Option(help="File (.mat or .nc) for M, C and K at all positions.", show_default=False)
     ] = None,
+    units: Units = None,
 ) -> None:
     """Write a result for ParaView or MATLAB, one variable as a table, matrices, or a scene as a script for Exudyn."""
     from fenics_mech.recovery import Result  # noqa: PLC0415
@@ -49,6 +51,9 @@ def export(
     of_scene = source.suffix == ".toml"
     if of_scene and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
         raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
+    names = [] if units is None else unit_names(units)
+    if names and (in_si := [path for path in (*files, *filter(None, [matrices])) if path.suffix != ".csv"]):
+        raise MechanismError(f"{in_si[0]}: --units is for tables (.csv); files for other programs are in SI")
     result = None if of_scene else Result.load(source)
     scene = load(source) if result is None else result.scene
     for path in files:
@@ -56,7 +61,7 @@ def export(
         if result is None or path.suffix in OF_SCENES:
             _write_script(scene, path)
         else:
-            _write_result(result, path, every)
+            _write_result(result, path, every, names)
         tell(f"Wrote {path}")
     if matrices is not None:
         make_folder(matrices.parent)
@@ -64,7 +69,7 @@ def export(
         tell(f"Wrote {matrices}")
 
 
-def _write_result(result: Result, path: Path, every: int) -> None:
+def _write_result(result: Result, path: Path, every: int, units: list[str]) -> None:
     """Write a result for ParaView or MATLAB, or the variable by whose name the file is called."""
     from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
@@ -72,21 +77,21 @@ def _write_result(result: Result, path: Path, every: int) -> None:
         if path.suffix == ".pvd":
             result.to_vtk(path, every)
         elif path.stem in OF_MODES and path.suffix == ".csv":
-            _write_modes(result.scene, path)
+            _write_modes(result.scene, path, units)
         elif path.suffix == ".csv":
-            result.to_table(path.stem, path)
+            result.to_table(path.stem, path, units)
         else:
             result.to_mat(path)
 
 
-def _write_modes(scene: Scene, path: Path) -> None:
+def _write_modes(scene: Scene, path: Path, units: list[str]) -> None:
     """Write the part of each mode in the motion of a scene, which is solved anew."""
-    from fenics_mech._files import write_whole  # noqa: PLC0415
+    from fenics_mech.recovery.exports import write_table  # noqa: PLC0415
     from fenics_mech.studies.system_matrices import participation  # noqa: PLC0415
 
     with progress_bar(len(SOLVING), alike=False) as step:
-        table = participation(scene, step)[path.stem].to_dataframe().reset_index()
-    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+        found = participation(scene, step)[path.stem]
+    write_table(found, path, units)
 
 
 def _write_matrices(scene: Scene, path: Path) -> None:

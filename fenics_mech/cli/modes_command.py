@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, loaded_scene, with_units
 
 
 def modes(
@@ -20,16 +20,22 @@ def modes(
     ] = None,
     angle: Annotated[float, typer.Option(help="Drive angle (deg) at which mode shapes are drawn.")] = 0.0,
     refine: Refine = 0,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
-    """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table."""
+    """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table.
+
+    Beside Hz the table has them in the unit of speed that is named by --units or by the scene, such as rpm.
+    """
     from fenics_mech.scene import refined  # noqa: PLC0415
+    from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
     from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
     from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
     from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
     from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
 
-    loaded = refined(loaded_scene(scene, strict), refine)
+    loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
+    speed = named_units(loaded.units).get("speed")
     make_folder(folder)
     with progress_bar(4, alike=False) as step:
         found = solved(loaded, step)
@@ -40,7 +46,7 @@ def modes(
         drawn = draw_frequencies(frequency, theta, supported, new_axes(height=4.8))
         plot = save(figure_in(drawn), folder / "frequencies.png")
     assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
-    out.print(frequency_table(frequency, assurance, error, supported))
+    out.print(frequency_table(frequency, assurance, error, supported, speed))
     for freedom in found.free:
         tell(f"Rigid-body motion: {freedom}")
     tell_written((table, plot), folder)

@@ -1,7 +1,8 @@
-"""Results for other programs: a time series for ParaView, and a file for MATLAB and Octave."""
+"""Results for other programs: tables, a time series for ParaView, and a file for MATLAB and Octave."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
@@ -12,12 +13,40 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ResultError
 from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.scene.answer_units import named_units
 
 MEMBER_FIELDS = ("axial_force", "shear_force", "moment", "strain_axial")
 FIBRE_FIELDS = ("strain", "stress")
 SIDES = {"+": "plus", "-": "minus"}
 LINE = 3  # VTK's number of a cell of two points
 LONGEST_NAME = 63  # of MATLAB
+KIND_OF = {"m": "length", "Pa": "stress", "N": "force", "N m": "moment", "rad/s": "speed"}  # of answers, by unit in SI
+
+
+def write_table(values: xr.DataArray, path: Path, units: Sequence[str] = ()) -> Path:
+    """Write a variable as a CSV: its coordinates, then its value, with units in the head.
+
+    Parameters
+    ----------
+    values
+        The variable.
+    path
+        File to write.
+    units
+        Names of units, such as "in", "psi"; what they do not measure is in SI.
+    """
+    named, table = named_units(units, "--units"), values.to_dataframe().reset_index()
+    names = {}
+    for name in table.columns:
+        unit = str((values if name == values.name else values[name]).attrs.get("units", "1"))
+        kind = "strain" if unit == "1" and str(name).startswith("strain") else KIND_OF.get(unit, "")
+        if kind in named:
+            unit, size = named[kind]
+            table[name] /= size
+        names[name] = name if unit == "1" else f"{name} ({unit})"
+    table = table.rename(columns=names)
+    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+    return path
 
 
 def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -12,11 +13,10 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError
 from fenics_mech.recovery.derived import DERIVED, derived
-from fenics_mech.recovery.exports import to_mat, to_vtk
+from fenics_mech.recovery.exports import to_mat, to_vtk, write_table
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.saved import CHECKED
 from fenics_mech.scene import Scene
@@ -141,8 +141,8 @@ class Result(OfScene):
             raise ResultError(f"{folder}: cannot make the folder: {error.strerror}") from error
         return [self.to_table(str(name), folder / f"{name}.csv") for name in self.data.data_vars]
 
-    def to_table(self, name: str, path: str | Path) -> Path:
-        """Write one variable, or one that `derived` gives, as a table: its coordinates, then its value, in SI.
+    def to_table(self, name: str, path: str | Path, units: Sequence[str] = ()) -> Path:
+        """Write one variable, or one that `derived` gives, as a table: its coordinates, then its value.
 
         Parameters
         ----------
@@ -150,6 +150,8 @@ class Result(OfScene):
             Name of the variable, such as "stress_range".
         path
             File to write.
+        units
+            Names of units, such as "in", "psi"; what they do not measure is in SI.
 
         Returns
         -------
@@ -160,17 +162,20 @@ class Result(OfScene):
         ------
         ResultError
             When there is no such variable, or the file cannot be written.
+        SceneError
+            When a name is no unit of an answer.
+
+        Examples
+        --------
+        >>> path = fm.Result.load("out/result.nc").to_table("stress_range", "range.csv", ["psi"])
+        >>> path.read_text().splitlines()[0]
+        'member,s,fibre,stress_range (psi)'
         """
         if name not in {*self.data.data_vars, *DERIVED}:
             known = ", ".join(map(str, (*self.data.data_vars, *DERIVED)))
             raise ResultError(f"the result has no variable {name!r}; it has {known}")
         values = self.data[name] if name in self.data.data_vars else self.derived(name)
-        table = values.to_dataframe().reset_index()
-        units = {str(key): values[key].attrs.get("units", "1") for key in values.coords}
-        units[name] = values.attrs.get("units", "1")
-        table = table.rename(columns={key: f"{key} ({unit})" for key, unit in units.items() if unit != "1"})
-        write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
-        return Path(path)
+        return write_table(values, Path(path), units)
 
     def to_vtk(self, path: str | Path, every: int = 1) -> Path:
         """Write a time series for ParaView: ``motion.pvd``, and beside it a folder with a file for each position.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fenics_mech.errors import SceneError, shortened
-from fenics_mech.scene.units import QUANTITY, in_unit
+from fenics_mech.scene.units import POUND, QUANTITY, in_unit
 
 KINDS = {"strain": "1", "length": "m", "stress": "Pa", "force": "N", "moment": "N*m", "speed": "rad/s"}  # and their SI
 MICROSTRAIN = "\N{MICRO SIGN}m/m"
@@ -55,13 +55,7 @@ class AnswerUnits:
         >>> round(AnswerUnits.of(["in"]).number(0.0127, "length"), 3)
         0.5
         """
-        if len(names) > MOST:
-            raise SceneError(f"{len(names)} units are too many: an answer has {len(KINDS)}", place=place)
-        known = dict(USUAL)
-        for name in names:
-            kind, size = _kind_of(name, place)
-            known[kind] = (name, size)
-        return cls(known)
+        return cls(USUAL | named_units(names, place))
 
     def label(self, kind: str) -> str:
         """Name of the unit of a kind.
@@ -96,8 +90,33 @@ class AnswerUnits:
         return value / self.known[kind][1]
 
 
-def _kind_of(name: str, place: str) -> tuple[str, float]:
-    """Find what a unit measures, and its size in SI."""
+def named_units(names: Sequence[str], place: str = "units") -> dict[str, tuple[str, float]]:
+    """Give name and size in SI of each unit that is named, by the kind of answer that it measures.
+
+    Parameters
+    ----------
+    names
+        Names of units.
+    place
+        Where they are stated, for the error.
+
+    Raises
+    ------
+    SceneError
+        When a name is no unit of an answer.
+    """
+    if len(names) > MOST:
+        raise SceneError(f"{len(names)} units are too many: an answer has {len(KINDS)}", place=place)
+    found = {}
+    for name in names:
+        if (measured := _kind_of(name)) is None:
+            raise SceneError(f"{shortened(name)} is not the unit of a printed answer", place=place, hint=_hint(name))
+        found[measured[0]] = name, measured[1]
+    return found
+
+
+def _kind_of(name: str) -> tuple[str, float] | None:
+    """Find what a unit measures, and its size in SI; None where it is no unit of an answer."""
     if name in (MICROSTRAIN, "um/m", "microstrain"):
         return "strain", 1e-6
     for kind, unit in KINDS.items() if len(name) < QUANTITY.longest - 2 and name.strip() else ():
@@ -105,8 +124,14 @@ def _kind_of(name: str, place: str) -> tuple[str, float]:
             return kind, float(in_unit(unit)(f"1 {name}"))
         except ValueError:
             continue
-    raise SceneError(
-        f"{shortened(name)} is not the unit of a printed answer",
-        place=place,
-        hint="Known are units of strain, length, stress, force, moment and speed, such as 'mm', 'in', 'psi', 'lbf in'",
-    )
+    return None
+
+
+def _hint(name: str) -> str:
+    """Say what may be meant by a name that is no unit of an answer."""
+    words = name.replace(";", " ").split()
+    if 1 < len(words) <= MOST and all(_kind_of(word) for word in words):
+        return f"Write commas between units: '{', '.join(words)}'"
+    if POUND.fullmatch(name):
+        return f"{name} is a mass. Write 'lbf' for forces"
+    return "Known are units of strain, length, stress, force, moment and speed, such as 'mm', 'in', 'psi', 'lbf in'"

@@ -34,6 +34,8 @@ QUANTITY = QuantityLimits()
 POWER = re.compile(r"\*\*|\^|[⁰¹²³⁴⁵⁶⁷⁸⁹]+")
 SMALL_POWER = re.compile(r"(\*\*|\^)\s*[-+]?\d\b(?!\s*(\*\*|\^|\.\d))|[⁰¹²³⁴⁵⁶⁷⁸⁹](?![⁰¹²³⁴⁵⁶⁷⁸⁹.])")
 
+POUND = re.compile(r"\b(lbs?|lbm|pounds?)\b")
+POUND_FORCE = re.compile(r"\b(lbf|kips?|pounds?_force)\b")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 COMMA = re.compile(r"\d,\d")
 TWO_NUMBERS = re.compile(r"\d\s+(?!1\s*/)[\d.]")  # as "1 500 g", and not "5 1/s"
@@ -93,7 +95,9 @@ def registry() -> pint.UnitRegistry:
     """Give the unit registry, made once."""
     import pint  # noqa: PLC0415  (slow to import, and few scenes need it)
 
-    return pint.UnitRegistry(cache_folder=None)
+    found: pint.UnitRegistry = pint.UnitRegistry(cache_folder=None)
+    found.define("@alias pound = lbm")
+    return found
 
 
 def _in_common_units(text: str) -> tuple[float, Counter[str]] | None:
@@ -158,7 +162,14 @@ def _by_pint(text: str, unit: str) -> float:
     except OverflowError:  # of whole numbers of any length
         return math.inf
     except (pint.DimensionalityError, pint.OffsetUnitCalculusError) as error:
-        raise ValueError(f"{text!r} has the wrong unit; {example}") from error
+        raise ValueError(f"{text!r} has the wrong unit{_of_pounds(text, unit)}; {example}") from error
+
+
+def _of_pounds(text: str, unit: str) -> str:
+    """Say that pounds are masses, and that pounds of force are not, where the other is expected."""
+    if ("N" in unit or unit == "Pa") and POUND.search(text):
+        return ": lb is a mass, and lbf a force"
+    return ": lbf is a force, and lb or lbm a mass" if "kg" in unit and POUND_FORCE.search(text) else ""
 
 
 def in_unit(unit: str) -> Callable[[Any], Any]:

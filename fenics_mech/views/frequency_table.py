@@ -10,6 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech._files import write_whole
 from fenics_mech.accuracy.frequency_errors import FREQUENCY
 from fenics_mech.views.tables import number, table_of
@@ -21,7 +22,11 @@ MEANING = (
 
 
 def frequency_table(
-    frequency: Array, assurance: Array, off: Array, supported: Mapping[str, float] | None = None
+    frequency: Array,
+    assurance: Array,
+    off: Array,
+    supported: Mapping[str, float] | None = None,
+    speed: tuple[str, float] | None = None,
 ) -> Table:
     """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
 
@@ -35,19 +40,26 @@ def frequency_table(
         Share by which the mesh has them wrong, ``(modes,)``; `FREQUENCY.largest_known` means that or more.
     supported
         Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
+    speed
+        Name and size in SI of a unit of speed, in which they stand too.
     """
-    columns = "mode", "lowest (Hz)", "highest (Hz)", "mesh error", "lowest MAC"
-    table = table_of("Natural frequencies over the cycle", *columns)
+    ranges = ["lowest (Hz)", "highest (Hz)"]
+    ranges += [] if speed is None else [f"lowest\n({speed[0]})", f"highest\n({speed[0]})"]
+    table = table_of("Natural frequencies over the cycle", "mode", *ranges, "mesh error", "lowest MAC")
+    sizes = [1.0] if speed is None else [1.0, TURN / speed[1]]
     for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
         rigid = not curve.any()
         name = f"{mode}, rigid body" if rigid else str(mode)
         unknown = share >= FREQUENCY.largest_known
         wrong = f"{FREQUENCY.largest_known:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
-        table.add_row(name, number(curve.min()), number(curve.max()), wrong, f"{mac.min():.3f}")
+        span = (number(size * limit) for size in sizes for limit in (curve.min(), curve.max()))
+        table.add_row(name, *span, wrong, f"{mac.min():.3f}")
     if supported:
         table.add_section()
         for member, value in supported.items():
-            table.add_row(f"{escape(member)} simply supported", number(value), number(value), "", "")
+            table.add_row(
+                f"{escape(member)} simply supported", *(number(size * value) for size in sizes for _ in "12"), "", ""
+            )
         table.caption, table.caption_justify = MEANING, "left"
     return table
 

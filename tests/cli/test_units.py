@@ -2,16 +2,20 @@
 
 import json
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
 from fenics_mech.cli import app
+from fenics_mech.cli.common import unit_names
+from fenics_mech.errors import SceneError
+from fenics_mech.recovery import Result
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.sweep import Sweep
 
-NAMED = ("--units", "in, psi, lbf, %")
+NAMED = ("--units", "in, psi, lbf, %, rpm")
 
 
 @pytest.fixture(scope="module")
@@ -28,6 +32,7 @@ def scene(tmp_path_factory):
         (["sweep", "--over", "drive.speed=100 rpm:200 rpm:2"], ["strain (%)"]),
         (["refine"], ["strain crank (%)", "stress crank (psi)"]),
         (["fatigue"], ["(psi) (psi)"]),
+        (["modes"], ["lowest highest lowest highest", "(Hz) (Hz) (rpm) (rpm)"]),
         (["compare"], ["strain (%) crank", "deflection (in) crank", "joint force (lbf) O"]),
     ],
 )
@@ -50,3 +55,39 @@ def test_the_units_of_a_command_do_not_make_another_sweep(scene, tmp_path):
     for more in ((), NAMED, ("--units", "mm")):
         assert CliRunner().invoke(app, [*words, *more]).exit_code == 0
     assert json.loads(Sweep.load(tmp_path / "sweep.nc").data.attrs["scene"])["units"] == list(load(scene).units)
+
+
+def test_tables_are_exported_in_the_units_that_are_asked_for(scene, tmp_path):
+    """The rest is in SI: angles, times, and shares whose unit is the 1 of strains."""
+    assert CliRunner().invoke(app, ["run", str(scene), "--no-plots", "-o", str(tmp_path)]).exit_code == 0
+    result = Result.load(tmp_path / "result.nc")
+    names = {"stress_range": "psi", "joint_force": "lbf", "deflection": "in", "strain": "%", "moment": "N m"}
+    files = [tmp_path / f"{name}.csv" for name in names]
+    call = ["export", str(tmp_path / "result.nc"), *map(str, files), *NAMED]
+    assert CliRunner().invoke(app, call).exit_code == 0
+    sizes = {"psi": 6894.757, "lbf": 4.4482216, "in": 0.0254, "%": 0.01, "N m": 1.0}
+    for (name, unit), file in zip(names.items(), files):
+        head, *rows = file.read_text().splitlines()
+        assert head.split(",")[-1] == f"{name} ({unit})"
+        known = result.data[name].to_dataframe().reset_index()[name].to_numpy()
+        found = np.array([float(row.split(",")[-1]) for row in rows])
+        assert sizes[unit] * found == pytest.approx(known, rel=1e-6)
+        assert ("theta (rad)" in head) == ("theta" in result.data[name].dims)
+    refused = CliRunner().invoke(app, [*call[:2], str(tmp_path / "all.mat"), *NAMED])
+    assert "all.mat: --units is for tables (.csv)" in str(refused.exception)
+
+
+@pytest.mark.parametrize(
+    ("units", "hint"),
+    [("in psi", "Write commas between units: 'in, psi'"), ("lb", "lb is a mass. Write 'lbf' for forces")],
+)
+def test_units_that_are_meant_otherwise_get_a_hint(units, hint):
+    with pytest.raises(SceneError, match="is not the unit of a printed answer") as caught:
+        unit_names(units)
+    assert hint in str(caught.value)
+
+
+@pytest.mark.parametrize("command", ["report", "plot", "sound"])
+def test_a_scene_in_place_of_a_result_is_said(scene, command):
+    refused = CliRunner().invoke(app, [command, str(scene)])
+    assert f"{scene} is a scene, and a result is expected: `fenics-mech run {scene}" in str(refused.exception)

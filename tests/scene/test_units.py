@@ -64,3 +64,20 @@ def test_common_units_are_as_pint_has_them(name):
 @pytest.mark.parametrize(("unit", "text"), EXAMPLES.items())
 def test_examples_are_read_as_by_pint(unit, text):
     assert in_unit(unit)(text) == pytest.approx(registry().Quantity(text).to(unit).magnitude, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "hint"),
+    [
+        ("12 lb", "N", "lb is a mass, and lbf a force"),
+        ("12 lb/in", "N/m", "lb is a mass, and lbf a force"),
+        ("3 lbf", "kg", "lbf is a force, and lb or lbm a mass"),
+    ],
+)
+def test_pounds_of_the_other_kind_are_said(text, unit, hint):
+    with pytest.raises(ValueError, match=hint):
+        in_unit(unit)(text)
+
+
+def test_pounds_of_mass_have_both_names():
+    assert in_unit("kg")("2 lbm") == in_unit("kg")("2 lb") == pytest.approx(2 * 0.45359237)
