@@ -17,7 +17,7 @@ def animate(
     file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
     magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="selected")] = None,
     frames: Annotated[int, typer.Option(min=2, max=10_000, help="Pictures in one cycle.")] = 120,
-    names: Annotated[bool, typer.Option("--names", help="Write the joints' names beside them.")] = False,
+    names: Annotated[bool, typer.Option("--names", help="Name joints, points of [points] and loads.")] = False,
     true_width: Annotated[
         bool, typer.Option("--true-width", help="Draw members as wide as their sections in the plane of motion.")
     ] = False,

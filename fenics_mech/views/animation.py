@@ -20,6 +20,7 @@ from fenics_mech.views.frames import Frames, cycle, default_magnification, frame
 from fenics_mech.views.geometry import motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of
 from fenics_mech.views.moments import Moments
+from fenics_mech.views.moving_points import load_names
 from fenics_mech.views.reading import reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
@@ -70,7 +71,7 @@ def animate(
     size
         Width and height (pixels); for MP4 they are rounded up to even numbers.
     names
-        Whether the joints' names are written beside them.
+        Whether joints, points of the scene's `[points]` and loads have their names beside them.
     true_width
         Whether members are as wide as their sections in the plane of motion, not all alike.
     progress
@@ -104,8 +105,9 @@ def animate(
         size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
     at = np.array([moment_of_peak(result)]) if ending == ".png" else cycle(result, frames)
     factor = default_magnification(result) if magnify is None else magnify
-    joints = tuple(result.scene.joints) if names else ()
-    pictures = _pictures(result, (at, factor), size, (joints, true_width), progress)
+    scene = result.scene
+    written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
+    pictures = _pictures(result, (at, factor), size, (written, true_width), progress)
     try:
         write_whole(path, lambda temporary: WRITERS[ending](temporary, pictures, fps))
     finally:

@@ -23,7 +23,7 @@ from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED
 from fenics_mech.views.reading import place_along
 from fenics_mech.views.tables import number, table_of
-from fenics_mech.views.words import DEGREE, MINUS, sentence
+from fenics_mech.views.words import DEGREE, MINUS, in_degrees, sentence
 
 KINDS = {"deflection": "length", "joint_force": "force", "shaking_force": "force"}  # of units, by kind of quantity
 POINTS: dict[str, Any] = MEASURED | {"color": "#000000"}
@@ -83,7 +83,7 @@ def _anywhere_table(found: xr.Dataset, known: dict[str, Quantity], scene: Scene)
             table.add_row(escape(f"{group} ({unit})"))
         side = str(one["largest_fibre"].item())
         where = place_along(scene, quantity.part, float(one["largest_s"]), scene.answer_units).removeprefix("at ")
-        angle = f"{round(np.degrees(float(one['largest_theta'])) % 360, 1):g}{DEGREE}"
+        angle = in_degrees(float(one["largest_theta"]))
         value = number(float(one["largest_difference"]) / size)
         table.add_row(f"  {escape(quantity.part)}", value, escape(f"{where}{_side(side)}"), angle)
     return table

@@ -31,9 +31,10 @@ from fenics_mech.views.judgements import (
     theory,
 )
 from fenics_mech.views.motion_words import motion_rows
+from fenics_mech.views.reading import change_by_vibration
 from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.uncertain import quantities, too_uncertain
-from fenics_mech.views.words import MINUS, sentence
+from fenics_mech.views.words import MINUS, sentence, share
 
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
 WARNED = {"bad": "bold red", "warn": "bold yellow"}
@@ -208,8 +209,11 @@ def _effects(result: Result) -> str:
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    limit = f"; selected: influence above {percent(least)}; left out: {', '.join(left) or 'none'}"
+    limit = "; shares of the strains are estimates from above; selected: influence above "
+    limit += f"{percent(least)}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
+    solved = change_by_vibration(result)
+    limit += "" if solved is None else f". Vibration changes the peak stress by {share(solved)}, as solved"
     return (", ".join(chosen) or "none") + (limit if estimated else "")
 
 

@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.views.geometry import at_angles, motion_of
-from fenics_mech.views.words import DEGREE, short
+from fenics_mech.views.words import in_degrees, short
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Moments:
         """Each instant in words."""
         if self.in_time:
             return tuple(f"time {short(float(time))} s" for time in self.at)
-        return tuple(f"drive angle {np.degrees(angle) % 360:.0f}{DEGREE}" for angle in self.at)
+        return tuple(f"drive angle {in_degrees(float(angle))}" for angle in self.at)
 
     def of(self, values: Array) -> Array:
         """Interpolate values at the positions of the result, ``(positions, ...)``, linearly.

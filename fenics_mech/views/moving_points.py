@@ -97,6 +97,20 @@ def load_arrows(shown: Moments, motion: Motion, lines: tuple[Array, Array], magn
     return np.concatenate([np.zeros((len(shown.at), 0, 2, 2)), *arrows], axis=1)
 
 
+def load_names(scene: Scene) -> tuple[str, ...]:
+    """Names of the loads in the order of `load_arrows`, one for each arrow: none but at the middle one of a line.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    at_points = [name for name, load in scene.loads.items() if isinstance(load, Load) and any(load.force)]
+    along = [name for name, load in scene.loads.items() if isinstance(load, LineLoad)]
+    middle = ARROWS // 2
+    return (*at_points, *(name if i == middle else "" for name in along for i in range(ARROWS)))
+
+
 def _largest_is_one(arrows: list[Array], loads: Sequence[Load | LineLoad]) -> list[Array]:
     """Divide the forces of arrows, ``(frames, arrows, 2, 2)`` of each load, by the largest over the whole cycle."""
     ends = [load.force if isinstance(load, Load) else load.ends for load in loads]

@@ -12,13 +12,12 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import TURN
 from fenics_mech.errors import ResultError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.views.words import DEGREE, MINUS, short
+from fenics_mech.views.words import MINUS, in_degrees, short
 
 ROUNDING = 1e-9  # of the largest joint force, below which an effort is nothing
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
@@ -129,8 +128,7 @@ class ForceReading:
         """
         if self.in_time:
             return f"{short(float(self.data['time'][k]))} s"
-        angle = round(math.degrees(float(np.mod(np.round(self.theta[k], 12), TURN))), 1)
-        return f"{0 if angle == 360 else angle:g}{DEGREE}"
+        return in_degrees(float(self.theta[k]))
 
     def driven(self) -> str:
         """Say how the machine is driven, and how long a turn or the motion takes."""
@@ -283,6 +281,23 @@ def place_along(scene: Scene, member: str, s: float, units: AnswerUnits) -> str:
         return f"at {second if s else first}"
     distance = units.number(s * math.dist(*scene.member_ends(member)), "length")
     return f"{short(distance)} {units.label('length')} from {first}"
+
+
+def change_by_vibration(result: Result) -> float | None:
+    """By which share vibration changes the peak stress of a result; None where it was not solved without.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    if "stress_quasi_static" not in result.data:
+        return None
+    peak, still = (
+        float(abs(data[name]).max())
+        for data, name in ((between_positions(result).data, "stress"), (result.data, "stress_quasi_static"))
+    )
+    return abs(peak - still) / peak if peak else None
 
 
 def reading_of(result: Result, units: AnswerUnits | None = None) -> ForceReading:

@@ -20,6 +20,7 @@ COLOUR_MAP = "RdBu_r"
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
 RING = np.stack([CLOSED := np.concatenate([CIRCLE, CIRCLE[:1]]), 0.72 * CLOSED], axis=1).reshape(-1, 2)
 PEAK = "#E69F00"  # colour of the ring at the largest strain
+VEIL = 0.7  # opacity behind names
 THIN = 0.5  # of the outline, beside members that may be thinner than it
 TRACE, MASS, LOAD = "#D55E00", "#555555", "#009E73"  # of traced points, point masses and loads
 SYMBOLS = (INK, SHADE, RIGID, PEAK, TRACE, MASS, LOAD)
@@ -38,7 +39,8 @@ class Look:
     unit
         Its unit.
     names
-        Names of the joints that are written beside them, in the order of the pins; none where none shall be.
+        Names that are written beside joints, traced points and loads: of all pins, then of all points, then of all
+        arrows. None where none shall be; an empty one is not written.
     true_width
         Whether members are as wide as their sections in the plane of motion, not all alike.
     """
@@ -82,6 +84,8 @@ class Stage:
         points = np.concatenate([part.reshape(-1, 2) for part in shown])
         low, high = points.min(axis=0), points.max(axis=0)
         self.extent = float(np.linalg.norm(high - low))
+        tails = self._tails(frames.loads).reshape(-1, 2)
+        low, high = (np.stack([low, high, *tails]).min(axis=0), np.stack([low, high, *tails]).max(axis=0))
         self.frames, self.size = frames, size
         self.plotter = pv.Plotter(off_screen=True, window_size=list(size))
         self.plotter.set_background("white")
@@ -98,7 +102,9 @@ class Stage:
         self._add_text(text[0], 0.03, 0.94)
         for line, height in zip(text[1].splitlines()[::-1], (0.015, 0.058)):
             self._add_text(line, 0.03, height)
-        self.names = [self._add_text(name, 0, 0) for name in look.names]
+        self.names = [self._add_text(written, 0, 0) for written in look.names]
+        for name in self.names:  # legible on a member too
+            name.prop.background_color, name.prop.background_opacity = "white", VEIL * bool(name.input)
         self.angle = self._add_text("", 0.03, 0.895)
 
     def picture(self, index: int) -> NDArray[np.uint8]:
@@ -121,7 +127,8 @@ class Stage:
         if np.isfinite(frames.peak_strain):
             self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
         self._move_acting(index)
-        for text, place in zip(self.names, pins + DRAWN.name * self.extent):
+        named = np.concatenate([pins, frames.traced[index], self._tails(frames.loads[index])])
+        for text, place in zip(self.names, named + DRAWN.name * self.extent):
             text.position = tuple((place - self.corner) / (self.pixel * np.array(self.size)))
         self.angle.input = frames.labels[index]
         self.plotter.render()
@@ -130,6 +137,10 @@ class Stage:
     def close(self) -> None:
         """Free the render window."""
         self.plotter.close()
+
+    def _tails(self, loads: Array) -> Array:
+        """Where the arrows of loads begin (m), ``(..., arrows, 2)``."""
+        return np.asarray(loads[..., 0, :] - DRAWN.load * self.extent * loads[..., 1, :])
 
     def _look_at(self, low: Array, high: Array) -> None:
         """Put the box into the part of the picture that bar and text leave free."""
@@ -224,7 +235,7 @@ class Stage:
         across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
         head = DRAWN.head * extent * np.minimum(size * DRAWN.load / DRAWN.head, 1.0)
         self.meshes["load"].points = self._raised(
-            np.stack([place - DRAWN.load * extent * force, place - head * along], axis=1), "load"
+            np.stack([self._tails(frames.loads[index]), place - head * along], axis=1), "load"
         )
         base = place - head * along
         corners = np.stack([place, base + 0.4 * head * across, base - 0.4 * head * across], axis=1)

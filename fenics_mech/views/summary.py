@@ -12,13 +12,14 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
+from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
 from fenics_mech.views.motion_words import motion_rows
-from fenics_mech.views.reading import Reading
+from fenics_mech.views.reading import Reading, change_by_vibration
 from fenics_mech.views.rigid_report import (
     freedoms_table,
     law_table,
@@ -231,14 +232,20 @@ def _effects(result: Result) -> str:
     held = {effect.replaces for effect in acting(result)}
 
     def said(effect: dict[str, object]) -> str:
-        size = effect["size"]
-        if unstated_gravity(result, str(effect["name"])):
+        size, name = effect["size"], str(effect["name"])
+        if unstated_gravity(result, name):
             return "gravity (none is stated)"
-        return str(effect["name"]) if size is None else f"{effect['name']} {_size(float(str(size)))}"
+        if size is None:
+            return name
+        solved = change_by_vibration(result) if name == VIBRATION.name and effect["acts"] else None
+        of_peak = "" if solved is None else f" (of the peak stress {share(solved)})"
+        return f"{name} {_size(float(str(size)))}{of_peak}"
 
     on = [said(effect) for effect in listed if effect["acts"]]
     out = [said(e) for e in listed if not e["acts"] and e["size"] is not None and e["name"] not in held]
-    return f"{', '.join(on) or 'none'}{'; left out: ' if out else ''}{', '.join(out)}"
+    text = f"{', '.join(on) or 'none'}{'; left out: ' if out else ''}{', '.join(out)}"
+    estimated = any(effect["size"] for effect in listed)
+    return f"{text} (shares of the strains, estimated from above)" if estimated else text
 
 
 def _size(size: float) -> str:

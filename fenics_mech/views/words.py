@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fenics_mech._constants import TURN
 from fenics_mech.errors import percent, percent_of_error
 
 DEGREE, MINUS = "\N{DEGREE SIGN}", "\N{MINUS SIGN}"
@@ -30,6 +31,18 @@ def short(value: float, digits: int = 3) -> str:
         return f"{value:.{digits - 1}e}".replace("-", MINUS)
     places = max(digits - 1 - math.floor(math.log10(abs(value))), 0)
     return f"{value:.{places}f}".replace("-", MINUS)
+
+
+def in_degrees(angle: float) -> str:
+    """Write a drive angle within the turn, in degrees to one decimal.
+
+    Parameters
+    ----------
+    angle
+        The angle (rad).
+    """
+    degrees = round(math.degrees(round(angle, 12) % TURN), 1)
+    return f"{0 if degrees == 360 else degrees:g}{DEGREE}"
 
 
 def share(value: float) -> str:

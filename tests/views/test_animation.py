@@ -19,7 +19,9 @@ from fenics_mech.views import rendering
 from fenics_mech.views.animation import animate
 from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, strain_limit
 from fenics_mech.views.geometry import at_angles
-from fenics_mech.views.stage import ribbon
+from fenics_mech.views.moving_points import load_names
+from fenics_mech.views.stage import Look, Stage, ribbon
+from fenics_mech.views.symbols import DRAWN
 from tests.common import response_of
 from tests.demos.machines import piston
 from tests.studies.test_rigid_linkages import FOUR_BAR
@@ -294,11 +296,29 @@ def test_one_position_is_drawn_and_a_result_that_lacks_points_is_one_message(res
         seed_four_bar(analysis={"method": "static", "position": 1.0}, gravity=(0, -9.81), effects=["gravity"])
     )
     frames = frames_at(still, cycle(still, 3), 1.0)
-    assert frames.labels == ("drive angle 57°",) * 3
+    assert frames.labels == ("drive angle 57.3°",) * 3
     assert len(frames.trails) == 0
     assert animate(still, tmp_path / "m.png", size=SMALL).exists()
     with pytest.raises(ResultError, match="lacks what is shown"):
         animate(Result(result.data.drop_vars("point_position")), tmp_path / "m.gif", size=SMALL)
+
+
+def test_loads_and_points_have_names_beside_joints(acted_on, monkeypatch):
+    """A load's name stands where its arrow begins, one of a load along a member at the middle arrow."""
+    wind = {"member": "follower", "line": (0, 50), "axes": "member"}
+    found = analyse(acted_on.scene.changed({"loads.wind": wind}))
+    names = (*found.scene.joints, *found.scene.points, *load_names(found.scene))
+    assert names == ("O", "A", "B", "C", "P", "push", "", "", "", "wind", "", "", "")
+    frames = frames_at(found, cycle(found, 2), 1.0)
+    places = len(frames.pins[0]) + len(frames.traced[0]) + len(frames.loads[0])
+    assert places == len(names)
+    stage = Stage(frames, (np.zeros((0, 2)), np.zeros((0, 2, 2))), SMALL, Look(1.0, "%", names), ("", ""))
+    stage.picture(1)
+    at = np.array(stage.names[5].position) * stage.pixel * SMALL + stage.corner - DRAWN.name * stage.extent
+    place, force = frames.loads[1, 0]
+    stage.close()
+    assert at == pytest.approx(place - DRAWN.load * stage.extent * force)
+    assert np.linalg.norm(force) == pytest.approx(1)
 
 
 def test_a_ram_has_its_guide_on_the_cylinder():

@@ -22,6 +22,7 @@ from fenics_mech.views.frequency_table import frequency_table, write_frequencies
 from fenics_mech.views.result_figures import plot_all
 from fenics_mech.views.summary import summary
 from fenics_mech.views.tables import check_table, scene_overview
+from fenics_mech.views.words import share
 from tests.common import DEMOS
 from tests.demos.machines import crane
 
@@ -247,3 +248,7 @@ def test_an_effect_below_the_limit_of_influence_says_why_it_acts():
     result = analyse(load(DEMOS / "slider_crank.toml").changed(effects="auto", tolerance=1e-3))
     said = " ".join(printed(details(result)).split())
     assert re.search(r"large-rotations \(0.02\d %, for the deflection or a tolerance\)", said)
+    peak = float(np.abs(between_positions(result).data["stress"]).max())
+    change = share(abs(float(np.abs(result.data["stress_quasi_static"]).max()) / peak - 1))
+    assert f"Vibration changes the peak stress by {change}, as solved" in said
+    assert f"(of the peak stress {change})" in " ".join(str(summary(result)).split())

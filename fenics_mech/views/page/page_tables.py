@@ -15,7 +15,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.views.details import decisions, energy
 from fenics_mech.views.judgements import SOURCES, unstated_gravity
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
-from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.reading import ForceReading, Reading, change_by_vibration
 from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy, running_lines
 from fenics_mech.views.words import share, short
 
@@ -162,13 +162,19 @@ def effects(result: Result) -> Html:
         done = "not stated in the scene" if unstated_gravity(result, e["name"]) else done
         rows.append([name, *_size(e["size"], least, estimated), done])
     said = (
-        f"The program estimated by how much each effect changes the strains, and took those above {percent(least)} "
-        "(the line). The scale is logarithmic, from 0.01 % to 100 %."
+        "The program estimated from above by how much each effect changes the strains anywhere, and took those above "
+        f"{percent(least)} (the line). The scale is logarithmic, from 0.01 % to 100 %.{_solved(result)}"
         if estimated
         else "The scene lists its effects, so none was estimated. With effects = 'auto' the program estimates them."
     )
-    head = ["effect", "changes the strains by<", "", "done<"] if estimated else ["effect", "done<"]
+    head = ["effect", "changes the strains by at most<", "", "done<"] if estimated else ["effect", "done<"]
     return join([tag("p", said, class_="lead"), table(head, rows, class_="effects")])
+
+
+def _solved(result: Result) -> str:
+    """Say by how much vibration changes the peak stress, as solved."""
+    solved = change_by_vibration(result)
+    return "" if solved is None else f" As solved, vibration changes the peak stress by {share(solved)}."
 
 
 def _size(size: float | None, least: float, estimated: bool) -> list[str]:
