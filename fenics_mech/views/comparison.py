@@ -29,8 +29,8 @@ KINDS = {"deflection": "length", "joint_force": "force", "shaking_force": "force
 POINTS: dict[str, Any] = MEASURED | {"color": "#000000"}
 MOST_PANELS = 8  # in one figure
 MEANING = (
-    "rms: root mean square of the difference, over the reference's peak; shift: angle by which the curve is later than "
-    "the reference"
+    "rms: root mean square of the difference, over the reference's peak\n"
+    "shift: angle by which the curve is later than the reference\n"
 )
 
 
@@ -56,7 +56,7 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) 
         tables.append(table)
         if not np.isnan(found["largest_difference"]).all():
             tables.append(_anywhere_table(found, known, scene))
-    tables.append(Text(f"{MEANING}\n"))
+    tables.append(Text(MEANING))
     members = dict.fromkeys(member for source in sources for member in source.vibration)
     if members:
         table = table_of(

@@ -43,22 +43,22 @@ def frequency_table(
     speed
         Name and size in SI of a unit of speed, in which they stand too.
     """
-    ranges = ["lowest (Hz)", "highest (Hz)"]
-    ranges += [] if speed is None else [f"lowest\n({speed[0]})", f"highest\n({speed[0]})"]
+    units = [("Hz", 1.0)] if speed is None else [("Hz", 1.0), (speed[0], TURN / speed[1])]
+    gap = " " if speed is None else "\n"
+    ranges = [f"{limit}{gap}({unit})" for unit, _ in units for limit in ("lowest", "highest")]
     table = table_of("Natural frequencies over the cycle", "mode", *ranges, "mesh error", "lowest MAC")
-    sizes = [1.0] if speed is None else [1.0, TURN / speed[1]]
     for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
         rigid = not curve.any()
         name = f"{mode}, rigid body" if rigid else str(mode)
         unknown = share >= FREQUENCY.largest_known
         wrong = f"{FREQUENCY.largest_known:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
-        span = (number(size * limit) for size in sizes for limit in (curve.min(), curve.max()))
+        span = (number(size * limit) for _, size in units for limit in (curve.min(), curve.max()))
         table.add_row(name, *span, wrong, f"{mac.min():.3f}")
     if supported:
         table.add_section()
         for member, value in supported.items():
             table.add_row(
-                f"{escape(member)} simply supported", *(number(size * value) for size in sizes for _ in "12"), "", ""
+                f"{escape(member)} simply supported", *(number(size * value) for _, size in units for _ in "12"), "", ""
             )
         table.caption, table.caption_justify = MEANING, "left"
     return table
