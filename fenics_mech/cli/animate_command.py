@@ -17,6 +17,7 @@ def animate(
     file: Annotated[Path, typer.Option("-o", "--out", help="File to write: .gif, .mp4 or .png.")] = Path("motion.mp4"),
     magnify: Annotated[float | None, typer.Option(help="Factor on the deflection.", show_default="selected")] = None,
     frames: Annotated[int, typer.Option(min=2, max=10_000, help="Pictures in one cycle.")] = 120,
+    colour: Annotated[str, typer.Option(help="What the colours show: stress or strain.")] = "stress",
     names: Annotated[bool, typer.Option("--names", help="Name joints, points of [points] and loads.")] = False,
     true_width: Annotated[
         bool, typer.Option("--true-width", help="Draw members as wide as their sections in the plane of motion.")
@@ -24,11 +25,13 @@ def animate(
     refine: Refine = 0,
     units: Units = None,
 ) -> None:
-    """Draw the moving linkage with magnified deflection, coloured by strain. SCENE may also be a result.nc."""
+    """Draw the moving linkage, its deflection magnified, each side coloured by its stress. SCENE may be a result.nc."""
     from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
     from fenics_mech.views import animation  # noqa: PLC0415
 
     animation.check_ending(file)
+    if colour not in animation.COLOURED:
+        raise MechanismError(f"--colour is {' or '.join(animation.COLOURED)}, found {colour!r}")
     make_folder(file.parent)
     if scene.suffix == ".nc":
         if refine:
@@ -44,6 +47,13 @@ def animate(
             step(f"frame {index + 1} of {count}")
 
         animation.animate(
-            result, file, magnify=magnify, frames=frames, names=names, true_width=true_width, progress=tell_frame
+            result,
+            file,
+            magnify=magnify,
+            frames=frames,
+            colour=colour,
+            names=names,
+            true_width=true_width,
+            progress=tell_frame,
         )
     tell(f"Wrote {file}")

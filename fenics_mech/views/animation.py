@@ -1,4 +1,4 @@
-"""Animation of a mechanism over one turn of its drive: deflection magnified, coloured by strain."""
+"""Animation of a mechanism over one turn of its drive: deflection magnified, coloured by stress or strain."""
 
 from __future__ import annotations
 
@@ -16,10 +16,9 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.frames import Frames, cycle, default_magnification, frames_at, moment_of_peak, strain_limit
+from fenics_mech.views.frames import ShownPeak, cycle, default_magnification, frames_at, moment_of_peak, peak_of
 from fenics_mech.views.geometry import motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of
-from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_names
 from fenics_mech.views.reading import reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
@@ -35,6 +34,7 @@ except ImportError as error:
 
 Pictures = Generator[NDArray[np.uint8], None, None]
 Progress = Callable[[int, int], None]
+COLOURED = ("stress", "strain")
 NEARLY_WHITE = 248  # of 255: colours of a palette that are as bright are made white
 
 
@@ -46,12 +46,14 @@ def animate(
     frames: int = 120,
     fps: int = 30,
     size: tuple[int, int] = (960, 720),
+    colour: str = "stress",
     names: bool = False,
     true_width: bool = False,
     progress: Progress = lambda frame, frames: None,
 ) -> Path:
     """Animate a mechanism over one turn, or over a motion in time, off screen.
 
+    Each side of a member has the colour of its stress. A ring marks the peak that the run tells.
     Trails show where joints and the points in the scene's `[points]` go. Grey discs are point masses, as large as their
     share of the largest; arrows are loads at points, and end where they act.
 
@@ -60,7 +62,7 @@ def animate(
     result
         The result.
     path
-        File to write: .gif, .mp4, or .png for one picture at the largest strain.
+        File to write: .gif, .mp4, or .png for one picture at the peak.
     magnify
         Factor on the deflection; by default a round one that draws the largest deflection at about 8 % of the
         linkage's size. The picture says which.
@@ -70,6 +72,8 @@ def animate(
         Pictures per second.
     size
         Width and height (pixels); for MP4 they are rounded up to even numbers.
+    colour
+        What the colours show: "stress" or "strain".
     names
         Whether joints, points of the scene's `[points]` and loads have their names beside them.
     true_width
@@ -98,16 +102,18 @@ def animate(
     path = Path(path)
     ending = check_ending(path)
     _check_options(magnify, frames, fps, size)
+    if colour not in COLOURED:
+        raise ViewError(f"colours show {' or '.join(COLOURED)}, found {colour!r}")
     if "link_position" not in result.data:
         raise ViewError("the result has no positions: an older version wrote it. Analyse its scene again")
     prepare_rendering()
     if ending == ".mp4":
         size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
-    at = np.array([moment_of_peak(result)]) if ending == ".png" else cycle(result, frames)
+    at = np.array([moment_of_peak(result, colour)]) if ending == ".png" else cycle(result, frames)
     factor = default_magnification(result) if magnify is None else magnify
     scene = result.scene
     written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
-    pictures = _pictures(result, (at, factor), size, (written, true_width), progress)
+    pictures = _pictures(result, (at, factor), size, (colour, written, true_width), progress)
     try:
         write_whole(path, lambda temporary: WRITERS[ending](temporary, pictures, fps))
     finally:
@@ -141,7 +147,7 @@ def _pictures(
     result: Result,
     drawn: tuple[Array, float],
     size: tuple[int, int],
-    look: tuple[tuple[str, ...], bool],
+    look: tuple[str, tuple[str, ...], bool],
     progress: Progress,
 ) -> Pictures:
     """Render the mechanism at instants with a magnification, one picture after the other."""
@@ -149,12 +155,13 @@ def _pictures(
 
     scene = result.scene
     with reading_of_a_file():
-        shown = frames_at(result, *drawn)
+        shown, peak = frames_at(result, *drawn, look[0]), peak_of(result, look[0])
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     ground = (ground_points(scene), guides_of(scene, motion_of(result)))
-    unit = scene.answer_units.label("strain")
-    text = f"{scene.name}, {driven}", _caption(result, shown, drawn[1])
-    stage = Stage(shown, ground, size, Look(strain_limit(result), unit, *look), text)
+    unit = scene.answer_units.label(look[0])
+    text = f"{scene.name}, {driven}", _caption(peak, f"{look[0]} {{}} {unit}", drawn[1])
+    limit = 1.0 if peak is None else peak.limit
+    stage = Stage(shown, ground, size, Look(limit, f"{look[0]} ({unit})", *look[1:]), text)
     try:
         for index in range(len(shown.labels)):
             progress(index, len(shown.labels))
@@ -163,18 +170,14 @@ def _pictures(
         stage.close()
 
 
-def _caption(result: Result, shown: Frames, magnify: float) -> str:
-    """Say what is drawn."""
-    if not result.scene.members():
+def _caption(peak: ShownPeak | None, measure: str, magnify: float) -> str:
+    """Say what is drawn; `measure` is what the colours show, with its unit and room for a value."""
+    if peak is None:
         return "links do not bend"
-    (when,) = Moments(result, np.array([moment_of_peak(result)])).labels
-    strain = (
-        f"{short(shown.peak_strain)} {result.scene.answer_units.label('strain')} at {when.removeprefix('drive angle ')}"
-    )
-    caption = f"ring: largest strain of the motion on the + side, {strain}\n"
     return (
-        f"{caption}deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
-        "colour: strain on the + side; grey: rigid linkage"
+        f"ring: {measure.format(short(peak.value))} {peak.words}\n"
+        f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
+        f"colour: {measure.split(maxsplit=1)[0]} of each side; grey: rigid linkage"
     )
 
 

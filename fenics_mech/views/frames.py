@@ -8,11 +8,13 @@ import numpy as np
 
 from fenics_mech._arrays import Array, turned
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.rigid_places import between_ends, ends_in
 from fenics_mech.views.geometry import ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
+from fenics_mech.views.reading import Peak, Reading
 from fenics_mech.views.symbols import BLOCK_CORNERS
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
@@ -33,8 +35,8 @@ class Frames:
         Deformed centre lines (m), ``(frames, members, stations, 2)``.
     half_width
         Half of the sections' sizes in the plane of motion (m), ``(members, stations)``.
-    strain
-        Of the "+" fibre, in the unit of the answer, ``(frames, members, stations)``.
+    sides
+        Stress or strain of the "+" and the "-" side in the unit of the answer, ``(frames, members, stations, 2)``.
     pins
         Deformed positions of the joints (m), ``(frames, joints, 2)``.
     bars
@@ -54,16 +56,16 @@ class Frames:
     trails
         Paths of the joints that move, and then of the traced points, not magnified (m), ``(paths, instants, 2)``.
     peak
-        Where the member is that has the largest strain of the whole motion, at its place (m), ``(frames, 2)``.
-    peak_strain
-        That strain, with its sign; not a number where no link bends.
+        Where the place is that a run names as that of the peak (m), ``(frames, 2)``.
+    peak_value
+        The stress or strain of that peak, with its sign; not a number where no link bends.
     """
 
     labels: tuple[str, ...]
     rigid: Array
     path: Array
     half_width: Array
-    strain: Array
+    sides: Array
     pins: Array
     bars: Array
     sliders: Array
@@ -75,25 +77,24 @@ class Frames:
     loads: Array
     trails: Array
     peak: Array
-    peak_strain: float
+    peak_value: float
 
 
-def frames_at(result: Result, at: Array, magnify: float) -> Frames:
+def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress") -> Frames:
     """Interpolate a result at drive angles (rad), or times (s) of a motion in time, and magnify its deflection."""
     scene, shown = result.scene, Moments(result, at)
     motion = shown.motion
     ends, path = _lines(result, shown, magnify)
     pins = pin_places(scene, motion, path)
     where, angle = slider_angles(scene, motion)
-    bends = bool(scene.members())
-    most = peak_of(result) if bends else None
+    most = peak_of(result, quantity)
     masses, sizes = mass_places(shown, magnify)
     return Frames(
         labels=shown.labels,
         rigid=ends,
         path=path,
         half_width=_half_widths(result),
-        strain=shown.of(of_fibre(result)) / scene.answer_units.size("strain") if bends else np.zeros(path.shape[:3]),
+        sides=_sides(result, shown, quantity) if scene.members() else np.zeros((*path.shape[:3], 2)),
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
         sliders=turned(BLOCK_CORNERS, angle[..., None]),
@@ -104,9 +105,15 @@ def frames_at(result: Result, at: Array, magnify: float) -> Frames:
         mass_sizes=sizes,
         loads=load_arrows(shown, motion, (ends, path), magnify),
         trails=trails(result),
-        peak=np.full((len(at), 2), np.nan) if most is None else path[:, most[1], most[2]],
-        peak_strain=np.nan if most is None else float(of_fibre(result)[most]) / scene.answer_units.size("strain"),
+        peak=np.full((len(at), 2), np.nan) if most is None else path[:, most.place.i, most.place.j],
+        peak_value=np.nan if most is None else most.value,
     )
+
+
+def _sides(result: Result, shown: Moments, quantity: str) -> Array:
+    """Stress or strain of both sides, as `Frames` has them."""
+    values = result.data[quantity].sel(fibre=["+", "-"]).transpose("theta", "member", "s", "fibre").to_numpy()
+    return np.asarray(shown.of(values) / result.scene.answer_units.size(quantity))
 
 
 def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array]:
@@ -152,32 +159,53 @@ def default_magnification(result: Result) -> float:
     return float(decade * ROUND[np.abs(np.log(ROUND * decade / wanted)).argmin()])
 
 
-def of_fibre(result: Result) -> Array:
-    """Strain of the "+" fibre, ``(angles, members, stations)``."""
-    return result.data["strain"].sel(fibre="+").transpose("theta", "member", "s").to_numpy()
+@dataclass(frozen=True)
+class ShownPeak:
+    """The peak of a result, as a run names it.
+
+    Parameters
+    ----------
+    place
+        Its position, member, station and side.
+    value
+        Stress or strain there, in the unit of the answer.
+    limit
+        Round number for the ends of a colour bar, which no stress or strain of the motion exceeds.
+    words
+        Member, place, side and drive angle.
+    """
+
+    place: Peak
+    value: float
+    limit: float
+    words: str
 
 
-def peak_of(result: Result) -> tuple[int, ...]:
-    """Give the numbers of the angle, member and station of the largest strain of the "+" fibre."""
-    strain = np.abs(of_fibre(result))
-    return tuple(int(i) for i in np.unravel_index(strain.argmax(), strain.shape))
+def peak_of(result: Result, quantity: str = "stress") -> ShownPeak | None:
+    """Find the peak stress of a result, or the largest strain at the peaks of its members; None where no link bends."""
+    if not result.scene.members():
+        return None
+    reading = Reading(result, result.scene.answer_units)
+    curves = reading.stress if quantity == "stress" else reading.strain
+    values = [float(curves[peak.k, peak.i, peak.j, peak.f]) for peak in reading.peaks]
+    i = int(np.abs(values).argmax())
+    peak = reading.peaks[i]
+    words = f"in {reading.members[i]}, {reading.place(peak)}, {reading.side(peak)}, at {reading.at(peak.k)}"
+    return ShownPeak(peak, values[i], _rounded_up(float(np.abs(curves).max())), words)
 
 
-def strain_limit(result: Result) -> float:
-    """Round number, in the unit of the answer, for the ends of the colour bar: no strain of the motion exceeds it."""
-    largest = float(np.abs(of_fibre(result)).max()) if result.scene.members() else 0.0
-    largest /= result.scene.answer_units.size("strain")
+def _rounded_up(largest: float) -> float:
+    """Round number that is not below another."""
     if largest == 0:
         return 1.0
     decade = 10.0 ** np.floor(np.log10(largest))
     return float(decade * next(step for step in (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10) if step * decade >= largest))
 
 
-def moment_of_peak(result: Result) -> float:
-    """Drive angle (rad) or time (s) of the largest strain of the "+" fibre, or joint force where no link bends."""
-    if result.scene.members():
-        k = peak_of(result)[0]
-    else:
-        force = result.data["joint_force"].transpose("theta", "joint", "component").to_numpy()
-        k = int(np.linalg.norm(force, axis=-1).max(axis=1, initial=0.0).argmax())
-    return float(result.data["time" if result.scene.analysis.method == "transient" else "theta"][k])
+def moment_of_peak(result: Result, quantity: str = "stress") -> float:
+    """Drive angle (rad) or time (s) of the peak, or of the largest joint force where no link bends."""
+    name = "time" if result.scene.analysis.method == "transient" else "theta"
+    if (peak := peak_of(result, quantity)) is not None:
+        return float(between_positions(result).data[name][peak.place.k])
+    force = result.data["joint_force"].transpose("theta", "joint", "component").to_numpy()
+    return float(result.data[name][int(np.linalg.norm(force, axis=-1).max(axis=1, initial=0.0).argmax())])

@@ -19,7 +19,7 @@ COLOUR_MAP = "RdBu_r"
 
 CIRCLE = np.stack([np.cos(turn := np.linspace(0, 2 * np.pi, 33)[:-1]), np.sin(turn)], axis=-1)
 RING = np.stack([CLOSED := np.concatenate([CIRCLE, CIRCLE[:1]]), 0.72 * CLOSED], axis=1).reshape(-1, 2)
-PEAK = "#E69F00"  # colour of the ring at the largest strain
+PEAK = "#E69F00"  # colour of the ring at the peak
 VEIL = 0.7  # opacity behind names
 THIN = 0.5  # of the outline, beside members that may be thinner than it
 TRACE, MASS, LOAD = "#D55E00", "#555555", "#009E73"  # of traced points, point masses and loads
@@ -35,9 +35,9 @@ class Look:
     Parameters
     ----------
     limit
-        Strain at the ends of the colour bar.
-    unit
-        Its unit.
+        Stress or strain at the ends of the colour bar.
+    measure
+        Its name and unit, such as "stress (MPa)".
     names
         Names that are written beside joints, traced points and loads: of all pins, then of all points, then of all
         arrows. None where none shall be; an empty one is not written.
@@ -46,7 +46,7 @@ class Look:
     """
 
     limit: float
-    unit: str
+    measure: str
     names: tuple[str, ...] = ()
     true_width: bool = False
 
@@ -98,7 +98,7 @@ class Stage:
         self._add_trails()
         self.meshes = self._add_mechanism(look.limit) | self._add_acting()
         if frames.path.shape[1]:
-            self._add_bar(look.limit, look.unit)
+            self._add_bar(look.limit, look.measure)
         self._add_text(text[0], 0.03, 0.94)
         for line, height in zip(text[1].splitlines()[::-1], (0.015, 0.058)):
             self._add_text(line, 0.03, height)
@@ -114,8 +114,10 @@ class Stage:
         self.meshes["rigid"].points = self._raised(frames.rigid[index], "rigid")
         edge = (DRAWN.outline - DRAWN.ribbon) * self.extent * self.edge
         self.meshes["outline"].points = self._raised(ribbon(path, self.half + edge), "outline")
-        self.meshes["ribbon"].points = self._raised(ribbon(path, self.half), "ribbon")
-        self.meshes["ribbon"]["strain"] = np.repeat(frames.strain[index].ravel(), 2)
+        left, right = np.moveaxis(ribbon(path, self.half), 2, 0)
+        halves = np.stack([np.stack([left, path], axis=2), np.stack([path, right], axis=2)], axis=1)
+        self.meshes["ribbon"].points = self._raised(halves, "ribbon")
+        self.meshes["ribbon"]["colour"] = np.repeat(np.moveaxis(frames.sides[index], 2, 1).ravel(), 2)
         self.meshes["bar edge"].points = self._raised(ribbon(frames.bars[index], DRAWN.outline * self.extent), "rigid")
         self.meshes["bar"].points = self._raised(ribbon(frames.bars[index], DRAWN.ribbon * self.extent), "outline")
         self.meshes["guide"].points = self._raised(frames.guides[index], "rigid")
@@ -124,7 +126,7 @@ class Stage:
             self.meshes[name].points = self._raised(corners, "block")
         for name, radius in (("pin", DRAWN.pin), ("hole", DRAWN.hole)):
             self.meshes[name].points = self._raised(pins[:, None] + radius * self.extent * CIRCLE, name)
-        if np.isfinite(frames.peak_strain):
+        if np.isfinite(frames.peak_value):
             self.meshes["peak"].points = self._raised(frames.peak[index] + DRAWN.peak * self.extent * RING, "hole")
         self._move_acting(index)
         named = np.concatenate([pins, frames.traced[index], self._tails(frames.loads[index])])
@@ -184,12 +186,12 @@ class Stage:
         meshes = {
             "rigid": pv.PolyData(np.zeros((2 * members, 3)), lines=_cells(members, 2)),
             "outline": pv.PolyData(blank, faces=strips),
-            "ribbon": pv.PolyData(blank, faces=strips),
+            "ribbon": pv.PolyData(np.zeros((2 * len(blank), 3)), faces=_strips(2 * members, stations)),  # its two sides
             "pin": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
             "hole": pv.PolyData(circles, faces=_cells(joints, len(CIRCLE))),
             "peak": pv.PolyData(np.zeros((len(RING), 3)), faces=_strips(1, len(RING) // 2)),
         }
-        meshes["ribbon"]["strain"] = np.zeros(len(blank))
+        meshes["ribbon"]["colour"] = np.zeros(2 * len(blank))
         meshes |= self._add_rigid_parts()
         for name, colour in (("rigid", RIGID), ("outline", INK), ("pin", INK), ("hole", "white"), ("peak", PEAK)):
             if meshes[name].n_points:
@@ -260,17 +262,17 @@ class Stage:
                 self.plotter.add_mesh(mesh, color=colour, lighting=False, line_width=self.size[1] / 450)
         return meshes | {"guide": track}
 
-    def _add_bar(self, limit: float, unit: str) -> None:
+    def _add_bar(self, limit: float, measure: str) -> None:
         """Draw the colour bar. Not VTK's own: its number formatting ends the process once dolfinx is loaded."""
         x, low, high = 1 - 0.8 * DRAWN.bar, 0.22, 0.78  # of the picture
         corners = np.array([[x, low], [x + 0.022, low], [x + 0.022, high], [x, high]])
         points = self._raised(self.corner + corners * self.size * self.pixel, "ground")
         bar = pv.PolyData(points, faces=_cells(1, 4))
-        bar["strain"] = np.array([-limit, -limit, limit, limit])
+        bar["colour"] = np.array([-limit, -limit, limit, limit])
         self.plotter.add_mesh(bar, **_coloured(limit))
         frame = pv.PolyData(points, lines=_cells(1, 4, closed=True))
         self.plotter.add_mesh(frame, color=INK, lighting=False, line_width=self.size[1] / 600)
-        at = self.frames.peak_strain / (2 * limit) + 0.5  # of the bar, where the largest strain is
+        at = self.frames.peak_value / (2 * limit) + 0.5  # of the bar, where the peak is
         across = [[x - 0.012, low + at * (high - low)], [x + 0.022, low + at * (high - low)]]
         line = self._raised(self.corner + np.array(across) * self.size * self.pixel, "rigid")
         look = {"color": PEAK, "lighting": False, "line_width": self.size[1] / 180}
@@ -279,7 +281,7 @@ class Stage:
             value = limit * (2 * share - 1)
             label = f"{value:+.4g}".replace("-", "\N{MINUS SIGN}") if value else "0"
             self._add_text(label, x + 0.03, low + share * (high - low) - 0.011)
-        self._add_text(f"strain ({unit})", x - 0.04, high + 0.03)
+        self._add_text(measure, x - 0.04, high + 0.03)
 
     def _add_text(self, text: str, x: float, y: float) -> pv.Text:
         look = {"font_size": max(int(min(*self.size * np.array([0.75, 1])) / 65), 4), "font_file": FONT, "color": INK}
@@ -303,9 +305,9 @@ def ribbon(path: Array, half_width: float | Array) -> Array:
 
 
 def _coloured(limit: float) -> dict[str, object]:
-    """Look of a mesh that is coloured by its strain."""
+    """Look of a mesh that is coloured by its stress or strain."""
     return {
-        "scalars": "strain",
+        "scalars": "colour",
         "cmap": COLOUR_MAP,
         "clim": (-limit, limit),
         "lighting": False,

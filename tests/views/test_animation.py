@@ -17,11 +17,14 @@ from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views import rendering
 from fenics_mech.views.animation import animate
-from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, strain_limit
+from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, peak_of
 from fenics_mech.views.geometry import at_angles
+from fenics_mech.views.judgements import headline
 from fenics_mech.views.moving_points import load_names
+from fenics_mech.views.reading import Reading
 from fenics_mech.views.stage import Look, Stage, ribbon
 from fenics_mech.views.symbols import DRAWN
+from fenics_mech.views.words import short
 from tests.common import response_of
 from tests.demos.machines import piston
 from tests.studies.test_rigid_linkages import FOUR_BAR
@@ -58,20 +61,26 @@ def test_mp4_has_the_frames_asked_for_even_at_an_odd_size(result, tmp_path):
     assert pictures[0].shape == (182, 242, 3)
 
 
-def test_png_is_coloured_and_shows_the_frame_of_the_largest_strain(result, tmp_path):
+def test_png_is_coloured_and_shows_the_frame_of_the_peak_of_the_run(result, tmp_path):
     picture = np.asarray(Image.open(animate(result, tmp_path / "m.png", size=SMALL))).astype(int)
     assert picture.shape == (180, 240, 3)
     left = picture[:, : int(0.8 * 240)]  # without the colour bar
-    assert (left[..., 2] - left[..., 0] > 60).sum() > 50  # blue: the + fibres are pressed
-    peak = np.abs(result.data["strain"].sel(fibre="+")).max(("member", "s")).to_numpy()
-    assert moment_of_peak(result) == result.data["theta"].to_numpy()[peak.argmax()]
+    blue, red = ((left[..., i] - left[..., j] > 60).sum() for i, j in ((2, 0), (0, 2)))
+    assert min(blue, red) > 40  # members bend: one side is pressed, and the other pulled
+    reading = Reading(result)
+    peak = reading.peaks[reading.ranked[0]]
+    assert moment_of_peak(result) == reading.theta[peak.k]
+    found = peak_of(result)
+    assert headline(reading)[1].startswith(found.words.replace(f", {reading.side(peak)}", ""))
+    assert short(abs(found.value)) in headline(reading)[0]
 
 
 def test_frames_at_the_angles_of_the_result_are_the_result(result):
     theta = result.data["theta"].to_numpy()
     frames = frames_at(result, theta, 7.0)
     motion = solve_motion(result.scene, theta)
-    assert frames.strain == pytest.approx(1e6 * result.data["strain"].sel(fibre="+").to_numpy())
+    assert frames.sides[..., 0] == pytest.approx(1e-6 * result.data["stress"].sel(fibre="+").to_numpy())
+    assert frames.sides[..., 1] == pytest.approx(1e-6 * result.data["stress"].sel(fibre="-").to_numpy())
     joint_b = motion.of_point("coupler", result.scene.links["coupler"].points["B"])[0]
     assert frames.rigid[:, 1, 1] == pytest.approx(joint_b)
     moved = result.data["deflection"].sel(member="coupler", s=1.0).to_numpy()
@@ -94,25 +103,27 @@ def test_default_magnification_draws_about_eight_percent(result):
     assert 0.05 < share < 0.12
     stiff = Result(result.data.assign(deflection=0 * result.data["deflection"], strain=0 * result.data["strain"]))
     assert default_magnification(stiff) == 1
-    assert strain_limit(stiff) == 1.0
+    assert peak_of(stiff, "strain").limit == 1.0
 
 
 def test_colour_bar_holds_the_largest_strain_of_the_motion_and_a_ring_is_there(result):
     spike = result.data["strain"] * 0 + 230e-6
-    assert strain_limit(Result(result.data.assign(strain=spike))) == 250
-    spike[7, 2, 5, 0] = -1.1e-3
-    peaked = Result(result.data.assign(strain=spike))
-    assert strain_limit(peaked) == 1200
-    frames = frames_at(peaked, cycle(peaked, 6), 3.0)
-    assert frames.peak_strain == pytest.approx(-1100)
+    even = Result(result.data.assign(strain=spike, stress=(result.data["stress"].dims, 71e9 * spike.to_numpy())))
+    assert (peak_of(even, "strain").limit, peak_of(even).limit) == (250, 20)
+    spike[7, 2, 5, 1] = -1.1e-3
+    peaked = Result(even.data.assign(strain=spike, stress=71e9 * spike))
+    assert peak_of(peaked, "strain").limit == 1200
+    frames = frames_at(peaked, cycle(peaked, 6), 3.0, "strain")
+    assert frames.peak_value == pytest.approx(-1100)
     assert np.array_equal(frames.peak, frames.path[:, 2, 5])
 
 
-def test_strains_are_in_the_units_of_the_answer(result):
-    percent, usual = (frames_at(one, cycle(one, 3), 1.0) for one in (result.told_in(["%"]), result))
-    assert percent.strain == pytest.approx(1e-4 * usual.strain)
-    assert percent.peak_strain == pytest.approx(1e-4 * usual.peak_strain)
-    assert strain_limit(result.told_in(["%"])) == pytest.approx(1e-4 * strain_limit(result))
+def test_colours_are_in_the_units_of_the_answer(result):
+    told = result.told_in(["%", "psi"])
+    for quantity, size in (("strain", 1e-4), ("stress", 1e6 / 6894.757)):
+        other, usual = (frames_at(one, cycle(one, 3), 1.0, quantity) for one in (told, result))
+        assert other.sides == pytest.approx(size * usual.sides)
+        assert other.peak_value == pytest.approx(size * usual.peak_value)
 
 
 def test_names_and_ring_are_drawn(result, tmp_path):
