@@ -37,6 +37,7 @@ Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
 
 KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, also between stations"),
+    "peak_stress": (("member",), "Pa", "largest stress of the outer fibres over the cycle, at a station"),
     "peak_doubt": ((), "1", "share by which peaks between few positions are uncertain, of strains or joint forces"),
     "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain at a station"),
     "peak_strain_s": (("member",), "1", "station of the largest strain"),
@@ -240,6 +241,7 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
     values = _strains(result, closer, gauge)
     values["peak_doubt"] = np.array(max(doubt(result, closer, name) for name in PEAKS))
+    values["peak_stress"] = _peak(abs(closer.data["stress"]), "member")
     values["peak_deflection"] = _peak(_length(closer.data["deflection"]), "member")
     values["peak_joint_force"] = _peak(_length(closer.data["joint_force"]), "joint")
     if "input_torque" in data:

@@ -21,6 +21,7 @@ from fenics_mech.views.sweep_maps import stability_map, strain_map
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
+RESPONSES = {"stress": "stress", "strain": "strain", "deflection": "length"}  # and the kinds of their units
 HIGHEST = 0.9  # wave of a waterfall, in steps between its base lines
 
 
@@ -72,17 +73,16 @@ def check_member(members: list[str], member: str | None) -> None:
 
 
 def response_figure(sweep: Sweep) -> Figure:
-    """Peak strain of every member, and below it the peak deflection, over the swept field."""
-    figure, (upper, lower) = empty_figure(rows=2, height=6.4)
+    """Peak stress, strain and deflection of every member over the swept field, below one another."""
     x, data, units = along(sweep), sweep.data, units_of(sweep.data)
-    for i, member in enumerate(data["member"].to_numpy()):
-        look = look_of(i, len(x))
-        upper.plot(x, data["peak_strain"].sel(member=member) / units.size("strain"), label=str(member), **look)
-        lower.plot(x, data["peak_deflection"].sel(member=member) / units.size("length"), label=str(member), **look)
-    for axes in (upper, lower):
+    shown = {name: kind for name, kind in RESPONSES.items() if f"peak_{name}" in data}  # older sweeps have no stress
+    figure, panels = empty_figure(rows=len(shown), height=3.2 * len(shown))
+    for axes, (name, kind) in zip(panels, shown.items()):
+        for i, member in enumerate(data["member"].to_numpy()):
+            curve = data[f"peak_{name}"].sel(member=member) / units.size(kind)
+            axes.plot(x, curve, label=str(member), **look_of(i, len(x)))
         dot_beyond(axes, sweep)
-    settle(upper, sweep, "Largest strain in a cycle", labelled(units, "strain"))
-    settle(lower, sweep, "Largest deflection in a cycle", labelled(units, "length", "deflection"), last=True)
+        settle(axes, sweep, f"Largest {name} in a cycle", labelled(units, kind, name), last=axes is panels[-1])
     return figure
 
 

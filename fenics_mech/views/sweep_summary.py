@@ -1,4 +1,4 @@
-"""Summary of a sweep: the largest strains, points outside the theory, points that failed and why."""
+"""Summary of a sweep: the largest stresses and strains, points outside the theory, points that failed and why."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from rich.text import Text
 
 from fenics_mech._arrays import Index
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
+from fenics_mech.errors import percent
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.views.resonances import RESONANCE, resonances_of, whole_points
 from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
@@ -37,11 +38,11 @@ KINDS = {  # of errors, in words
 
 
 def sweep_summary(sweep: Sweep) -> Group:
-    """Tell the largest strains of a sweep with the values at which they occur, and which points failed."""
+    """Tell the largest stresses and strains of a sweep with the values at which they occur, and which points failed."""
     data, paths = sweep.data, sweep.paths
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
-        parts.append(_peaks(data, paths))
+        parts.append(_peaks(sweep))
     parts += _resonances(data, paths)
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
@@ -133,18 +134,28 @@ def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
     return f"{paths[0]} = {shown}" + (f" and {more} more" if more else "")
 
 
-def _peaks(data: xr.Dataset, paths: list[str]) -> Table:
-    """Tabulate the largest peak strain of every member."""
+def _peaks(sweep: Sweep) -> Table:
+    """Tabulate the largest peaks of every member: of its stress, and its strain with the values and the place."""
+    data, paths = sweep.data, sweep.paths
     columns, units = [named(data, path) for path in paths], units_of(data)
-    table = table_of("Largest strain over the sweep", "member", labelled(units, "strain"), *columns, "place s")
+    heads = [labelled(units, "stress"), labelled(units, "strain"), *columns, "place"]
+    table = table_of("Largest stress and strain over the sweep", "member", *heads)
+    ends = {label: member.ends for label, (_, member) in sweep.scene.members().items()}
     for member in data["member"].to_numpy():
         one = data.sel(member=member)
         peak = one["peak_strain"].fillna(-1)
         best = {str(name): int(index) for name, index in peak.argmax(dim=paths).items()}
         there = one.isel(best)
         values = [number(written(data, path)[best[path]]) for path in paths]
-        place = f"{float(there['peak_strain_s']):.3g}"
-        table.add_row(escape(str(member)), number(units.number(float(there["peak_strain"]), "strain")), *values, place)
+        stress = number(units.number(float(one["peak_stress"].max()), "stress")) if "peak_stress" in one else "-"
+        strain, place = (float(there[name]) for name in ("peak_strain", "peak_strain_s"))
+        where = _place(place, ends[str(member)])
+        table.add_row(escape(str(member)), stress, number(units.number(strain, "strain")), *values, escape(where))
     if without := int((data["not_estimated"] == NO_ESTIMATE).sum()):
         table.caption = f"{without} of {data['not_estimated'].size} points have no error estimate"
     return table
+
+
+def _place(s: float, ends: tuple[str, str]) -> str:
+    """Say where along a member a place is; in shares of the length, which may be what is swept."""
+    return f"at {ends[bool(s)]}" if s in (0, 1) else f"{percent(s)} of {ends[0]} to {ends[1]}"

@@ -192,7 +192,7 @@ def test_two_processes_come_to_the_same_file(arm, tmp_path):
     swept(arm, tmp_path / "one", SHORT, refine_peaks=3)
     shared = finished(*arguments, tmp_path / "two", ranks=2)
     assert shared.returncode == 0, shared.stderr
-    assert shared.stdout.count("Largest strain") == 1
+    assert shared.stdout.count("Largest stress") == 1
     assert (tmp_path / "two" / "sweep.nc").read_bytes() == (tmp_path / "one" / "sweep.nc").read_bytes()
 
 
@@ -410,6 +410,7 @@ def test_a_grid_holds_the_results_of_its_points(seed, tmp_path):
     result = analyse(seed.changed(drive__speed=50.0, damping__ratio=0.03))
     alone, close = result.data, between_positions(result).data
     assert (point["peak_strain"].to_numpy() == np.abs(close["strain"]).max(("theta", "s", "fibre")).to_numpy()).all()
+    assert (point["peak_stress"].to_numpy() == np.abs(close["stress"]).max(("theta", "s", "fibre")).to_numpy()).all()
     there = {"theta": float(point["peak_strain_theta"].sel(member="coupler")), "member": "coupler"}
     there |= {"s": float(point["peak_strain_s"].sel(member="coupler"))}
     there |= {"fibre": "+" if point["peak_strain_side"].sel(member="coupler") == 1 else "-"}

@@ -40,13 +40,22 @@ def made(seed):
         for name in TEXTS:
             data[name] = (paths, np.full(shape, "", dtype=object))
         growing = np.arange(1.0, 1 + np.prod(shape)).reshape(*shape, 1)
-        for name in ("peak_strain", "peak_deflection", "peak_strain_s", "euler_ratio", "bow", "rotation"):
+        for name in (
+            "peak_stress",
+            "peak_strain",
+            "peak_deflection",
+            "peak_strain_s",
+            "euler_ratio",
+            "bow",
+            "rotation",
+        ):
             data[name] = ((*paths, "member"), 1e-6 * growing)
         waves = np.abs(np.sin(growing * [1, 2, 3, 4]))[..., None, :]
         data["strain_harmonic"] = ((*paths, "member", "harmonic"), waves)
         data["frequency_lowest"] = data["frequency_highest"] = ((*paths, "mode"), 0 * growing + 205.0)
         data["drive_rate"] = data[paths[0]] + 0 * data["bow"].isel(member=0)
-        return Sweep(data.assign_coords(member=["rod"], harmonic=range(4), mode=[1]))
+        data.attrs["scene"] = seed.model_dump_json()
+        return Sweep(data.assign_coords(member=["coupler"], harmonic=range(4), mode=[1]))
 
     return make
 
@@ -62,7 +71,7 @@ def said(sweep):
 
 def test_effects_that_come_and_go_are_told(made):
     sweep = made(SPEEDS)
-    sweep.data.attrs["scene"] = json.dumps({"effects": "auto"})
+    sweep.data.attrs["scene"] = sweep.scene.changed(effects="auto").model_dump_json()
     sweep.data["effects"][:] = "coupling, vibration"
     sweep.data["effects"][10], sweep.data["error"][10] = "", "SolverError"
     assert "at some points only" not in said(sweep)
@@ -107,14 +116,23 @@ def test_points_outside_the_theory_are_told(made):
 def test_sweeps_are_told_in_the_units_of_their_scene(made):
     sweep = made(SPEEDS)
     sweep.data["peak_joint_force"] = (("drive.speed", "joint"), np.full((11, 1), 4.4482216152605))
-    sweep = Sweep(sweep.data.assign_coords(joint=["A"]).assign_attrs(scene='{"units": ["%", "in", "lbf"]}'))
-    upper, lower = response_figure(sweep).axes
-    assert (upper.get_ylabel(), lower.get_ylabel()) == ("strain (%)", "deflection (in)")
+    sweep.data["peak_strain_s"][:] = 0.25
+    sweep = Sweep(sweep.data.assign_coords(joint=["A"])).told_in(["%", "in", "lbf", "psi"])
+    top, upper, lower = response_figure(sweep).axes
+    labels = [axes.get_ylabel() for axes in (top, upper, lower)]
+    assert labels == ["stress (psi)", "strain (%)", "deflection (in)"]
+    assert top.get_lines()[0].get_ydata()[-1] == pytest.approx(11e-6 / 6894.757)
     assert upper.get_lines()[0].get_ydata()[-1] == pytest.approx(1e-4 * 11)
     assert lower.get_lines()[0].get_ydata()[-1] == pytest.approx(11e-6 / 0.0254)
     (forces,) = force_figure(sweep).axes
     assert forces.get_lines()[0].get_ydata()[-1] == pytest.approx(1)
-    assert "strain (%)" in said(sweep)
+    row = next(line for line in said(sweep).splitlines() if line.startswith(" coupler"))
+    assert [float(cell) for cell in row.split()[1:4]] == pytest.approx([11e-6 / 6894.757, 11e-4, 600], rel=1e-3)
+    assert row.rstrip().endswith("25 % of A to B")
+    assert "stress (psi)" in said(sweep)
+    without = Sweep(sweep.data.drop_vars("peak_stress"))  # as of an older version
+    assert len(response_figure(without).axes) == 2
+    assert " - " in next(line for line in said(without).splitlines() if line.startswith(" coupler"))
 
 
 def test_points_are_judged_by_what_linear_theory_leaves_out_as_a_run_is(made):
@@ -146,7 +164,7 @@ def test_points_outside_the_theory_are_dotted_in_curves(made):
     sweep = made(SPEEDS)
     assert not response_figure(sweep).axes[0].patches
     sweep.data["bow"][3:5] = 0.03
-    axes, last = response_figure(sweep).axes
+    axes, _, last = response_figure(sweep).axes
     assert [(span.get_x(), span.get_x() + span.get_width()) for span in axes.patches] == [pytest.approx((225, 325))]
     assert last.get_xlabel() == "drive.speed (rpm)"
     assert "outside the theory" in [text.get_text() for text in axes.get_legend().get_texts()]
@@ -154,13 +172,13 @@ def test_points_outside_the_theory_are_dotted_in_curves(made):
 
 def test_maps_end_with_the_range_and_hatch_cells_outside_the_theory(made):
     sweep = made(SPEEDS, RATIOS)
-    axes = strain_map(sweep, "rod").axes[0]
+    axes = strain_map(sweep, "coupler").axes[0]
     assert axes.get_xlim() == pytest.approx((100, 600))
     assert axes.get_ylim() == pytest.approx((0.01, 0.05))
     assert axes.get_legend() is None
     sweep.data["bow"][3:5, 2] = 0.03
     sweep.data["error"][10] = "SolverError"
-    axes = strain_map(sweep, "rod").axes[0]
+    axes = strain_map(sweep, "coupler").axes[0]
     cells = np.array([path.vertices for path in axes.collections[-1].get_paths()])
     assert len(cells) == 2
     assert np.ptp(cells[..., 0]) == pytest.approx(100)
@@ -169,7 +187,7 @@ def test_maps_end_with_the_range_and_hatch_cells_outside_the_theory(made):
 
 def test_waves_of_a_waterfall_stay_below_the_next(made):
     sweep = made(SPEEDS)
-    waves = [line.get_ydata() for line in waterfall_figure(sweep, "rod").axes[0].get_lines()[:3]]
+    waves = [line.get_ydata() for line in waterfall_figure(sweep, "coupler").axes[0].get_lines()[:3]]
     assert all(order <= wave.min() and wave.max() < order + 1 for order, wave in enumerate(waves, 1))
 
 
