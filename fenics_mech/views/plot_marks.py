@@ -183,13 +183,31 @@ def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, s
             axes.plot(np.degrees(angle) % 360, strain / size, label="measured", **MEASURED)
 
 
-def mark_modes(axes: Axes, result: Result, limit: float) -> None:
-    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top."""
+def mark_modes(axes: Axes, result: Result, limit: float) -> str:
+    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top.
+
+    Parameters
+    ----------
+    axes
+        The axes.
+    result
+        The result.
+    limit
+        Upper end of the axis.
+
+    Returns
+    -------
+    str
+        What the bands are, or where the natural frequencies are if none is within the axis.
+    """
     if "frequency" not in result.data:
-        return
+        return ""
     frequency = result.data["frequency"].transpose("theta", "mode").to_numpy() * result.scene.period
     for mode, (low, high) in enumerate(zip(frequency.min(axis=0), frequency.max(axis=0))):
         if low < limit:
             axes.axvspan(low, high, color=COLOURS[1 + mode % 6], alpha=0.3, zorder=1, linewidth=1)
             at: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "ha": "center", "va": "top", "fontsize": 8}
             axes.text((low + min(high, limit)) / 2, 0.98 - 0.08 * (mode % 2), str(mode + 1), **at)
+    if (lowest := float(frequency.min())) < limit:
+        return "bands: natural frequencies over the cycle, by mode"
+    return f"natural frequencies lie beyond, from {short(lowest)} times the drive on"

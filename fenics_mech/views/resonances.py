@@ -65,6 +65,32 @@ def resonances_of(data: xr.Dataset) -> list[Resonance]:
     return [Resonance(int(points[one.point]), one.order, one.mode, one.strain) for one in found]
 
 
+def rising_at_ends(data: xr.Dataset) -> list[Resonance]:
+    """Give the harmonics that still rise at the ends of a sweep over one field, near a mode: at each the largest.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
+    points = whole_points(data)
+    if not len(points):
+        return []
+    rate, low, high, amplitude = sizes_at(data, points)
+    gain, distance = gains(rate, amplitude), distances(rate, low, high, amplitude.shape[2])
+    peak = np.nanmax(data["peak_strain"].transpose(..., "member").to_numpy()[points], axis=1)
+    found = []
+    for end, beside in ((0, 1), (-1, -2)):
+        rises = (gain[end] > gain[beside]) & (gain[end] > RESONANCE.named)
+        rises &= (amplitude[end] > RESONANCE.least * peak[end]) & (distance[end].min(axis=1) < RESONANCE.near)
+        sizes = np.where(rises, np.nan_to_num(amplitude[end]), 0.0)
+        member, order = np.unravel_index(sizes.argmax(), sizes.shape)
+        if order and sizes[member, order]:
+            mode = int(distance[end, order].argmin())
+            found.append(Resonance(int(points[end]), int(order), mode, float(sizes[member, order])))
+    return found
+
+
 def whole_points(data: xr.Dataset) -> Index:
     """Give the numbers of the points of a sweep over one field that did not fail, where resonances can be sought.
 

@@ -30,7 +30,7 @@ from fenics_mech.views.plots import (
     plot_strain_map,
 )
 from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file
-from fenics_mech.views.vector_plots import force_path_figure, path_points, plot_point_path
+from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
 MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
 MOST_SPECTRA = 3
@@ -242,7 +242,7 @@ FIGURES: dict[str, Build] = {
     "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
     "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
-    "point_paths": (lambda result: bool(path_points(result)), lambda result: figure_in(plot_point_path(result))),
+    "point_paths": (lambda result: bool(path_points(result)), point_path_figure),
     "freedoms": (lambda result: "freedom_place" in result.data, freedom_figure),
     "freedom_spectrum": (
         lambda result: "lyapunov_exponent" in result.data or "section_place" in result.data,

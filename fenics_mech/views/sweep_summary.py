@@ -16,7 +16,7 @@ from fenics_mech._arrays import Index
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.errors import percent
 from fenics_mech.recovery.peaks import PEAK
-from fenics_mech.views.resonances import RESONANCE, resonances_of, whole_points
+from fenics_mech.views.resonances import RESONANCE, resonances_of, rising_at_ends, whole_points
 from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import share
@@ -87,7 +87,11 @@ def _with_care(data: xr.Dataset, paths: list[str]) -> list[Text]:
     if not careful.any() or "theory_share" not in data:
         return []
     shares = [data[name].transpose(*paths).to_numpy() for name in ("theory_share", "deflection_theory_share")]
-    most = float(np.nanmax(np.where(careful, np.fmax(*shares), np.nan)))
+    known = np.where(careful, np.fmax(*shares), np.nan)
+    if np.isnan(known).all():
+        at = _where(data, paths, np.argwhere(careful))
+        return [Text(f"Linear theory may leave too much out at {at}: use these with care.", style="yellow")]
+    most = float(np.nanmax(known))
     at = _where(data, paths, np.argwhere(careful))
     text = f"Linear theory leaves out up to {share(most)} of the strain or deflection at {at}: use these with care."
     return [Text(text, style="yellow")]
@@ -97,13 +101,23 @@ def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
     """Name the largest resonances of a sweep over one field, as the Campbell diagram does."""
     if len(paths) > 1 or not len(whole_points(data)):
         return []
-    if not (found := resonances_of(data)):
-        return [Text("No resonance stands out: no harmonic near a mode rises above its growth with the speed squared.")]
     said = [
-        f"{range_of(data, paths[0], one.point, one.point)} ({one.order} times the drive meets mode {one.mode + 1})"
-        for one in found[: RESONANCE.most]
+        f"{_value(data, paths[0], one.point)} ({one.order} times the drive meets mode {one.mode + 1})"
+        for one in resonances_of(data)[: RESONANCE.most]
     ]
-    return [Text(f"Resonances, the largest first: {', '.join(said)}.")]
+    none = "No resonance stands out: no harmonic near a mode rises above its growth with the speed squared."
+    rising = [
+        f"Strains still rise at {_value(data, paths[0], one.point)}, where {one.order} times the drive nears mode "
+        f"{one.mode + 1}: the resonance may lie beyond."
+        for one in rising_at_ends(data)
+    ]
+    first = f"Resonances, the largest first: {', '.join(said)}." if said else none
+    return [Text(line) for line in ([first] if said or not rising else []) + rising]
+
+
+def _value(data: xr.Dataset, path: str, point: int) -> str:
+    """Write the value of a swept field at a point, with its unit."""
+    return range_of(data, path, point, point)
 
 
 def _changing_effects(data: xr.Dataset, paths: list[str]) -> str:

@@ -13,10 +13,10 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
-from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, finish, new_axes
+from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, figure_in, finish, new_axes
 from fenics_mech.views.plot_marks import RING
 from fenics_mech.views.reading import ForceReading, reading_of
-from fenics_mech.views.words import short
+from fenics_mech.views.words import DEGREE, short
 
 TICKS = 45  # degrees of the drive between two dots
 COLUMNS, MOST_JOINTS = 3, 9  # of a figure
@@ -169,7 +169,28 @@ def force_path_figure(result: Result) -> Figure:
         axes.set_title(title, fontsize=9, loc="left")
         axes.set_ylabel("")
         axes.tick_params(labelsize=8)
+    _explain_dots(figure, reading)
     return figure
+
+
+def point_path_figure(result: Result) -> Figure:
+    """Draw the paths of the points that `plot_point_path` takes by itself, and say what the dots are.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    figure = figure_in(plot_point_path(result))
+    _explain_dots(figure, reading_of(result))
+    return figure
+
+
+def _explain_dots(figure: Figure, reading: ForceReading) -> None:
+    """Say below a figure what the dots on its paths are."""
+    if not reading.in_time:
+        text = f"full dot: drive angle {reading.at(0)}; open dots: every {TICKS}{DEGREE} from there"
+        figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color="#555555")
 
 
 def _draw_path(axes: Axes, reading: ForceReading, places: Array, colour: str, dots: bool = True, **look: Any) -> None:

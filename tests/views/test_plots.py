@@ -133,6 +133,11 @@ def test_spectrum_has_a_bar_for_every_harmonic_and_a_band_for_every_mode(result)
     assert marked == ["1", "2"]
     first = float(result.data["frequency"].sel(mode=1).mean()) * result.scene.period
     assert figure.axes[0].texts[0].get_position()[0] == pytest.approx(first, abs=0.5)
+    assert figure.axes[-1].get_xlabel().endswith("; bands: natural frequencies over the cycle, by mode")
+    slow = Result(result.data.assign(frequency=10 * result.data["frequency"]))
+    lowest = 10 * float(result.data["frequency"].min()) * result.scene.period
+    said = spectrum_figure(slow).axes[-1].get_xlabel()
+    assert said.endswith(f"natural frequencies lie beyond, from {short(lowest)} times the drive on")
     with pytest.raises(ViewError, match="no harmonics"):
         plot_spectrum(Result(result.data.drop_vars("strain_amplitude")), "crank")
 

@@ -149,6 +149,10 @@ def test_points_are_judged_by_what_linear_theory_leaves_out_as_a_run_is(made):
     words = " ".join(said(sweep).split())
     assert "3 of 11 points are OUTSIDE THE THEORY" in words
     assert "leaves out up to 24 % of the strain or deflection at drive.speed = 150 to 500 rpm" in words
+    for name in ("theory_share", "deflection_theory_share"):
+        sweep.data[name][:] = np.nan
+    sweep.data["bow"][:], sweep.data["euler_ratio"][:] = 0.0, 0.12
+    assert "Linear theory may leave too much out at drive.speed = 100 to 600 rpm" in " ".join(said(sweep).split())
 
 
 @pytest.mark.slow
@@ -258,6 +262,9 @@ def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
     ]
     assert [float(text.split()[-2]) for text in named] == pytest.approx([375, 429, 500], abs=3)
     assert "scene: 300 rpm" in [text.get_text() for text in lower.texts]
+    assert "still rise" not in said(Sweep(data))
+    cut = Sweep(data.isel({"drive.speed": slice(0, 52)}))  # before the resonance of 6 times the drive
+    assert "Strains still rise at 495 rpm, where 6 times the drive nears mode 1" in said(cut)
     assert len(upper.collections[-1].get_offsets()) > 10
     words = re.search(r"Resonances, the largest first: (.*)\.", said(Sweep(data)))[1]
     assert [float(speed) for speed in re.findall(r"([\d.]+) rpm \(", words)] == pytest.approx([500, 429, 375], abs=3)

@@ -65,16 +65,19 @@ function spectrum() {
   const heights = D.harmonics[shown.member], big = Math.max(...heights.slice(1)) || 1, drive = 1 / D.seconds;
   let last = heights.length - 1;
   while (last > 12 && heights[last] < .01 * big) last--;
-  $("spectrum-where").textContent = `of the strain of ${D.members[shown.member]} where it is largest; drive ${number(drive)} Hz${A.frequency ? "; shaded: natural frequencies by mode" : ""}`;
   const whole = ticks(0, last, 8).filter(v => v && Number.isInteger(v));
   const plot = axes($("spectrum"), { x: [.4, last + .6], y: [0, big * 1.18], yName: D.units.strain, xName: "multiple of the drive’s frequency", xTicks: whole });
   const { box, svg, X, Y } = plot;
+  let least = Infinity;
   for (let n = 0; A.frequency && n < A.frequency.row; n++) {
     const orders = history(place => at(A.frequency, place, n) / drive), from = Math.max(.4, Math.min(...orders)), to = Math.min(last + .6, Math.max(...orders));
+    least = Math.min(least, ...orders);
     if (from >= last + .6 || to <= .4) continue;
     draw("rect", { x: X(from), width: Math.max(2, X(to) - X(from)), y: box.top, height: box.bottom - box.top, class: `mode f${(n + 1) % 6}` }, svg);
     draw("text", { x: (X(from) + X(to)) / 2, y: box.top + 12 + 13 * (n % 2), "text-anchor": "middle" }, svg, String(n + 1));
   }
+  const modes = !A.frequency ? "" : least < last + .6 ? "; shaded: natural frequencies by mode" : `; natural frequencies lie beyond, from ${number(least)} times the drive on`;
+  $("spectrum-where").textContent = `of the strain of ${D.members[shown.member]} where it is largest; drive ${number(drive)} Hz${modes}`;
   for (let n = 1; n <= last; n++) {
     const width = Math.max(2, .7 * (X(2) - X(1)));
     const bar = draw("rect", { x: X(n) - width / 2, width, y: Y(heights[n]), height: box.bottom - Y(heights[n]), class: "f0" }, svg);
