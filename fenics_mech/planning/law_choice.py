@@ -5,6 +5,8 @@ They come from the forces and deflections of the same linkage with tight joints 
 
 from __future__ import annotations
 
+import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +15,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._guard import guarded
 from fenics_mech.effects.effect import Choice, Effect
-from fenics_mech.errors import AssemblyError, SceneError
+from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import joint_forces, joint_names, nodal_forces, reactions
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.joints.dry_friction import DryFriction, coefficient
@@ -24,6 +26,9 @@ from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Clearance, Friction, GuideClearance, Scene
+
+logger = logging.getLogger(__name__)
+EstimatedLaw = Friction | Clearance | GuideClearance
 
 
 @dataclass(frozen=True)
@@ -111,31 +116,39 @@ def choose_laws(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
     Returns
     -------
     tuple
-        The scene with the laws that count, and what was decided about each that was estimated.
+        The scene with the laws that count, and what was decided about each. Where they cannot be estimated all act,
+        without a size.
     """
-    estimated = {
-        name: law for name, law in scene.joint_laws.items() if isinstance(law, Friction | Clearance | GuideClearance)
-    }
+    estimated = {name: law for name, law in scene.joint_laws.items() if isinstance(law, EstimatedLaw)}
     led = scene.effects == "auto" and scene.members() and scene.drives and not scene.freedoms
-    if not led or not estimated or any(joint_names({n: scene.joints[n]}) != [n] for n in scene.joints):
+    if not led or not estimated:
         return scene, ()
+    if any(joint_names({name: scene.joints[name]}) != [name] for name in scene.joints):
+        return scene, _kept(estimated, "pins go through more than two links")
     try:
         tight = TightMotion.of(scene)
-    except (AssemblyError, SceneError):  # its drives do not lead it, or its loads are not of a cycle
-        return scene, ()
+    except MechanismError as error:  # such as drives that do not lead it alone, or a member that buckles
+        logger.info("friction and clearance are not estimated: %s", error)
+        return scene, _kept(estimated, "without laws of joints the scene has no answer")
     choices = []
     for name, law in estimated.items():
-        rubs = isinstance(law, Friction)
-        size = tight.friction(scene, law) if isinstance(law, Friction) else tight.clearance(law)
-        effect = Effect(
-            name=f"joint_laws.{name}",
-            meaning=f"{law.kind} at joint {law.joint}",
-            source="see the law",
-            estimate="its power over that of the drive at its largest torque"
-            if rubs
-            else "its way over the deflection",
-        )
-        choices.append(Choice(effect, size, acts=size > scene.neglected / 2))
+        if isinstance(law, Friction):
+            size, estimate = tight.friction(scene, law), "its power over that of the drive at its largest torque"
+        else:
+            size, estimate = tight.clearance(law), "its way over the deflection"
+        choices.append(Choice(_effect(name, law, estimate), size, acts=size > scene.neglected / 2))
     left = {choice.effect.name.removeprefix("joint_laws.") for choice in choices if not choice.acts}
     kept = {name: law for name, law in scene.joint_laws.items() if name not in left}
     return scene.model_copy(update={"joint_laws": kept}) if left else scene, tuple(choices)
+
+
+def _kept(laws: Mapping[str, EstimatedLaw], why: str) -> tuple[Choice, ...]:
+    """Say of laws that they act, and why they are not estimated."""
+    more = f"; not estimated, as {why}"
+    return tuple(Choice(_effect(name, law, more=more), None, acts=True) for name, law in laws.items())
+
+
+def _effect(name: str, law: EstimatedLaw, estimate: str = "", more: str = "") -> Effect:
+    """Give a law as an effect that can be chosen, and how its size is estimated; `more` comes after its meaning."""
+    meaning = f"{law.kind} at joint {law.joint}{more}"
+    return Effect(name=f"joint_laws.{name}", meaning=meaning, source="see the law", estimate=estimate)

@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.errors import SolverError
+from fenics_mech.planning import law_choice
 from fenics_mech.planning.law_choice import choose_laws
 from tests.joints.test_bending import RUBS, slider_crank
 
@@ -67,3 +69,18 @@ def test_what_is_listed_or_has_no_cycle_is_not_estimated(changes):
     scene, found = sizes(joint_laws={"guide": GUIDE}, **changes)
     assert not found
     assert list(scene.joint_laws) == ["guide"]
+
+
+def test_laws_that_cannot_be_estimated_say_so():
+    """Without laws the scene has no answer, so that nothing tells their sizes: all are kept."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(law_choice, "mechanism", _refused)
+        scene, found = sizes(joint_laws={"guide": GUIDE})
+    (choice,) = found.values()
+    assert (choice.size, choice.acts) == (None, True)
+    assert choice.effect.meaning.endswith("not estimated, as without laws of joints the scene has no answer")
+    assert list(scene.joint_laws) == ["guide"]
+
+
+def _refused(scene):
+    raise SolverError("a member buckles")
