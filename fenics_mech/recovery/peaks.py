@@ -87,8 +87,9 @@ def doubts(result: Result) -> dict[str, float]:
     result
         The result.
     """
-    closer = between_positions(result)
-    return {name: doubt(result, closer, name) for name in PEAKS}
+    looked_at = Result(result.data[list(PEAKS)])
+    closer = between_positions(looked_at)
+    return {name: doubt(looked_at, closer, name) for name in PEAKS}
 
 
 def doubt(result: Result, closer: Result, name: str) -> float:
