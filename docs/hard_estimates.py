@@ -77,9 +77,11 @@ def scene_of(name: str, kind: str, *, finer: bool = False) -> fm.Scene:
     """Make a hard case of a demo, or its reference."""
     faster, ratio, effects, solver, elements, steps = KINDS[kind]
     content: dict[str, Any] = tomllib.loads((DEMOS / f"{name}.toml").read_text())
-    if drive := content.get("drive"):
-        number, unit = drive["speed"].split(" ", 1)
-        drive["speed"] = f"{faster * float(number)} {unit}"
+    drives = content.get("drive", [])
+    for drive in drives if isinstance(drives, list) else [drives]:
+        if "speed" in drive:
+            number, unit = drive["speed"].split(" ", 1)
+            drive["speed"] = f"{faster * float(number)} {unit}"
     if name == "pulsating_column":  # its load presses it, and its flywheel is not to be damped
         effects = [*effects, "geometric-stiffness"] if "geometric-stiffness" not in effects else effects
     else:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -10,7 +11,6 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import DampingFactor, FullFactor, ReducedFactor
-from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.reduced_damping import ReducedLinks
 from fenics_mech.response.mode_shapes import SHAPES, every, held, slowest
 
@@ -24,6 +24,7 @@ class FactorLimits:
     fading: float = 3.0  # the damping fades out over the last third
     smooth: float = 1e-5  # of the damping of all modes: by how much four and six positions may differ
     few_smooth: float = 3e-5  # the same of few modes, which take longest to find; six positions err by a fifth of it
+    parts: tuple[int, ...] = (1, 2, 4)  # of a step, at whose starts it may be found: six times the steps are points
 
 
 FACTOR = FactorLimits()
@@ -116,24 +117,9 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
     return modes.factor(here.once("modal damping", lambda: _of_slowest(ratio, *held(here), modes), key))
 
 
-def damping_between(damping: DampingFactor, start: Equation, places: Array) -> DampingFactor | None:
-    """Interpolate the factor of modes' damping as `interpolated_damping` does.
-
-    Parameters
-    ----------
-    damping
-        The factor at the starts of equal steps of a closed cycle.
-    start
-        The equation there.
-    places
-        Where in every step, 0..1.
-    """
-    found = interpolated_damping(damping.values, damping.unit(start), places)
-    return None if found is None else replace(damping, values=found)
-
-
-def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | None:
-    """Interpolate the factor F of modes' damping between equal steps of a closed cycle; None where it is not smooth.
+@dataclass(frozen=True, eq=False)
+class KnownDamping:
+    """The factor of modes' damping at equal parts of all steps of a closed cycle, to be interpolated between them.
 
     F is known but for a rotation of its rows. That of all modes is a factor of their damping ``F^T F``, which is
     interpolated. That of a few modes is turned to be like that of the position before it: the orthogonal Procrustes
@@ -141,30 +127,61 @@ def interpolated_damping(damping: Array, unit: Array, places: Array) -> Array | 
 
     Parameters
     ----------
-    damping
-        F at the starts of the steps, ``(steps, modes, coordinates)``.
+    factor
+        F at the starts of the parts.
     unit
-        What coordinates are multiplied by for their numbers to be alike, ``(coordinates,)``.
-    places
-        Where in every step, 0..1.
-
-    Returns
-    -------
-    numpy.ndarray or None
-        ``(steps x places, modes, coordinates)``.
+        What its columns are divided by for their numbers to be alike, ``(coordinates,)``.
+    parts
+        Parts in a step.
     """
-    scaled = damping / unit
-    if scaled.shape[1] < scaled.shape[2]:
-        factors = _through_six(_turned_alike(scaled), places, FACTOR.few_smooth)
-        return None if factors is None else factors * unit
-    whole = scaled.transpose(0, 2, 1) @ scaled
-    products = _through_six({ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}, places, FACTOR.smooth)
-    if products is None:
-        return None
-    try:
-        return np.linalg.cholesky(products).transpose(0, 2, 1) * unit
-    except np.linalg.LinAlgError:  # some mode has no damping
-        return None
+
+    factor: DampingFactor
+    unit: Array
+    parts: int = 1
+
+    @property
+    def _few(self) -> bool:
+        """Whether it is that of a few modes."""
+        return bool(self.factor.values.shape[1] < self.factor.values.shape[2])
+
+    @property
+    def alike(self) -> dict[int, Array]:
+        """What is interpolated, at the positions from two before each one to three after it."""
+        scaled = self.factor.values / self.unit
+        if self._few:
+            return _turned_alike(scaled)
+        whole = scaled.transpose(0, 2, 1) @ scaled
+        return {ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}
+
+    @cached_property
+    def enough_parts(self) -> int:
+        """Into how many parts each part is to be cut for it to be smooth; 0 where that is too many."""
+        alike = self.alike
+        differs = float(np.abs(_through(range(-1, 3), 0.5, alike) - _through(range(-2, 4), 0.5, alike)).max())
+        rough = differs / ((FACTOR.few_smooth if self._few else FACTOR.smooth) * np.abs(alike[0]).max())
+        # a polynomial through four positions errs by the fourth power of their distance
+        return next((parts for parts in FACTOR.parts if rough <= parts**4), 0)
+
+    def at(self, places: Array) -> DampingFactor | None:
+        """Interpolate by polynomials through six positions; None where some mode has no damping.
+
+        Parameters
+        ----------
+        places
+            Where in every step, 0..1.
+        """
+        alike, found = self.alike, []
+        for place in places:
+            part, inside = divmod(place * self.parts, 1)
+            here = {ahead: values[min(int(part), self.parts - 1) :: self.parts] for ahead, values in alike.items()}
+            found.append(_through(range(-2, 4), inside + max(0.0, part - self.parts + 1), here))
+        values = np.stack(found, axis=1).reshape(-1, *found[0].shape[1:])
+        if not self._few:
+            try:
+                values = np.linalg.cholesky(values).transpose(0, 2, 1)
+            except np.linalg.LinAlgError:
+                return None
+        return replace(self.factor, values=values * self.unit)
 
 
 def _turned_alike(scaled: Array) -> dict[int, Array]:
@@ -182,17 +199,10 @@ def _turned_alike(scaled: Array) -> dict[int, Array]:
     return alike
 
 
-def _through_six(alike: dict[int, Array], places: Array, smooth: float) -> Array | None:
-    """Take polynomials through six positions of every step; None where one through four differs by more."""
-
-    def through(positions: range, place: float) -> Array:
-        weights = [np.prod([(place - j) / (i - j) for j in positions if j != i]) for i in positions]
-        return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
-
-    difference = through(range(-1, 3), 0.5) - through(range(-2, 4), 0.5)
-    if not np.abs(difference).max() <= smooth * np.abs(alike[0]).max():
-        return None
-    return np.stack([through(range(-2, 4), place) for place in places], axis=1).reshape(-1, *alike[0].shape[1:])
+def _through(positions: range, place: float, alike: dict[int, Array]) -> Array:
+    """Value at a place between positions 0 and 1 of the polynomial through some positions about them."""
+    weights = [np.prod([(place - j) / (i - j) for j in positions if j != i]) for i in positions]
+    return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
 
 
 def _of_slowest(ratio: Ratio, mass: Stack, stiffness: Stack, modes: DampedModes) -> Array:

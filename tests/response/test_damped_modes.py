@@ -9,6 +9,9 @@ from fenics_mech.accuracy.undamped_modes import left_undamped
 from fenics_mech.analysis import solved
 from fenics_mech.response import damped_modes as module
 from fenics_mech.response.damped_modes import damped_modes
+from fenics_mech.response.modal_damping import FACTOR
+from fenics_mech.response.periodic.cycle import Cycle, system_at_places
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -114,3 +117,15 @@ def test_damped_modes_are_those_of_a_similar_machine():
     for other, equal in ((Scene.read(data), 1e-9), (Scene.read(turned(scene, 0.7)), 2e-6)):
         found = response_of(other).data["strain"].to_numpy()
         assert found == pytest.approx(plain, abs=equal * np.abs(plain).max())
+
+
+def test_damping_between_few_positions_is_that_found_there():
+    """Where it is not smooth enough between the starts of the steps, it is found at parts of them as well."""
+    scene = many().changed(analysis__sub_intervals=120)
+    cycle, places = Cycle(scene, mechanism(scene)), Tableau.of("radau", 3).points
+    assert cycle._known_damping.parts == 2
+    found = cycle.at_points(Tableau.of("radau", 3)).modal_damping.values
+    there = cycle.damped_equation(system_at_places(scene, cycle.system, cycle.steps, places)).modal_damping.values
+    scaled = (values / cycle._known_damping.unit for values in (found, there))
+    whole, exact = (values.transpose(0, 2, 1) @ values for values in scaled)
+    assert np.abs(whole - exact).max() < FACTOR.few_smooth * np.abs(exact).max()

@@ -13,7 +13,7 @@ from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.response.continuation.branch import Turning, solution_at
-from fenics_mech.response.periodic.cycle import system_at_points
+from fenics_mech.response.periodic.cycle import system_at_places
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
@@ -138,7 +138,9 @@ def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):
     speeds = {speed: scene.changed(drive__speed=speed) for speed in (20.0, 25.0, 30.0, 28.0)}
 
     def equation(speed):
-        return Equation(system_at_points(speeds[speed], mechanism(speeds[speed]), Steps.of(speeds[speed]), tableau))
+        return Equation(
+            system_at_places(speeds[speed], mechanism(speeds[speed]), Steps.of(speeds[speed]), tableau.points)
+        )
 
     turning = Turning.between(equation, speeds.__getitem__, (20.0, 30.0))
     found, expected = turning.at_rate(28.0), equation(28.0)

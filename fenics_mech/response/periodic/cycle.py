@@ -21,7 +21,7 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_axial_forces
 from fenics_mech.response.damped_modes import damped_modes
-from fenics_mech.response.modal_damping import DampedModes, damping_between, modal_damping
+from fenics_mech.response.modal_damping import DampedModes, KnownDamping, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -111,18 +111,32 @@ class Cycle:
             The points in each step.
         """
         if tableau not in self._equations:
-            there = system_at_points(self.scene, self.system, self.steps, tableau)
+            there = system_at_places(self.scene, self.system, self.steps, tableau.points)
             known = self._between_starts(there, tableau)
             self._equations[tableau] = self.damped_equation(there) if known is None else Equation(there, known)
         return self._equations[tableau]
 
     def _between_starts(self, there: System, tableau: Tableau) -> DampingFactor | None:
-        """Give the damping of modes at points by that at the starts of the steps; None where it is not smooth."""
-        known = self.start.modal_damping
-        if known is None or not self.steps.regular.all():
+        """Give the damping of modes at points by that at equal positions; None where it is not smooth."""
+        if self.start.modal_damping is None or not self.steps.regular.all() or self._known_damping is None:
             return None
-        key = str(self.scene.damping.ratio), self.damped
-        return there.once("damping between", lambda: damping_between(known, self.start, tableau.points), key)
+        known, key = self._known_damping, (str(self.scene.damping.ratio), self.damped)
+        return there.once("damping between", lambda: known.at(tableau.points), key)
+
+    @cached_property
+    def _known_damping(self) -> KnownDamping | None:
+        """The damping of modes at the starts of equal steps, or of parts of them; None where these are too many."""
+        factor = self.start.modal_damping
+        assert factor is not None
+        known = KnownDamping(factor, factor.unit(self.start))
+        parts = known.enough_parts
+        if parts <= 1:
+            return known if parts else None
+        there = system_at_places(self.scene, self.system, self.steps, np.arange(parts) / parts)
+        closer = self.damped_equation(there).modal_damping
+        assert closer is not None
+        known = KnownDamping(closer, known.unit, parts)
+        return known if known.enough_parts == 1 else None
 
     def flow(self, tableau: Tableau, motion: States | None = None) -> Flow:
         """Give the steps of the equation linearised about the motion (a linear one needs none).
@@ -333,8 +347,8 @@ class Cycle:
         return lambda places: series.at(np.abs(self.steps.angles(places)))
 
 
-def system_at_points(scene: Scene, system: System, steps: Steps, tableau: Tableau) -> System:
-    """Give a mechanism at collocation points of all steps.
+def system_at_places(scene: Scene, system: System, steps: Steps, places: Array) -> System:
+    """Give a mechanism at the same places of all steps.
 
     Parameters
     ----------
@@ -344,15 +358,15 @@ def system_at_points(scene: Scene, system: System, steps: Steps, tableau: Tablea
         Its mechanism at the starts of the sub-intervals.
     steps
         The steps.
-    tableau
-        The points in each step.
+    places
+        Where in each step, 0..1.
 
     Raises
     ------
     UnresolvedError
         When the points call for other independent coordinates than the starts.
     """
-    theta = steps.angles(tableau.points)
+    theta = steps.angles(places)
     there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
     if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
         raise UnresolvedError(
