@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.special import mathieu_a, mathieu_b
 
-from fenics_mech import analyse
+from fenics_mech import analyse, load
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
@@ -13,7 +13,10 @@ from fenics_mech.response.stability.floquet import floquet
 from fenics_mech.response.stability.multipliers import MULTIPLIERS, _slow, eigenpairs
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import response_of
+from fenics_mech.scene.meshing import with_elements
+from fenics_mech.studies.peers.compared import scene_of
+from fenics_mech.studies.peers.peer_runs import EXACT
+from tests.common import ROOT, response_of
 from tests.response.synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, places
 
 OMEGA, ZETA = np.array([2.0, 7.3, 20.0]), np.array([0.01, 0.02, 0.05])
@@ -162,6 +165,16 @@ def test_what_strong_damping_hides_from_the_steps_is_no_divergence():
     odd, even = (analyse(scene.changed(analysis__sub_intervals=count)).data["multiplier"] for count in (61, 60))
     assert np.hypot(*even[0]) < 1e-6
     assert even[0].to_numpy() == pytest.approx(odd[0].to_numpy(), rel=1e-2)
+
+
+def test_softness_of_a_moment_makes_no_multiplier_of_what_is_damped_away():
+    """Bent by 0.9 rad it is soft for a moment, and Gauss points keep what is too fast: they made 1.02 of it."""
+    demo = load(ROOT / "demos" / "four_bar.toml")
+    soft = {"materials.aluminium.modulus": 0.1 * demo.materials["aluminium"].modulus, "damping.ratio": 0.4}
+    scene = with_elements(scene_of(demo.changed(soft), EXACT), 8)
+    steps = {"sub_intervals": 200, "stages": 3, "stability": True, "error_estimates": False, "allow_coarse": True}
+    data = analyse(scene.changed(analysis=scene.analysis.model_copy(update=steps))).data
+    assert np.hypot(*data["multiplier"].transpose("part", ...)).max() < 0.06
 
 
 def test_resonance_is_found_among_many_undamped_modes():

@@ -155,7 +155,7 @@ def floquet(
     """
     limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
-    followed = 0 < flow.matrices.growth * float(np.max(flow.step)) < STABILITY.longest_step
+    followed = 0 < flow.matrices.growth < limit
     slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
     for (values, states), every in eigenpairs(flow, slow, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.mean_step)
