@@ -7,7 +7,7 @@ from fenics_mech.beams.other_mesh import elemental_on, nodal_on
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.periodic import collocation
+from fenics_mech.response.periodic import collocation, steady_state
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism
@@ -102,6 +102,19 @@ def test_where_nothing_is_found_beside_it_newton_begins_from_nothing(coarse, mon
     monkeypatch.setattr(collocation, "improved", fails)
     scene = scene_with(3, 48)
     assert (solved(scene, coarse[2]).orbit.displacement == solved(scene).orbit.displacement).all()
+
+
+def test_newton_begins_from_the_motion_by_longer_steps(iterations, monkeypatch):
+    scene = scene_with(2, 240)
+    found = solved(scene).orbit.displacement
+    assert iterations.count(3 * 240) <= 3  # of 3 points in each of 240 steps; 6 from nothing
+    monkeypatch.setattr(steady_state, "_by_longer_steps", lambda cycle: None)
+    assert np.abs(found - solved(scene).orbit.displacement).max() < 1e-8 * np.abs(found).max()
+
+
+def test_where_longer_steps_find_nothing_newton_begins_from_nothing(monkeypatch):
+    monkeypatch.setattr(steady_state.KnownMotion, "of", lambda equation, orbit: None)
+    assert np.isfinite(solved(scene_with(2, 240)).orbit.displacement).all()
 
 
 def test_linear_strains_have_nothing_to_begin_from():

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes, solve_modes
-from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.impulse_work import AtImpulses
 from fenics_mech.kinematics import solve_motion
@@ -33,6 +33,17 @@ from fenics_mech.response.velocity_jumps import jumps_at, velocity_jumps
 from fenics_mech.scene import Analysis, Impulse, Scene
 
 logger = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True)
+class LongerSteps:
+    """Steps whose motion is where Newton's method begins: measured, it then takes two iterations."""
+
+    times: int = 4  # as long
+    fewest: int = 60  # of them
+
+
+LONGER = LongerSteps()
 
 
 def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalSolution:
@@ -136,7 +147,7 @@ def _by_collocation(
     if cycle.settling:
         at_points = _settled(cycle, at_points)
     with cycle.determined(modes):
-        orbit = _orbit(cycle, at_points, near)
+        orbit = _orbit(cycle, at_points, near or _by_longer_steps(cycle))
     assert orbit.flow is not None
     cycle.keep(orbit.flow)
     if (known := KnownMotion.of(at_points, orbit)) is not None:
@@ -218,6 +229,23 @@ def _orbit(cycle: Cycle, at_points: Equation, near: KnownMotion | None = None) -
             return periodic_orbit(cycle.flow(cycle.tableau), jump)
         beginning = None if near is None or at_points.system.terms.law is None else near.at(at_points)
         return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump, beginning)
+
+
+def _by_longer_steps(cycle: Cycle) -> KnownMotion | None:
+    """Give the motion by longer steps, for Newton's method to begin from; None where linear, or steps are long."""
+    scene, system = cycle.scene, cycle.system
+    count = scene.analysis.sub_intervals // LONGER.times
+    if system.terms.law is None or system.beams.reduction is not None or count < LONGER.fewest:
+        return None
+    there = scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"sub_intervals": count})})
+    try:
+        motion = solve_motion(there, there.drive_angles(count), near=system.motion)
+        longer = Cycle(there, moved(there, system, motion))
+        equation = longer.at_points(longer.tableau)
+        return KnownMotion.of(equation, _orbit(longer, equation))
+    except (SolverError, FloatingPointError) as error:
+        logger.info("no motion by longer steps: %s", error)
+        return None
 
 
 def _settled(cycle: Cycle, at_points: Equation) -> Equation:
