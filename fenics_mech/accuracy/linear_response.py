@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
+from fenics_mech.accuracy.time_derivatives import between_positions
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -33,7 +34,8 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
     Parameters
     ----------
     load
-        At equal steps of the cycle, ``(angles, coordinates)``; between them it is linear.
+        At equal steps of the cycle, ``(angles, coordinates)``. Between them it is that of its Fourier series, or where
+        steps are cut linear.
     motion
         States at the starts of the steps: the changes are as good as these, even where little changes them much.
     flow
@@ -45,8 +47,10 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
     if not regular.all():
         period = float(flow.duration.sum())
         load = np.stack([np.interp(start, start[regular], column, period=period) for column in load.T], axis=1)
-    rise = np.roll(load, -1, axis=0) - load
-    inside = load[:, None] + flow.tableau.points[:, None] * rise[:, None]
+        rise = np.roll(load, -1, axis=0) - load
+        inside = load[:, None] + flow.tableau.points[:, None] * rise[:, None]
+    else:
+        inside = between_positions(load, flow.tableau.points)
     added = flow.added_by(inside.reshape(-1, load.shape[1]))
     right = np.roll(motion, -1, axis=0) - flow.carried(motion)  # with it the answer is the motion itself
     return flow.parts((flow.cycle.solve(right + added, motion[0], CYCLIC.tolerance_of_change) - motion)[regular])

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar, cast
 
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, each
+from fenics_mech.accuracy.time_derivatives import first_derivative, second_derivative
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import ACROSS, ALONG, AXIAL, CUBIC, LINEAR, NORMAL, evaluate
@@ -42,7 +42,6 @@ from fenics_mech.response.static.quasi_static import yielding_to
 from fenics_mech.scene import Prismatic
 
 Complex = NDArray[np.complex128]
-Values = TypeVar("Values", Array, Complex)
 ROTATIONS = (CUBIC[1], CUBIC[3])  # the functions of the nodes' rotations
 OF_WORK_ALONG, OF_WORK_ACROSS = np.linalg.inv(ALONG).T, np.linalg.inv(ACROSS[[1, 3]]).T  # linear loads of their work
 GAUSS, GAUSS_WEIGHT = (np.polynomial.legendre.leggauss(4) + np.array([[1.0], [0.0]])) / 2  # in an element of length 1
@@ -69,8 +68,8 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
-    and of a section that varies are on its ends. Differences in time stand for derivatives: of what is too fast for the
-    positions they give less, and no noise.
+    and of a section that varies are on its ends. Derivatives in time are those of a Fourier series through a cycle, and
+    else differences, which give less of what is fast; see `time_derivatives`.
 
     Parameters
     ----------
@@ -280,8 +279,8 @@ def _of_nodes(
 
     `links` are those of the dofs; by default dofs are nodal ones.
     """
-    first = _first(v, step, closed)
-    inertia = _second(v, step, closed) + system.terms.damping.drag * first
+    first = first_derivative(v, step, closed)
+    inertia = second_derivative(v, step, closed) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return inertia, None
     links = system.link_of_dof if links is None else links
@@ -302,7 +301,7 @@ def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
     Without coupling the acceleration is P q'', and not (P q)''. That differs where the coordinates are not those of
     nodes in link axes, in the elements beside joints, and so depends on the mesh.
     """
-    nodal = _second(system.to_links(q), step, closed) - system.to_links(_second(q, step, closed))
+    nodal = second_derivative(system.to_links(q), step, closed) - system.to_links(second_derivative(q, step, closed))
     ends = in_member_axes(system.beams.mesh, nodal)
     return -system.beams.inertia.density.mean[:, None] * ends[..., [0, 3, 1, 4]]
 
@@ -359,8 +358,8 @@ def _pulled(system: System, v: Array, axial: Array) -> Array:
 
 def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
     """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members, with drag."""
-    first = _first(z, step, closed)
-    second = _second(z, step, closed) + system.terms.damping.drag * first
+    first = first_derivative(z, step, closed)
+    second = second_derivative(z, step, closed) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return second
     mesh, motion = system.beams.mesh, system.motion
@@ -368,24 +367,6 @@ def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Comp
     turning: Complex = (2j * omega) * first + (1j * alpha - omega**2) * z
     total: Complex = np.add(second, turning)
     return total
-
-
-def _first(values: Values, step: float, closed: bool) -> Values:
-    """First differences in time, ``(angles, ...)``."""
-    found = (np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) / (2 * step)
-    if not closed:
-        found[[0, -1]] = found[[1, -2]] if len(values) > 2 else 0
-    return found
-
-
-def _second(values: Values, step: float, closed: bool) -> Values:
-    """Second differences in time, ``(angles, ...)``."""
-    if len(values) < 3:
-        return np.zeros_like(values)
-    found = (np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2
-    if not closed:
-        found[[0, -1]] = found[[1, -2]]
-    return cast(Values, found)
 
 
 def _line_density(beams: Beams) -> Array:

@@ -110,14 +110,17 @@ def test_mesh_under_drag(analysis):
 
 @pytest.mark.slow
 def test_mesh_of_chapter_5_and_in_time():
-    """The same error by other solvers, on the same equation: that of collocation, within the error of the modes."""
+    """The same error by other solvers, on the same equation: that of collocation, within the error of the modes.
+
+    In time, differences between 80 positions in a cycle tell 0.65 to 0.9 of it.
+    """
     scene = seed_four_bar(mesh={"elements": 2}, effects=("coupling",), damping={"material": 1.34e-4}, analysis=WHOLE)
     plain = scene.changed(effects=(), damping={"ratio": 0.02})
-    solvers = [(plain, CHAPTER_5), (scene, {"method": "transient", "settled": 1e-5, "allow_coarse": True})]
-    for case, analysis in solvers:
+    in_time = {"method": "transient", "settled": 1e-5, "allow_coarse": True}
+    for case, analysis, near in ((plain, CHAPTER_5, 0.3), (scene, in_time, 0.4)):
         expected = analysed(case).data["strain_error"].sel(source="mesh")
         found = analysed(case.changed(analysis=case.analysis.model_copy(update=WHOLE | analysis))).data
-        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=0.3)
+        assert found["strain_error"].sel(source="mesh").to_numpy() == pytest.approx(expected.to_numpy(), rel=near)
 
 
 @pytest.mark.parametrize(
@@ -129,7 +132,10 @@ def test_mesh_of_chapter_5_and_in_time():
     ],
 )
 def test_mesh_under_a_pin_that_travels(effects, analysis):
-    """Against 4 elements a link, an eighth as far off. Measured 0.8 to 1.8, and 0.01 to 0.1 without the pin."""
+    """Against 4 elements a link, an eighth as far off. Measured 1.1 to 1.8, and 0.01 to 0.1 without the pin.
+
+    Differences in time and loads linear between positions told half of it with so few positions.
+    """
     scene = load(DEMOS / "quick_return.toml").changed(
         effects=effects, damping={"material": 1e-4}, links__rocker__members__CD__mesh=None
     )
@@ -141,14 +147,14 @@ def test_mesh_under_a_pin_that_travels(effects, analysis):
 
 @pytest.mark.parametrize("effect", ["geometric-stiffness", "large-rotations"])
 def test_mesh_under_a_pin_that_travels_in_quasi_statics(effect):
-    """Raised by 2. Measured 1.5 to 2.2; 0.5 for two members where a law's axial force does not act on the gap."""
+    """Raised by 1.25. Measured 0.9 to 1.3; 0.3 for two members where a law's axial force does not act on the gap."""
     scene = load(DEMOS / "quick_return.toml").changed(
         effects=(effect,),
         links__rocker__members__CD__mesh=None,
         analysis={"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True},
     )
     found, exact = meshed(scene, 1, 6)
-    assert ratio(found, exact, "mesh") == pytest.approx(1.85, abs=0.6)
+    assert ratio(found, exact, "mesh") == pytest.approx(1.15, abs=0.35)
 
 
 def test_pin_that_travels_on_a_machine_whose_coupler_buckles_for_a_moment():
