@@ -20,10 +20,13 @@ from fenics_mech.forces.element_ends import balanced, mean_tension
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.beam_links import links
+from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.cycle import Cycle
+from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import moved, system_at
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution, TransientSolution
-from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
+from fenics_mech.response.transient.in_time import by_time, concatenated, cycles_of, equation_along
+from fenics_mech.response.transient.stated_start import stated_start
 from fenics_mech.scene import Scene
 
 MOST_ELEMENTS = 200  # of reduced members, whose nodes are all taken: more take far longer than the response itself
@@ -40,8 +43,7 @@ def on_all_nodes(solution: Solution) -> Solution:
     Raises
     ------
     UnresolvedError
-        When a motor moves with it, members that could stretch would ring along their axes, or reduced members have too
-        many nodes.
+        When members that could stretch would ring along their axes after blows, or reduced members have too many nodes.
     """
     own = solution.system
     if own.beams.reduction is not None and len(own.beams.mesh.cell_member) > MOST_ELEMENTS:
@@ -53,9 +55,11 @@ def on_all_nodes(solution: Solution) -> Solution:
     if scene is solution.scene:
         return solution
     if isinstance(solution, MotorSolution):
-        raise UnresolvedError("the motion of the motor's shaft is not known on all nodes")
-    if own.transformation.held is not None and (scene.impulses or isinstance(solution, TransientSolution)):
-        raise UnresolvedError("members that stretch would ring along their axes after a blow, or from a start")
+        return _on_shaft(solution, scene)
+    if own.transformation.held is not None and scene.impulses:
+        return _struck(solution, scene)
+    if own.transformation.held is not None and isinstance(solution, TransientSolution):
+        return _stretching(solution, scene)
     system = _on_nodes_of(scene, own, own.motion)
     (q,) = _carried(own, system, solution.response)
     found = replace(solution, scene=scene, system=system, response=replace(solution.response, displacement=q))
@@ -109,6 +113,30 @@ def _in_time(own: TransientSolution, found: TransientSolution) -> TransientSolut
         response=concatenated(responses),
         course=replace(course, displacement=q, velocity=rate),
     )
+
+
+def _struck(own: Solution, scene: Scene) -> CollocationSolution:
+    """Solve for a response of members that cannot stretch anew: those that can ring along their axes after blows."""
+    if not isinstance(own, CollocationSolution):
+        raise UnresolvedError("members that stretch would ring along their axes after a blow")
+    unjudged = scene.changed(analysis__stability=False)
+    return by_collocation(unjudged, _on_nodes_of(unjudged, own.cycle.system, own.cycle.system.motion), own.modes)
+
+
+def _on_shaft(own: MotorSolution, scene: Scene) -> MotorSolution:
+    """Solve for a response on a motor's shaft anew: its twist goes with all nodes."""
+    unjudged = scene.changed(analysis__stability=False)
+    system = _on_nodes_of(unjudged, own.cycle.system, own.cycle.system.motion)
+    return by_motor(unjudged, system, own.modes)
+
+
+def _stretching(own: TransientSolution, scene: Scene) -> TransientSolution:
+    """Solve for a response in time of members that cannot stretch anew: those that can ring along their axes."""
+    over_cycle = _on_nodes_of(scene, own.over_cycle, own.over_cycle.motion)
+    start = stated_start(scene, over_cycle)
+    if start is None:
+        raise UnresolvedError("the result that it goes on from has no members that stretch")
+    return by_time(scene, over_cycle, start)
 
 
 def _carried(own: System, there: System, response: ElasticResponse, state: Sequence[Array] = ()) -> list[Array]:

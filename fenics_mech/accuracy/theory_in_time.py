@@ -9,10 +9,10 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.exact_motion import POINTS, THEORY, answered, at_rest, change_between, state_of
+from fenics_mech.accuracy.exact_motion import POINTS, THEORY, answered, change_between, state_of
 from fenics_mech.accuracy.fast_vibration import phase_rates, with_vibration
 from fenics_mech.errors import UnresolvedError
-from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.equation import Equation
@@ -22,11 +22,12 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
+from fenics_mech.response.transient.stated_start import stated_start
 from fenics_mech.scene import Scene
 
 
 def largest_change_in_time(solution: TransientSolution, exact: Scene) -> Mapping[str, Array]:
-    """Largest change of a response in time from the same start, cycle by cycle.
+    """Largest change of a response in time, cycle by cycle, each from its own start or both from that of a result.
 
     Both motions are made by the same steps, from one position to the next: what is too fast for these dies out in both.
     The response has it, and exact strains bring it out of phase.
@@ -41,16 +42,15 @@ def largest_change_in_time(solution: TransientSolution, exact: Scene) -> Mapping
         raise UnresolvedError("the response is not one of a linear equation")
     there = moved(exact, over_cycle, over_cycle.motion)
     both = (scene, over_cycle), (exact, there)
-    at_start = [equation_along(*one, solve_motion_in_time(scene, course.time[:1])) for one in both]
+    at_start = equation_along(*both[0], solve_motion_in_time(scene, course.time[:1]))
     between = scene.period / scene.analysis.sub_intervals
-    steps = _steps_between(at_start[0], between)
+    steps = _steps_between(at_start, between)
     step, responses, rates = between / steps, [], []
     own = np.concatenate([course.displacement[0], step * course.velocity[0]])  # a state of `Flow`: its pace is the step
-    change = np.zeros_like(own)
-    if scene.analysis.start == "static":
-        here, exactly = (equation.system for equation in at_start)
-        still = ElasticResponse(course.displacement[:1], here.rigid_acceleration)
-        change[: over_cycle.size] = at_rest(here, exactly, still)[0]
+    named, change = [stated_start(*one) for one in both], np.zeros_like(own)
+    if named[0] is not None and named[1] is not None:
+        before, after = (np.concatenate([one.displacement, step * one.velocity]) for one in named if one)
+        change = after - before
     for part in cycles_of(course.time, scene.analysis.sub_intervals):
         time = course.time[part]
         inside = (time[:, None, None] + step * (np.arange(steps)[:, None] + POINTS.points)).ravel()

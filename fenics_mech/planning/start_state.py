@@ -12,14 +12,10 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.result import Result
-from fenics_mech.response.setup import moved
-from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.response.transient.course import StartState
-from fenics_mech.response.transient.free_motion import start_of
-from fenics_mech.response.transient.free_state import FreeState
+from fenics_mech.response.transient.stated_start import stated_start
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.free_motion_checks import refuse_late_impulses
@@ -44,15 +40,8 @@ def start_state(scene: Scene, system: System) -> StartState:
     SceneError
         When a result that is to be gone on from cannot be read, or does not fit the scene.
     """
-    start, still = scene.analysis.start, np.zeros(system.size)
-    if start == "rigid":
-        return StartState(0.0, still, still)
-    if start == "static":
-        here = moved(scene, system, solve_motion_in_time(scene, np.zeros(1)))
-        return StartState(0.0, solve_static(here).displacement[0], still)
-    if start == "smooth":
-        return start_of(FreeState(scene, system))
-    return _end_of(Path(start), scene, system)
+    named = stated_start(scene, system)
+    return _end_of(Path(scene.analysis.start), scene, system) if named is None else named
 
 
 def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
