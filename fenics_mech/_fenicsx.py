@@ -8,6 +8,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from copy import copy
 from inspect import signature
 from typing import Any
 
@@ -144,9 +145,8 @@ def cell_dofs(space: Any, part: int) -> tuple[Index, Array]:
 
 
 @_calling()
-def cellwise(mesh: Any, values: Array) -> Any:
-    """Give the function that takes one value per cell."""
-    space = broken_line(mesh, 0)
+def cellwise(space: Any, values: Array) -> Any:
+    """Give the function of a space of constants that takes one value per cell."""
     function = fem.Function(space)
     function.x.array[[space.dofmap.cell_dofs(cell)[0] for cell in range(len(values))]] = values
     return function
@@ -165,10 +165,40 @@ def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
     return function
 
 
+class FormOfConstants:
+    """A bilinear form of properties with one value per cell, compiled once and assembled for any of their values.
+
+    Parameters
+    ----------
+    form
+        Gives the form of the properties.
+    space
+        The space of one number per cell.
+    count
+        Number of properties.
+    """
+
+    @_calling()
+    def __init__(self, form: Callable[..., Any], space: Any, count: int) -> None:
+        self.functions = [fem.Function(space) for _ in range(count)]
+        self.form = compiled(fem.form, form(*self.functions))
+
+    @_calling()
+    def assembled(self, *properties: Any) -> sp.csr_matrix:
+        """Assemble it with the values of other functions of the same space."""
+        for function, given in zip(self.functions, properties, strict=True):
+            function.x.array[:] = given.x.array
+        return _assembled(self.form)
+
+
 @_calling()
 def assemble_matrix(form: Any) -> sp.csr_matrix:
     """Compile a bilinear form and assemble it."""
-    matrix = fem_petsc.assemble_matrix(compiled(fem.form, form))
+    return _assembled(compiled(fem.form, form))
+
+
+def _assembled(form: Any) -> sp.csr_matrix:
+    matrix = fem_petsc.assemble_matrix(form)
     matrix.assemble()
     found = to_scipy(matrix)
     matrix.destroy()
@@ -211,7 +241,14 @@ class CellKernel:
             which = [k for k, state in enumerate(states) if state is function]
             dofs = [function.function_space.dofmap.cell_dofs(cell) for cell in cells]
             self.parts.append(which[0] if which else function.x.array[np.array(dofs)])
+        self.cells = cells
         self.shape = (states[0].function_space.dofmap.dof_layout.num_dofs,) * len(form.arguments())
+
+    def of_constant(self, property: Any) -> CellKernel:
+        """Give the kernel with other values of its one property, which has one number per cell."""
+        other, values = copy(self), property.x.array[self.cells, None]
+        other.parts = [part if isinstance(part, int) else values for part in self.parts]
+        return other
 
     def __call__(self, *states: Array) -> Array:
         """Give the cells' tensors, ``(positions, cells, ...)``, of states ``(positions, cells, dofs)``."""

@@ -11,6 +11,7 @@ import numpy as np
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, each
 from fenics_mech._fenicsx import ufl
+from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.forms.exact_strains import bending_beyond, bending_energy_beyond, shortening
 from fenics_mech.beams.layout import Layout
@@ -33,16 +34,25 @@ class BentAxis:
     shape: Array
 
     @classmethod
-    def of(cls, layout: Layout, stiffness: Any) -> BentAxis:
-        """Compile the forms, with the nodal dofs of the elements in link axes and EI as UFL coefficient (N m^2).
+    def of(cls, layout: Layout, stiffness: Distribution) -> BentAxis:
+        """Give it in the nodal dofs of the elements in link axes; of a constant EI it is compiled once for a layout.
 
         Parameters
         ----------
         layout
             The broken space of the mesh.
         stiffness
-            EI as UFL coefficient (N m^2).
+            EI (N m^2).
         """
+        if stiffness.varies:
+            return cls._compiled(layout, stiffness.coefficient)
+        made = layout.once("bent axis", lambda: cls._compiled(layout, stiffness.coefficient))
+        kernels = {name: kernel.of_constant(stiffness.coefficient) for name, kernel in made.kernels.items()}
+        return replace(made, kernels=kernels)
+
+    @classmethod
+    def _compiled(cls, layout: Layout, stiffness: Any) -> BentAxis:
+        """Compile the forms, with EI as UFL coefficient (N m^2)."""
         mesh = layout.mesh
         space = _fenicsx.broken_line(mesh.mesh, 3)
         w, rate = _fenicsx.fem.Function(space), _fenicsx.fem.Function(space)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import add
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from fenics_mech.scene import Link, PointMass, RigidBody, Scene
 if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
     from fenics_mech.beams.reduction import Reduction
+
+Form = Callable[[Any, Any], Any]  # UFL form of a space and the coefficient of a property
 
 
 @dataclass(frozen=True)
@@ -175,46 +178,53 @@ class Beams:
 
     @cached_property
     def _broken_stiffness(self) -> sp.csr_matrix:
-        space, rigidity = self.layout.space, self.rigidity
-        form = axial(space, rigidity.axial.coefficient) + bending(space, rigidity.bending.coefficient)
-        if rigidity.shear is not None:
-            form += shear(space, rigidity.shear.coefficient)
-        return _fenicsx.assemble_matrix(form)
+        rigidity = self.rigidity
+        return self._assembled({axial: rigidity.axial, bending: rigidity.bending, shear: rigidity.shear})
 
     @cached_property
     def _broken_mass(self) -> sp.csr_matrix:
-        form = mass(self.layout.space, self.inertia.density.coefficient)
-        if self.mass_moment is not None:
-            form += offset_mass(self.layout.space, self.layout.coefficient(self.mass_moment))
-        return _fenicsx.assemble_matrix(form if self.inertia.rotary is None else form + self._rotary_form)
+        return self._assembled(
+            {mass: self.inertia.density, offset_mass: self._moment_beside, rotary: self.inertia.rotary}
+        )
 
     @cached_property
     def _broken_rotary(self) -> sp.csr_matrix | None:
-        return None if self.inertia.rotary is None else _fenicsx.assemble_matrix(self._rotary_form)
+        return None if self.inertia.rotary is None else self._assembled({rotary: self.inertia.rotary})
 
     @cached_property
     def stretching(self) -> Stretching:
         """What tension and bending do to each other in every element, assembled when first asked for."""
-        return Stretching.of(self.layout)
+        return self.layout.once("stretching", lambda: Stretching.of(self.layout))
 
     @cached_property
     def bent_axis(self) -> BentAxis:
         """Shortening and bending of axes that turn far, compiled when first asked for."""
         from fenics_mech.beams.bent_axis import BentAxis  # noqa: PLC0415  (few scenes have large rotations)
 
-        return BentAxis.of(self.layout, self.rigidity.bending.coefficient)
+        return BentAxis.of(self.layout, self.rigidity.bending)
 
     @cached_property
     def _broken_gyroscopic(self) -> sp.csr_matrix:
-        form = gyroscopic(self.layout.space, self.inertia.density.coefficient)
-        if self.mass_moment is not None:
-            form += offset_gyroscopic(self.layout.space, self.layout.coefficient(self.mass_moment))
-        return _fenicsx.assemble_matrix(form)
+        return self._assembled({gyroscopic: self.inertia.density, offset_gyroscopic: self._moment_beside})
 
     @property
-    def _rotary_form(self) -> Any:
-        assert self.inertia.rotary is not None
-        return rotary(self.layout.space, self.inertia.rotary.coefficient)
+    def _moment_beside(self) -> Distribution | None:
+        """Moment of the mass about the neutral line; None where it is 0 everywhere."""
+        return None if self.mass_moment is None else Distribution.constant(self.layout, self.mass_moment)
+
+    def _assembled(self, parts: Mapping[Form, Distribution | None]) -> sp.csr_matrix:
+        """Assemble the sum of forms, each of its property; where that is constant, it is compiled once for a layout."""
+        given, space = {form: part for form, part in parts.items() if part is not None}, self.layout.space
+
+        def summed(*coefficients: Any) -> Any:
+            return reduce(add, (form(space, coefficient) for form, coefficient in zip(given, coefficients)))
+
+        properties = [part.coefficient for part in given.values()]
+        if any(part.varies for part in given.values()):
+            return _fenicsx.assemble_matrix(summed(*properties))
+        name = " and ".join(form.__name__ for form in given)
+        made = self.layout.once(name, lambda: _fenicsx.FormOfConstants(summed, self.mesh.constants, len(properties)))
+        return made.assembled(*properties)
 
 
 def assemble_beams(scene: Scene, mesh: BeamMesh) -> Beams:

@@ -7,9 +7,10 @@ the welds. Nodal dofs are three per node: displacement along the link's x and y 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +21,8 @@ from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,21 @@ class Layout:
     space: Any
     shear_angle: Array | None = None
     offsets: Offsets | None = None
+    _made: dict[str, Any] = field(init=False, repr=False, default_factory=dict)
+
+    def once(self, what: str, make: Callable[[], Made]) -> Made:
+        """Make something from the layout, or give it as it was made before.
+
+        Parameters
+        ----------
+        what
+            What it is.
+        make
+            Makes it.
+        """
+        if what not in self._made:
+            self._made[what] = make()
+        return self._made[what]
 
     @classmethod
     def of(cls, mesh: BeamMesh, offsets: Offsets | None = None) -> Layout:
@@ -55,7 +73,9 @@ class Layout:
         offsets
             Places of neutral lines and centres of mass that are not on the members' axes.
         """
-        return cls(mesh, _fenicsx.broken_space(mesh.mesh, (1, 3)), offsets=offsets)
+        if offsets is not None:
+            return cls(mesh, mesh.space, offsets=offsets)
+        return mesh.once("layout", lambda: cls(mesh, mesh.space))
 
     @property
     def coordinate(self) -> Any:
@@ -82,7 +102,7 @@ class Layout:
         """
         by_cell = np.empty_like(by_element)
         by_cell[self.mesh.cell] = by_element
-        return _fenicsx.cellwise(self.mesh.mesh, by_cell)
+        return _fenicsx.cellwise(self.mesh.constants, by_cell)
 
     def nodal(self, broken: sp.csr_matrix) -> sp.csr_matrix:
         """Carry a broken matrix to nodal dofs in link axes.

@@ -5,10 +5,10 @@ Nodes are numbered link by link, so that the matrices in link axes are banded.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,8 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Link, Member, Scene
 from fenics_mech.scene.meshing import member_nodes
+
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
@@ -60,6 +62,21 @@ class BeamMesh:
     node_link: Index
     node_xy: Array
     node_name: tuple[str, ...]
+    _made: dict[str, Any] = field(init=False, repr=False, default_factory=dict)
+
+    def once(self, what: str, make: Callable[[], Made]) -> Made:
+        """Make something from the mesh, or give it as it was made before.
+
+        Parameters
+        ----------
+        what
+            What it is.
+        make
+            Makes it.
+        """
+        if what not in self._made:
+            self._made[what] = make()
+        return self._made[what]
 
     def node(self, name: str) -> int:
         """Index of the node of that name.
@@ -80,6 +97,16 @@ class BeamMesh:
             "link.point", "label@s" or "link.centre".
         """
         return name in self._index
+
+    @cached_property
+    def space(self) -> Any:
+        """The broken space of Euler and Bernoulli's beams: linear along the axis, cubic across it."""
+        return _fenicsx.broken_space(self.mesh, (1, 3))
+
+    @cached_property
+    def constants(self) -> Any:
+        """The space of one number for each cell."""
+        return _fenicsx.broken_line(self.mesh, 0)
 
     @cached_property
     def _index(self) -> dict[str, int]:
@@ -132,6 +159,20 @@ def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
         cell_length=np.abs(ends[:, 1] - ends[:, 0]),
         **_number_nodes(scene.links, members, stations),
     )
+
+
+def mesh_depends_on(scene: Scene, loads_at_nodes: bool = False) -> tuple[object, ...]:
+    """Give what the mesh of a scene depends on: equal for scenes that have it in common.
+
+    Parameters
+    ----------
+    scene, loads_at_nodes
+        As of `mesh_scene`.
+    """
+    members = {label: (link, member.ends) for label, (link, member) in scene.members().items()}
+    nodes = [member_nodes(scene, label, loads_at_nodes).tolist() for label in members]
+    centres = {name: None if link.rigid is None else link.rigid.centre for name, link in scene.links.items()}
+    return members, nodes, centres, {name: link.points for name, link in scene.links.items()}
 
 
 def _draw(model: Any, places: list[Array]) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 
 import numpy as np
 
 from fenics_mech.beams.element_matrices import Beams, assemble_beams
-from fenics_mech.beams.mesh import mesh_scene
+from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.beams.span import REDUCTION
 from fenics_mech.effects import Effect, active, loads_at_nodes, shaped
@@ -18,23 +18,25 @@ from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
 
 
-def links(scene: Scene) -> Beams:
+def links(scene: Scene, meshed: Callable[[Scene, bool], BeamMesh] = mesh_scene) -> Beams:
     """Mesh and assemble the links, with fewer coordinates if the scene wants that.
 
     Parameters
     ----------
     scene
         The scene: its members, mesh, effects and reduction.
+    meshed
+        Gives the mesh as `mesh_scene` does.
     """
     acting = active(scene)
     at_nodes = loads_at_nodes(acting)
-    fine = shaped(scene, assemble_beams(scene, mesh_scene(scene, at_nodes)))
+    fine = shaped(scene, assemble_beams(scene, meshed(scene, at_nodes)))
     if scene.analysis.reduction == "none":
         return fine
     members = reducible(scene, fine)
     varies = fine.inertia.density.varies  # then strains are recovered on all elements
     coarse = scene if varies else thinned(scene, [fine.mesh.members[i] for i in members], most_recovered(acting))
-    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, mesh_scene(coarse, at_nodes)))
+    seen = fine if coarse is scene else shaped(coarse, assemble_beams(coarse, meshed(coarse, at_nodes)))
     cutoff = scene.analysis.cutoff
     highest = None if cutoff == "auto" else 2 * math.pi * cutoff
     return replace(seen, reduction=Reduction.of(fine, seen, members, highest, _nonlinear(acting)))

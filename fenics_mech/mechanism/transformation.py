@@ -263,7 +263,8 @@ def build_transformation(
     """
     if motion.path is None:
         return _laid_out(scene, beams, motion, held)
-    return motion.path.once("layout of P", (beams,), lambda: _laid_out(scene, beams, motion, held))
+    sources = (beams.mesh, beams.reduction) if held is None else (beams,)
+    return motion.path.once("layout of P", sources, lambda: _laid_out(scene, beams, motion, held))
 
 
 def _laid_out(scene: Scene, beams: Beams, motion: Motion, held: Inextensible | None) -> Transformation:

@@ -12,6 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
+from fenics_mech.beams.mesh import BeamMesh, mesh_depends_on, mesh_scene
 from fenics_mech.effects import EFFECTS, NOTHING, AxialForces, Situation, build_terms
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SceneError, SolverError
@@ -37,9 +38,10 @@ if TYPE_CHECKING:
 
 
 class CommonParts:
-    """Links and linkages of the scenes of a study, each made once for all scenes that have it in common.
+    """Meshes, links and linkages of the scenes of a study, each made once for all scenes that have it in common.
 
-    Links are in common where members, meshes and point masses are; linkages where the positions are. With them goes
+    Meshes are in common where points and members are, links where sections, materials and point masses are too, and
+    linkages where the positions are. With them goes
     what is made of both without a rate of the drive: P and its derivatives, and modes that no axial force changes.
 
     Parameters
@@ -52,6 +54,7 @@ class CommonParts:
     def __init__(self, begin_from_last: bool = False) -> None:
         self._begin_from_last = begin_from_last
         self._last: KnownMotion | None = None
+        self._meshes: list[tuple[object, BeamMesh]] = []
         self._links: list[tuple[object, Beams]] = []
         self._linkages: list[Linkage] = []
 
@@ -66,8 +69,17 @@ class CommonParts:
         needed = links_depend_on(scene)
         found = next((links for known, links in self._links if known == needed), None)
         if found is None:
-            found = build_links(scene)
+            found = build_links(scene, self._mesh)
             self._links = [*self._links, (needed, found)][-CACHE.most_shared :]
+        return found
+
+    def _mesh(self, scene: Scene, loads_at_nodes: bool) -> BeamMesh:
+        """Give the mesh of a scene's members."""
+        needed = mesh_depends_on(scene, loads_at_nodes)
+        found = next((mesh for known, mesh in self._meshes if known == needed), None)
+        if found is None:
+            found = mesh_scene(scene, loads_at_nodes)
+            self._meshes = [*self._meshes, (needed, found)][-CACHE.most_shared :]
         return found
 
     def linkage(self, scene: Scene) -> Linkage:
