@@ -39,6 +39,26 @@ def each(matrices: Array, vectors: Array) -> Array:
     return np.ascontiguousarray(by_element.transpose(1, 0, 2))
 
 
+def at_places(of_elements: Array, element: Index, weights: Array) -> Array:
+    """Sum the numbers of each place's element by the place's weights, ``(angles, places)``.
+
+    Parameters
+    ----------
+    of_elements
+        Numbers of the elements, ``(angles, elements, n)``.
+    element
+        Element of each place, ``(places,)``.
+    weights
+        Weights of its numbers, ``(places, n)``.
+    """
+    import scipy.sparse as sp  # noqa: PLC0415
+
+    angles, elements, count = of_elements.shape
+    columns, ends = element[:, None] * count + np.arange(count), np.arange(0, weights.size + 1, count)
+    matrix = sp.csr_matrix((weights.ravel(), columns.ravel(), ends), shape=(len(element), elements * count))
+    return np.ascontiguousarray((matrix @ of_elements.reshape(angles, -1).T).T)
+
+
 def summed(values: Numbers, place: Index, size: int) -> Numbers:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
     collect = _collector(np.ascontiguousarray(place, dtype=np.int64).tobytes(), size)

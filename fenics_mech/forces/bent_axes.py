@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, at_places
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad
@@ -104,6 +104,6 @@ def beyond_mean(
 def _carried(system: System, response: ElasticResponse, element: Index, xi: Array, loads: Sequence[PointLoad]) -> Array:
     """Axial force at places of elements less that at their starts (N), ``(angles, places)``."""
     h = system.beams.mesh.cell_length[element]
-    along, first = inertia_of(system, response, element)[0], mass_up_to(system.beams, element, xi)[0]
-    own = h * np.sum(along * first, axis=-1)
+    along = inertia_of(system, response, np.arange(len(system.beams.mesh.cell)))[0]
+    own = h * at_places(along, element, mass_up_to(system.beams, element, xi)[0])
     return own + sum(load.beyond(element, xi, h)[0] for load in spread_and_point_loads(system, loads))

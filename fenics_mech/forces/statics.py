@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, at_places
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import evaluate, integral
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -37,11 +37,11 @@ def statics(
         ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
     if beams.layout.offsets is not None:
         ends = beams.layout.offsets.on_neutral_line(ends)
-    end, (along, across) = ends[:, element], inertia_of(system, response, element)
+    end, (along, across) = ends[:, element], inertia_of(system, response, np.arange(len(beams.mesh.cell)))
     first, second = mass_up_to(beams, element, xi)
-    axial = -end[..., 0] + h * np.sum(along * first, -1)
-    shear = end[..., 1] - h * np.sum(across * first, -1)
-    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * np.sum(across * second, -1)
+    axial = -end[..., 0] + h * at_places(along, element, first)
+    shear = end[..., 1] - h * at_places(across, element, first)
+    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * at_places(across, element, second)
     for each_load in spread_and_point_loads(system, loads):
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
     if beams.inertia.rotary is not None:
