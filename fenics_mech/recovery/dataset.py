@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Collection, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -91,10 +92,11 @@ def collect_named(solution: Solution, fields: Fields, names: Collection[str]) ->
     if solution.scene.analysis.method == "transient" or not solution.scene.moved_joints:
         return collect(solution, fields, None)
     forces = Forces(solution.scene, fields.system, solution.response)
+    efforts = cache(forces.efforts)
     makers: dict[tuple[str, ...], Callable[[], xr.Dataset]] = {
         tuple(fields.variables): xr.Dataset,
-        ("input_torque",): lambda: xr.Dataset({"input_torque": (("theta",), next(iter(forces.efforts().values())))}),
-        FRAME_FORCES: lambda: frame_forces(forces, fields, forces.efforts()),
+        ("input_torque",): lambda: xr.Dataset({"input_torque": (("theta",), next(iter(efforts().values())))}),
+        FRAME_FORCES: lambda: frame_forces(forces, fields, efforts()),
     }
     if isinstance(solution, PeriodicSolution):
         makers["frequency", "assurance"] = lambda: _of_modes(fields.system, solution.modes)

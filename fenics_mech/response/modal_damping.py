@@ -157,7 +157,7 @@ class KnownDamping:
     def enough_parts(self) -> int:
         """Into how many parts each part is to be cut for it to be smooth; 0 where that is too many."""
         alike = self.alike
-        differs = float(np.abs(_through(range(-1, 3), 0.5, alike) - _through(range(-2, 4), 0.5, alike)).max())
+        differs = float(np.abs(through(range(-1, 3), 0.5, alike) - through(range(-2, 4), 0.5, alike)).max())
         rough = differs / ((FACTOR.few_smooth if self._few else FACTOR.smooth) * np.abs(alike[0]).max())
         # a polynomial through four positions errs by the fourth power of their distance
         return next((parts for parts in FACTOR.parts if rough <= parts**4), 0)
@@ -174,7 +174,7 @@ class KnownDamping:
         for place in places:
             part, inside = divmod(place * self.parts, 1)
             here = {ahead: values[min(int(part), self.parts - 1) :: self.parts] for ahead, values in alike.items()}
-            found.append(_through(range(-2, 4), inside + max(0.0, part - self.parts + 1), here))
+            found.append(through(range(-2, 4), inside + max(0.0, part - self.parts + 1), here))
         values = np.stack(found, axis=1).reshape(-1, *found[0].shape[1:])
         if not self._few:
             try:
@@ -199,8 +199,18 @@ def _turned_alike(scaled: Array) -> dict[int, Array]:
     return alike
 
 
-def _through(positions: range, place: float, alike: dict[int, Array]) -> Array:
-    """Value at a place between positions 0 and 1 of the polynomial through some positions about them."""
+def through(positions: range, place: float, alike: dict[int, Array]) -> Array:
+    """Give the value of the polynomial through some positions at a place between 0 and 1.
+
+    Parameters
+    ----------
+    positions
+        The positions, about 0 and 1.
+    place
+        The place.
+    alike
+        Values at the positions, of any shape.
+    """
     weights = [np.prod([(place - j) / (i - j) for j in positions if j != i]) for i in positions]
     return np.asarray(sum(weight * alike[i] for weight, i in zip(weights, positions)))
 

@@ -187,7 +187,7 @@ class Flow:
         states[0] = starts
         while done < count:
             parts = np.concatenate([states[done].real, states[done].imag]).T
-            real, imaginary = np.split(np.moveaxis(self._march_several(parts, done), -1, 1), 2, axis=1)
+            real, imaginary = np.split(np.moveaxis(self.march_several(parts, done), -1, 1), 2, axis=1)
             states[done:] = real + 1j * imaginary
             size = np.linalg.norm(states[done:], axis=-1)
             lost = np.flatnonzero((size[1:] < CYCLIC.smallest_state * size[0]).any(axis=1))
@@ -199,8 +199,21 @@ class Flow:
             power[done:] += np.log(norm)
         return states, power
 
-    def _march_several(self, starts: Array, first: int = 0) -> Array:
-        """Carry states ``(2n, states)`` from a step to the end of the cycle, ``(steps + 1, 2n, states)``."""
+    def march_several(self, starts: Array, first: int = 0) -> Array:
+        """Carry several states from a step to the end of the cycle, without load.
+
+        Parameters
+        ----------
+        starts
+            States at its start, ``(2n, states)``.
+        first
+            The step.
+
+        Returns
+        -------
+        numpy.ndarray
+            States at the starts of the steps, and at the last end, ``(steps + 1, 2n, states)``.
+        """
         count = len(self.duration)
         found = np.zeros((count - first + 1, *starts.shape))
         for begin in range(0, starts.shape[1], LANES):

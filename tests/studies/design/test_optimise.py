@@ -215,19 +215,21 @@ def with_strengths(value, number):
     ("number", "value"),
     [("sections.coupler.height", 1.6e-3), ("drive.speed", 32.3), ("ground.points.C.0", 0.254), ("damping.ratio", 0.02)],
 )
-def test_derivatives_are_those_of_converged_runs(number, value):
-    trials = Trials.of(with_strengths(value, number), NAMES)
+@pytest.mark.parametrize(("effects", "near"), [((), 1e-6), (("large-rotations",), 5e-6)])
+def test_derivatives_are_those_of_converged_runs(number, value, effects, near):
+    # with exact strains axial stiffness rounds the accelerations that forces are made from
+    trials = Trials.of(with_strengths(value, number).changed(effects=("coupling", *effects)), NAMES)
     found, slopes = sensitivity(trials, [value]), []
     base = trials.run([[value]])[0].numbers
-    for h in (8e-4 * value, 4e-4 * value, 2e-4 * value):
+    for h in (4e-4 * value, 2e-4 * value, 1e-4 * value):  # of more the least frequency is at another position
         ahead, behind = trials.run([[value + h], [value - h]])
         slopes.append(np.array([(ahead.numbers[name] - behind.numbers[name]) / (2 * h) for name in NAMES]))
     once, twice = ((4 * near - far) / 3 for far, near in pairwise(slopes))  # Richardson
     for name, exact in zip(NAMES, (16 * twice - once) / 15):
         size = max(abs(exact), 1e-3 * abs(base[name]) / value)
-        # the runs repeat to 1e-10, which their difference divides by 4e-4; small cycles of stress begin at positions
-        near = 2e-4 if name == "damage" else 1e-6  # that change with the variable, which makes kinks
-        assert math.isclose(found[name][0], exact, abs_tol=near * size), name
+        # the runs repeat to 1e-10, which their difference divides by 2e-4; small cycles of stress begin at positions
+        share = max(2e-4, 100 * near) if name == "damage" else near  # that change with the variable, which makes kinks
+        assert math.isclose(found[name][0], exact, abs_tol=share * size), name
 
 
 @pytest.mark.slow
