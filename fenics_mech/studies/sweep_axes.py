@@ -132,7 +132,8 @@ def parse_range(scene: Scene, text: str) -> tuple[str, tuple[float, float]]:
         end is not valid there.
     """
     path, parts = _split(text, 2, RANGE_FORM)
-    return path, range_in_si(scene, path, (parts[0], parts[1]))
+    found = _ends(scene, path, (parts[0], parts[1]), f"{parts[0]}:{parts[1]}", RANGE_FORM)
+    return path, _continuous(path, found)
 
 
 def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) -> tuple[float, float]:
@@ -154,10 +155,15 @@ def range_in_si(scene: Scene, path: str, ends: tuple[float | str, float | str]) 
     """
     if isinstance(ends, str) or len(ends) != 2:
         raise SceneError(f"a range has two ends, found {ends!r}", place=path, hint="Write (start, stop)")
-    found = _ends(scene, path, str(ends[0]), str(ends[1]), RANGE_FORM)
-    if isinstance(found[0], int):
+    first, last = map(str, ends)
+    return _continuous(path, _ends(scene, path, (first, last), f"[{first}, {last}]", "Write [smallest, largest]"))
+
+
+def _continuous(path: str, ends: tuple[float, float]) -> tuple[float, float]:
+    """Refuse whole numbers."""
+    if isinstance(ends[0], int):
         raise SceneError("this is a whole number, and a number that changes continuously is needed", place=path)
-    return found
+    return ends
 
 
 def scene_data(scene: Scene) -> dict[str, Any]:
@@ -221,7 +227,7 @@ def _parse(scene: Scene, text: str) -> Axis:
     if not count.isdecimal() or not 2 <= int(count) <= MOST_POINTS:
         expected = f"expected a whole number from 2 to {MOST_POINTS}"
         raise SceneError(f"cannot take {count!r} as number of values; {expected}", place=path, hint=FORM)
-    ends = _ends(scene, path, first, last, FORM)
+    ends = _ends(scene, path, (first, last), f"{first}:{last}", FORM)
     values = np.linspace(min(ends), max(ends), int(count)).tolist()
     if all(isinstance(end, int) for end in ends):
         if any(abs(value - round(value)) > 1e-9 for value in values):
@@ -249,9 +255,9 @@ def _split(text: str, count: int, form: str) -> tuple[str, list[str]]:
     return path, parts
 
 
-def _ends(scene: Scene, path: str, first: str, last: str, form: str) -> tuple[float, float]:
-    """Give the ends of a range in SI, whole numbers as such."""
-    written = f"{first}:{last}"
+def _ends(scene: Scene, path: str, both: tuple[str, str], written: str, form: str) -> tuple[float, float]:
+    """Give the ends of a range in SI, whole numbers as such; `written` is how they stand, `form` how they should."""
+    first, last = both
     if COMMA.search(written):
         raise SceneError(f"{written!r} has a comma", place=path, hint="Write a decimal point")
     if (_number(first) is None) != (_number(last) is None):
@@ -277,7 +283,7 @@ def _in_si(scene: Scene, path: str, value: float | str) -> float | int:
     for key, part in _walk(changed, path):
         found = part[key]
     if isinstance(found, bool) or not isinstance(found, int | float):
-        raise SceneError("only a number can be swept, and this is not a number", place=path)
+        raise SceneError("only a number can vary, and this is not a number", place=path)
     return found
 
 

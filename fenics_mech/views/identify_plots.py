@@ -62,7 +62,7 @@ def curve_figure(found: Identified, which: int) -> Figure:
     above.plot(angle, one.values * size, ".", color="0.45", ms=4, label="measured")
     above.plot(angle[order], first[order], "--", color=COLOURS[1], lw=1.1, label="predicted at the start")
     above.plot(angle[order], last[order], color=COLOURS[0], label="predicted")
-    finish(above, "Prediction and measurement", label)
+    finish(above, "Prediction and measurement", label.replace(one.of.text, one.text))
     noise = float(found.fit.noise[which]) * size
     below.axhspan(-BAND * noise, BAND * noise, color=COLOURS[0], alpha=0.15, lw=0)
     below.plot(angle, one.values * size - last, ".", color="0.45", ms=4)
@@ -105,7 +105,7 @@ def _draw_numbers(axes: Axes, found: Identified, which: list[int]) -> None:
     axes.axvspan(-BAND, BAND, color=COLOURS[0], alpha=0.15, lw=0)
     axes.plot((measured - found.first[points]) / noise, rows, "s", color=COLOURS[1], mfc="none", label="at the start")
     axes.plot((measured - found.fit.predicted[points]) / noise, rows, "o", color=COLOURS[0], label="in the end")
-    axes.set_yticks(rows, [found.observations[k].of.text for k in which])
+    axes.set_yticks(rows, [found.observations[k].text for k in which])
     axes.set_ylim(-0.6, len(which) - 0.4)
     axes.set_xlabel("measured less predicted value, in standard deviations of the measurement")
     finish(axes, "Prediction and measurement", "")

@@ -64,19 +64,21 @@ def doubts(found: Identified) -> list[str]:
         The identification.
     """
     said = []
+    if not found.fit.converged:
+        said.append("The search did not converge: give narrower bounds, or more --starts.")
     if bound := [name for name, there in zip(found.names, found.at_bound) if there]:
         said.append(f"{_listed(bound)} ended at a bound: widen it. The intervals do not hold there.")
     for one, part in zip(found.observations, found.parts):
         limit = UNUSUAL / math.sqrt(max(len(one.values), 1))
         if isinstance(one.of, Curve) and (follows := found.follows(part)) > limit:
             said.append(
-                f"The differences of {one.of.text} follow one another (correlation {follows:.2f}): the model lacks "
+                f"The differences of {one.text} follow one another (correlation {follows:.2f}): the model lacks "
                 f"something, or the noise is not independent. The intervals are too narrow."
             )
     weighted = np.array([found.fit.weighted[found.parts[k].start] for k in _known(found)])
     if len(weighted) and np.abs(weighted).max() > UNUSUAL:
         worst = found.observations[_known(found)[int(np.abs(weighted).argmax())]]
-        said.append(f"{worst.of.text} is {np.abs(weighted).max():.1f} standard deviations off: the model does not fit.")
+        said.append(f"{worst.text} is {np.abs(weighted).max():.1f} standard deviations off: the model does not fit.")
     return said
 
 
@@ -119,11 +121,11 @@ def _fit(found: Identified) -> Table:
     for k, (one, part) in enumerate(zip(found.observations, found.parts)):
         rms = float(np.sqrt(((one.values - found.fit.predicted[part]) ** 2).mean()))
         noise = f"{found.fit.noise[k]:.3g}" + (" (estimated)" if math.isnan(one.deviation) else "")
-        table.add_row(escape(one.of.text), str(len(one.values)), f"{rms:.3g}", noise, one.of.unit)
+        table.add_row(escape(one.text), str(len(one.values)), f"{rms:.3g}", noise, one.of.unit)
     return table
 
 
 def _cost(found: Identified) -> str:
-    history = found.explorer.history
+    history = found.history
     run = sum(trial.seconds for trial in history)
     return f"{len(history)} trials of {run:.1f} s in all; {found.seconds:.0f} s in this run."

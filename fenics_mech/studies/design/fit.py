@@ -90,6 +90,8 @@ class Fit:
         Standard deviation of the noise of each group, ``(groups,)``.
     data
         What was measured.
+    converged
+        Whether the search came to its end, and the noise settled.
     """
 
     at: Array
@@ -97,6 +99,7 @@ class Fit:
     slopes: Array
     noise: Array
     data: Noisy
+    converged: bool = True
 
     @property
     def weighted(self) -> Array:
@@ -177,7 +180,7 @@ def fit(
     """
     from scipy.optimize import least_squares  # noqa: PLC0415  (slow to import)
 
-    def search(at: Array, scale: Array) -> Array:
+    def search(at: Array, scale: Array) -> tuple[Array, bool]:
         found = least_squares(
             lambda x: (predict(x) - data.values) / scale,
             np.clip(at, 1e-9, 1 - 1e-9),  # a start is inside of the bounds
@@ -187,13 +190,14 @@ def fit(
             ftol=tolerance,
             gtol=None,
         )
-        return np.asarray(found.x)
+        return np.asarray(found.x), bool(found.status > 0)
 
     count = len(start)
     noise, at = data.noise(data.values - predict(start), count), start
+    ended = settled = False
     for _ in range(FIT.rounds):
-        at, before = search(at, noise[data.group]), noise
+        (at, ended), before = search(at, noise[data.group]), noise
         noise = data.noise(data.values - predict(at), count)
-        if len(noise) == 1 or np.allclose(noise, before, rtol=FIT.same, atol=0):
+        if settled := len(noise) == 1 or np.allclose(noise, before, rtol=FIT.same, atol=0):
             break
-    return Fit(at, predict(at), slopes(at), noise, data)
+    return Fit(at, predict(at), slopes(at), noise, data, ended and settled)

@@ -24,6 +24,7 @@ from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
 from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
 from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.sweep_axes import value_in_si
 
 FAILED = 1e3  # of the size of the measured values: what a trial that failed predicts
 
@@ -34,8 +35,10 @@ class Identified:
 
     Parameters
     ----------
-    explorer
-        The trials, with all of them in `history`.
+    stated
+        The scene.
+    explorers
+        The trials, with all of them in `history`: one for each of what the data were measured at.
     observations
         What was measured.
     fit
@@ -53,10 +56,21 @@ class Identified:
     ['modulus']
     """
 
-    explorer: Explorer
+    stated: Scene
+    explorers: tuple[Explorer, ...]
     observations: tuple[Observation, ...]
     fit: Fit
     seconds: float
+
+    @property
+    def explorer(self) -> Explorer:
+        """The trials of the first of the data."""
+        return self.explorers[0]
+
+    @property
+    def history(self) -> list[Trial]:
+        """All trials."""
+        return [trial for explorer in self.explorers for trial in explorer.history]
 
     @property
     def names(self) -> list[str]:
@@ -103,7 +117,7 @@ class Identified:
     def scene(self) -> Scene:
         """The scene with the values that were found, and its study."""
         design = self.explorer.trials.design
-        return design.scene.changed(design.changes(self.values.tolist()) | {"study": design.study})
+        return self.stated.changed(design.changes(self.values.tolist()) | {"study": design.study})
 
     @property
     def parts(self) -> list[slice]:
@@ -114,7 +128,8 @@ class Identified:
     @property
     def first(self) -> Array:
         """Predicted values at the start, ``(points,)``."""
-        return _predicted(self.observations, self.explorer.first.numbers)
+        groups = _groups(self.observations).values()
+        return _joined([_predicted(group, one.first.numbers) for group, one in zip(groups, self.explorers)])
 
     def follows(self, part: slice) -> float:
         """Correlation of each difference with the next: of noise alone it is about 0.
@@ -185,26 +200,61 @@ def identify(
     begun, observations = time.perf_counter(), _observations(scene, data)
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
-        explorer = _explorer(scene, observations, (kept / "trials", jobs), progress)
-        count = len(explorer.trials.design.variables)
+        explorers: list[Explorer] = []
+
+        def told(count: int, trial: Trial, best: Trial | None) -> None:
+            progress(sum(len(one.history) for one in explorers) or count, trial, best)
+
+        for at, group in _groups(observations).items():
+            explorers.append(_explorer(_placed(scene, at), group, (kept / "trials", jobs), told))
+            explorers[-1].first  # noqa: B018  (it says what is wrong at the start)
+        first, count = explorers[0], len(explorers[0].trials.design.variables)
         points = np.random.default_rng(seed).random((starts, count))
-        points[0] = explorer.to_unit(explorer.trials.design.start)
+        points[0] = first.to_unit(first.trials.design.start)
         measured = _noisy(observations, count)
-        fits = [_fitted(explorer, observations, measured, point) for point in points]
-        found = Identified(explorer, observations, min(fits, key=_misfit), time.perf_counter() - begun)
+        fits = [_fitted(explorers, observations, measured, point) for point in points]
+        seconds = time.perf_counter() - begun
+        found = Identified(scene, tuple(explorers), observations, min(fits, key=_misfit), seconds)
         if folder is not None:
             _write(found, kept)
     return found
 
 
 def _observations(scene: Scene, data: Sequence[str | Path | Observation]) -> tuple[Observation, ...]:
-    """Read the files of measured data, or those that the scene states."""
-    if not data:
-        return tuple(stated_observations(scene))
-    found: list[Observation] = []
+    """Read the files of measured data, or those that the scene states; in groups by what they were measured at."""
+    found, read = ([] if data else stated_observations(scene)), set[Path]()
     for one in data:
-        found += [one] if isinstance(one, Observation) else read_observations(Path(one))
-    return tuple(found)
+        if isinstance(one, Observation):
+            found.append(one)
+            continue
+        if (file := Path(one).absolute()) in read:
+            raise SceneError("this file is named twice", place=str(one), hint="Name each file of data once")
+        read.add(file)
+        found += read_observations(Path(one))
+    return tuple(one for group in _groups(found).values() for one in group)
+
+
+At = tuple[tuple[str, float], ...]  # numbers of the scene that data were measured at, by dotted path
+
+
+def _groups(observations: Sequence[Observation]) -> dict[At, list[Observation]]:
+    """Give the observations by what they were measured at."""
+    found: dict[At, list[Observation]] = {}
+    for one in observations:
+        found.setdefault(tuple(sorted(one.at.items())), []).append(one)
+    return found
+
+
+def _placed(scene: Scene, at: At) -> Scene:
+    """Give the scene at which data were measured."""
+    variables = {} if scene.study is None else scene.study.variables
+    varied = {one if isinstance(one, str) else one.number for part in variables.values() for one in part.numbers}
+    if both := [path for path, _ in at if path in varied]:
+        message = f"the data were measured at a known {both[0]}, which is a variable too"
+        raise SceneError(message, place="identify", hint="Leave it out of the variables, or out of the data")
+    for path, value in at:
+        value_in_si(scene, path, value)  # it says what is wrong
+    return scene.changed(dict(at)) if at else scene
 
 
 def _explorer(
@@ -213,14 +263,12 @@ def _explorer(
     kept: tuple[Path, int],
     progress: Callable[[int, Trial, Trial | None], None],
 ) -> Explorer:
-    """Prepare the trials, and run that of the start; it says what is wrong there."""
+    """Prepare the trials of data that were measured at the same numbers of the scene."""
     design = Design.of(scene)
     if chosen := [variable.name for variable in design.variables if variable.choices]:
         raise SceneError("least squares take no choices", place=f"study.variables.{chosen[0]}", hint="Give `between`")
     trials = Trials(design, tuple(one.of for one in observations), *kept)
-    explorer = Explorer(trials.with_fixed_effects(), progress)
-    explorer.first  # noqa: B018
-    return explorer
+    return Explorer(trials.with_fixed_effects(), progress)
 
 
 def _noisy(observations: Sequence[Observation], variables: int) -> Noisy:
@@ -239,20 +287,26 @@ def _predicted(observations: Sequence[Observation], numbers: dict[str, float]) -
     return np.array([numbers[name] for one in observations for name in one.of.names])
 
 
-def _fitted(explorer: Explorer, observations: Sequence[Observation], measured: Noisy, start: Array) -> Fit:
+def _joined(parts: Sequence[Array]) -> Array:
+    return np.concatenate(parts)
+
+
+def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], measured: Noisy, start: Array) -> Fit:
     """Fit the variables from one start."""
-    far = FAILED * np.abs(measured.values).max()
+    far, groups = FAILED * np.abs(measured.values).max(), list(_groups(observations).values())
 
     def predict(unit: Array) -> Array:
         if not np.isfinite(unit).all():
             found = "the search finds no next trial: no variable moves the data, or their numbers are out of all range"
             raise SceneError(found, place="identify", hint="Measure what the variables change, in SI")
-        trial = explorer.run([unit])[0]
-        return np.full(len(measured.values), far) if trial.failed else _predicted(observations, trial.numbers)
+        trials = [explorer.run([unit])[0] for explorer in explorers]
+        if any(trial.failed for trial in trials):
+            return np.full(len(measured.values), far)
+        return _joined([_predicted(group, trial.numbers) for group, trial in zip(groups, trials)])
 
     def slopes(unit: Array) -> Array:
-        found = explorer.derivatives(unit)
-        return np.array([found[name] for one in observations for name in one.of.names])
+        found = [explorer.derivatives(unit) for explorer in explorers]
+        return np.array([one[name] for group, one in zip(groups, found) for part in group for name in part.of.names])
 
     return fit(predict, slopes, measured, start, 1e-8)
 

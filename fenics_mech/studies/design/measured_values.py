@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from fenics_mech.studies.design.result_numbers import Quantity
 
 ANGLE = "angle_deg"
 NUMBERS = ["number", "value", "deviation"]
+HUGE = 1e100  # a measured value in SI
 FORM = (
     f"Write curves with the header {ANGLE},NAME,NAME... such as {ANGLE},strain[coupler][@0.5][+], "
     f"or single numbers with the header {','.join(NUMBERS)} and lines such as frequency[1].mean,43.7,0.5"
@@ -35,6 +36,8 @@ class Observation:
         Measured values in SI, ``(points,)``.
     deviation
         Standard deviation of their noise; NaN where it is to be estimated.
+    at
+        Numbers of the scene that they were measured at, in SI, by dotted path; others are those of the scene.
 
     Examples
     --------
@@ -45,9 +48,18 @@ class Observation:
     of: ResultNumbers
     values: Array
     deviation: float = np.nan
+    at: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def text(self) -> str:
+        """Its name, with what it was measured at."""
+        where = ", ".join(f"{path} = {value:.6g}" for path, value in self.at.items())
+        return f"{self.of.text} at {where}" if where else self.of.text
 
     @classmethod
-    def curve(cls, name: str, angles: Sequence[float], values: Sequence[float]) -> Observation:
+    def curve(
+        cls, name: str, angles: Sequence[float], values: Sequence[float], at: Mapping[str, float] | None = None
+    ) -> Observation:
         """State a measured curve, whose noise is estimated.
 
         Parameters
@@ -58,16 +70,20 @@ class Observation:
             Drive angles (rad), ``(points,)``.
         values
             Measured values in SI, ``(points,)``.
+        at
+            As of the class, such as ``{"drive.speed": 20.0}``.
 
         Raises
         ------
         SceneError
-            When there is no such curve.
+            When there is no such curve, or a value is out of all range.
         """
-        return cls(Curve.read(name, np.asarray(angles, dtype=float)), np.asarray(values, dtype=float))
+        found = np.asarray(values, dtype=float)
+        _refuse_huge(name, found)
+        return cls(Curve.read(name, np.asarray(angles, dtype=float)), found, at=dict(at or {}))
 
     @classmethod
-    def number(cls, name: str, value: float, deviation: float) -> Observation:
+    def number(cls, name: str, value: float, deviation: float, at: Mapping[str, float] | None = None) -> Observation:
         """State a measured number.
 
         Parameters
@@ -76,15 +92,18 @@ class Observation:
             Its name, as "frequency[1].mean".
         value, deviation
             Its value and standard deviation in SI.
+        at
+            As of the class.
 
         Raises
         ------
         SceneError
-            When there is no such number, or the deviation is not positive.
+            When there is no such number, the deviation is not positive, or the value is out of all range.
         """
+        _refuse_huge(name, np.array([value, deviation]))
         if not deviation > 0:
             raise SceneError(f"the deviation {deviation:g} of {name!r} is not above 0", place="identify")
-        return cls(Quantity.read(name), np.array([float(value)]), float(deviation))
+        return cls(Quantity.read(name), np.array([float(value)]), float(deviation), dict(at or {}))
 
 
 def read_observations(path: Path) -> list[Observation]:
@@ -93,7 +112,8 @@ def read_observations(path: Path) -> list[Observation]:
     Parameters
     ----------
     path
-        The file. Its header is "angle_deg" and names of curves, or "number,value,deviation".
+        The file. Its header is "angle_deg" and names of curves, or "number,value,deviation". Columns before these are
+        numbers of the scene by their dotted paths, at which each line was measured.
 
     Raises
     ------
@@ -101,15 +121,40 @@ def read_observations(path: Path) -> list[Observation]:
         When it cannot be read.
     """
     header, rows = read_cells(path, FORM)
-    if [cell.lower() for cell in header] == NUMBERS:
-        return [_number(cells, path, line) for line, cells in rows.items()]
-    if len(header) < 2 or header[0].lower() != ANGLE:
+    names = [cell.lower() for cell in header]
+    first = next((k for k, name in enumerate(names) if name in (ANGLE, NUMBERS[0])), len(names))
+    curves = names[first : first + 1] == [ANGLE] and len(names) > first + 1
+    if not curves and names[first:] != NUMBERS:
         raise SceneError("the header is not one of measured data", place=str(path), line=1, hint=FORM)
+    found = []
+    for at, lines in _by_place(header[:first], rows, path).items():
+        where = dict(zip(header, at))
+        if curves:
+            found += _curves(header[first:], {line: rows[line][first:] for line in lines}, path, where)
+        else:
+            found += [_number(rows[line][first:], path, line, where) for line in lines]
+    return found
+
+
+def _by_place(paths: list[str], rows: dict[int, list[str]], path: Path) -> dict[tuple[float, ...], list[int]]:
+    """Give the lines of a file by the numbers of the scene that they were measured at."""
+    found: dict[tuple[float, ...], list[int]] = {}
+    for line, cells in rows.items():
+        at = finite_numbers(cells[: len(paths)], len(paths), (path, line), FORM)
+        found.setdefault(tuple(at), []).append(line)
+    return found
+
+
+def _curves(header: list[str], rows: dict[int, list[str]], path: Path, at: dict[str, float]) -> list[Observation]:
+    """Read the curves of a table."""
     table = np.array([finite_numbers(cells, len(header), (path, line), FORM) for line, cells in rows.items()])
+    if len(table) > 1 and np.ptp(table[:, 0]) == 0:
+        message = f"all angles of this curve are {table[0, 0]:g} deg"
+        raise SceneError(message, place=str(path), line=next(iter(rows)), hint="Write the drive's angle in degrees")
     found = []
     for name, values in zip(header[1:], table[:, 1:].T):
         try:
-            found.append(Observation.curve(name, np.radians(table[:, 0]).tolist(), values.tolist()))
+            found.append(Observation.curve(name, np.radians(table[:, 0]).tolist(), values.tolist(), at))
         except SceneError as error:
             raise SceneError(error.message, place=str(path), line=1, hint=error.hint) from None
         if name.startswith("strain"):
@@ -117,13 +162,22 @@ def read_observations(path: Path) -> list[Observation]:
     return found
 
 
-def _number(cells: list[str], path: Path, line: int) -> Observation:
+def _number(cells: list[str], path: Path, line: int, at: dict[str, float]) -> Observation:
     """Read a line of a measured number."""
     value, deviation = finite_numbers(cells[1:], 2, (path, line), FORM)
     try:
-        return Observation.number(cells[0].strip(), value, deviation)
+        return Observation.number(cells[0].strip(), value, deviation, at)
     except SceneError as error:
         raise SceneError(error.message, place=str(path), line=line, hint=error.hint) from None
+
+
+def _refuse_huge(name: str, values: Array) -> None:
+    """Raise `SceneError` where the square of a value would be no number."""
+    if (np.abs(values) > HUGE).any():
+        worst = values[int(np.abs(values).argmax())]
+        raise SceneError(
+            f"the value {worst:g} of {name!r} is out of all range", place="identify", hint="Write SI units"
+        )
 
 
 def stated_observations(scene: Scene) -> list[Observation]:

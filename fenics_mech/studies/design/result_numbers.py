@@ -29,7 +29,7 @@ NAME = re.compile(r"([A-Za-z_]+)((?:\[[^\[\]]+\])*)(?:\.([a-z]+))?")
 ALIASES = {"torque": "input_torque"}
 LABELLED = (
     *("member", "joint", "mode", "support", "point", "link", "drive", "pair", "spring", "damper", "cause"),
-    *("fibre", "component", "disturbance", "gauge", "harmonic"),
+    *("fibre", "component", "disturbance", "gauge", "harmonic", "law", "freedom"),
 )
 OWN = {  # those that are not variables of a result: unit, meaning
     "mass": ("kg", "mass of the links and point masses, or of one link"),

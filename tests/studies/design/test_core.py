@@ -42,6 +42,8 @@ BAD = [
     ({"numbers": ["drive.speed"], "between": [1, 2]}, "outside of its bounds"),
     ({"numbers": ["drive.speed"], "between": ["1 kg", "2 kg"]}, "wrong unit"),
     ({"numbers": ["name"], "between": [1, 2]}, "must be a string"),
+    ({"numbers": ["drive.speed"], "between": [30, 30]}, "the range '[30.0, 30.0]' begins where it ends"),
+    ({"numbers": ["drive.speed"], "between": ["100 rpm", 30]}, "one end of '[100 rpm, 30.0]' has a unit"),
     ({"numbers": ["drive.speed"]}, "either `between`"),
     ({"numbers": ["drive.speed"], "between": [1, 2], "bounds": 3}, "unknown key 'bounds'"),
     ({"numbers": ["links.coupler.members.AB.section"], "choices": ["strip", "beam"]}, "beam"),

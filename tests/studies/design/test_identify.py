@@ -1,7 +1,10 @@
 """Least squares against closed forms, their intervals against repeated measurements, and identified scenes."""
 
+from functools import partial
+
 import numpy as np
 import pytest
+from scipy import optimize
 
 import fenics_mech as fm
 from fenics_mech.errors import SceneError
@@ -185,6 +188,10 @@ def test_modulus_and_density_are_not_told_apart_by_a_frequency():
         ("angle_deg,strain[coupler]\n0,1e-4\n10,1e-4\n", "Name its s and fibre in brackets"),
         ("angle_deg,strain[coupler][@0.5][+]\n0,140\n10,1e-4\n", "is no strain"),
         ("angle_deg,torque\n0,1\n", "too few for 1 variables"),
+        ("angle_deg,torque\n0,1\n0,2\n0,3\n", "all angles of this curve are 0 deg"),
+        ("angle_deg,torque\n0,1e308\n10,2\n", "the value 1e+308 of 'torque' is out of all range"),
+        ("drive.sped,angle_deg,torque\n9,0,1\n9,10,2\n", "drive.sped"),
+        ("materials.aluminium.modulus,angle_deg,torque\n7e10,0,1\n7e10,10,2\n", "which is a variable too"),
     ],
 )
 def test_bad_data_are_one_message(tmp_path, text, said):
@@ -192,6 +199,70 @@ def test_bad_data_are_one_message(tmp_path, text, said):
     with pytest.raises(SceneError) as caught:
         fm.identify(quick(modulus=MODULUS), [tmp_path / "data.csv"])
     assert said in str(caught.value)
+
+
+def test_a_file_that_is_named_twice_is_refused(tmp_path, monkeypatch):
+    scene = quick(modulus=MODULUS)
+    (tmp_path / "data.csv").write_text("angle_deg,torque\n0,1\n10,2\n")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SceneError, match="named twice"):
+        fm.identify(scene, ["data.csv", tmp_path / "data.csv"])
+
+
+def test_a_search_that_does_not_end_is_told(monkeypatch):
+    matrix, x = np.ones((4, 1)), np.array([0.4, 0.5, 0.6, 0.5])
+    assert linear(matrix, x).converged
+    monkeypatch.setattr(optimize, "least_squares", partial(optimize.least_squares, max_nfev=1))
+    assert not linear(matrix, x).converged
+
+
+@pytest.mark.slow
+def test_records_at_two_speeds_are_fitted_together(tmp_path):
+    density = {"numbers": ["materials.aluminium.density"], "between": [2000, 3500]}
+    modulus = {"numbers": ["materials.aluminium.modulus"], "between": ["50 GPa", "90 GPa"]}
+    scene, rng = quick(density=density, modulus=modulus), np.random.default_rng(0)
+    rows = ["drive.speed,angle_deg,torque,strain[coupler][@0.5][+]"]
+    for speed in (20.0, 32.3):
+        truth = {"drive.speed": speed, "materials.aluminium.density": 2600, "materials.aluminium.modulus": 68e9}
+        result = fm.analyse(scene.changed(truth).changed({"analysis.error_estimates": False}))
+        torque = result.data["input_torque"].to_numpy() + 1e-3 * rng.normal(size=36)
+        strain = result.strain_at("coupler") + 1e-7 * rng.normal(size=36)
+        rows += [f"{speed},{10 * k},{a},{e}" for k, (a, e) in enumerate(zip(torque, strain))]
+    (tmp_path / "two.csv").write_text("\n".join(rows) + "\n")
+    found = fm.identify(scene, [tmp_path / "two.csv"], tmp_path)
+    assert (np.abs(found.values - [2600, 68e9]) < 3 * found.deviation).all()
+    assert [one.at for one in found.observations] == [{"drive.speed": speed} for speed in (20.0, 20.0, 32.3, 32.3)]
+    assert found.observations[0].text == "torque at drive.speed = 20"
+    assert found.first.shape == found.fit.predicted.shape == (144,)
+    assert found.scene.drive.speed == scene.drive.speed
+    identify_summary(found)
+    assert len(plot_identified(found, tmp_path)) == 4
+
+
+@pytest.mark.slow
+def test_clearance_and_friction_are_found_from_the_push_and_the_torque():
+    law = {"kind": "friction", "joint": "A", "coefficient": 0.1, "radius": "10 mm"}
+    contact = {"restitution": 0.1, "stiffness": 1e6}
+    scene = fm.load("demos/joint_laws/rattling_slider_crank.toml").changed(
+        {
+            "drive.speed": "600 rpm",
+            "analysis.sub_intervals": 36,
+            "joint_laws.rubbing": law,
+            **{f"joint_laws.rattle.contact.{key}": value for key, value in contact.items()},
+        }
+    )
+    data = fm.analyse(scene).data
+    push, torque = float(data["largest_law_effort"].sel(law="rattle")), float(data["input_torque"].mean())
+    variables = {
+        "friction": {"numbers": ["joint_laws.rubbing.coefficient"], "between": [0.02, 0.3], "start": 0.15},
+        "clearance": {"numbers": ["joint_laws.rattle.radial"], "between": ["0.2 mm", "1 mm"], "start": "0.3 mm"},
+    }
+    measured = [("largest_law_effort[rattle].max", push, 1.0), ("torque.mean", torque, 2e-3)]
+    found = fm.identify(
+        scene.changed(study={"variables": variables}), [fm.Observation.number(*one) for one in measured]
+    )
+    np.testing.assert_allclose(found.values, [0.1, 0.5e-3], rtol=1e-3)
+    assert found.fit.told.all()
 
 
 def test_without_data_or_with_choices_nothing_is_searched():
