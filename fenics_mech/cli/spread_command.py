@@ -29,7 +29,8 @@ def spread(
 ) -> None:
     """Find how results scatter with tolerances and other scatter in the study of the scene.
 
-    Writes spread.csv, samples.csv and plots. Finished samples are kept in the folder, and not run again.
+    Writes spread.csv, samples.csv, polynomials.csv and plots. Finished samples are kept in the folder, and are not run
+    again.
     """
     from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
     from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
@@ -51,5 +52,6 @@ def spread(
         )
     plots = plot_spread(found, folder)
     out.print(spread_summary(found))
-    tables = ["spread.csv", "samples.csv", *(["indices.csv"] if found.indices else [])]
+    more = {"polynomials.csv": found.chaos, "indices.csv": found.indices}
+    tables = ["spread.csv", "samples.csv", *(name for name, held in more.items() if held)]
     tell_written([*map(Path, tables), *plots], folder)

@@ -30,6 +30,11 @@ def synthesise(
 
     wanted = load_task(task)
     refuse_own_source(file, task)
+    if draw is not None:  # before anything is written
+        from fenics_mech.views.figures import refuse_ending, save  # noqa: PLC0415
+        from fenics_mech.views.synthesis_plots import synthesis_figure  # noqa: PLC0415
+
+        refuse_ending(draw)
     found = synthesised(wanted, starts=starts, seed=seed)
     warn(found.defects, strict)
     make_folder(file.parent)
@@ -37,9 +42,6 @@ def synthesise(
     out.print(_table(found))
     tell(f"Wrote {file}")
     if draw is not None:
-        from fenics_mech.views.figures import save  # noqa: PLC0415
-        from fenics_mech.views.synthesis_plots import synthesis_figure  # noqa: PLC0415
-
         make_folder(draw.parent)
         tell(f"Wrote {save(synthesis_figure(found), draw)}")
 

@@ -139,11 +139,15 @@ def finish(axes: Axes, title: str, ylabel: str, columns: int = LEGEND_COLUMNS) -
             axes.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=columns, borderaxespad=0.2)
 
 
-def save(figure: Figure, path: str | Path) -> Path:
-    """Write a figure; the file appears whole or not at all."""
-    path = Path(path)
+def refuse_ending(path: Path) -> None:
+    """Raise `ViewError` where a file is not of a kind that figures are written to."""
     if path.suffix.lower() not in ENDINGS:
         raise ViewError(f"{path}: a plot's file must end in one of {', '.join(ENDINGS)}, not in {path.suffix!r}")
+
+
+def save(figure: Figure, path: str | Path) -> Path:
+    """Write a figure; the file appears whole or not at all."""
+    refuse_ending(path := Path(path))
     with mpl.rc_context(STYLE):
         if engine := figure.get_layout_engine():
             engine.execute(figure)

@@ -114,15 +114,17 @@ def shares_figure(found: Spread) -> Figure:
     figure, rows = empty_figure(rows=len(names), height=0.9 + len(names) * (0.7 + 0.32 * len(variables)))
     for axes, name in zip(rows, names):
         at, known = np.arange(len(variables))[::-1], found.indices.get(name)
-        linear = found.linear_shares(name)
-        if known is not None:
-            axes.barh(at + 0.2, known.first, 0.36, color=COLOURS[0], label="alone", xerr=known.doubt[0])
-            axes.barh(at - 0.2, known.total, 0.36, color=COLOURS[5], label="with others", xerr=known.doubt[1])
+        linear, shares = found.linear_shares(name), known or found.told_by_polynomials(name)
+        if shares is not None:
+            doubt = (None, None) if known is None else known.doubt
+            axes.barh(at + 0.2, shares.first, 0.36, color=COLOURS[0], label="alone", xerr=doubt[0])
+            axes.barh(at - 0.2, shares.total, 0.36, color=COLOURS[5], label="with others", xerr=doubt[1])
             axes.plot(linear, at, "|", color="black", ms=14, label="linear estimate")
         else:
             axes.barh(at, linear, 0.6, color=COLOURS[0])
         axes.set_yticks(at, [variable.name for variable in variables])
         finish(axes, name, "")
-    rows[-1].set_xlabel("share of the variance" if found.indices else "share of the variance, by the linear estimate")
+    linear_alone = not found.indices and not any(found.told_by_polynomials(name) for name in names)
+    rows[-1].set_xlabel("share of the variance, by the linear estimate" if linear_alone else "share of the variance")
     rows[-1].set_xlim(left=0)
     return figure

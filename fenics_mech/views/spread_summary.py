@@ -72,9 +72,13 @@ def _shares(found: Spread) -> Table:
     variables = [variable.name for variable in found.scattered.design.variables]
     table = Table("shares of the variance", "", *map(escape, variables))
     for name in found.names:
-        rows = {"linear": [f"{share:.2f}" for share in found.linear_shares(name)]}
+        rows = {"linear": ["-" if np.isnan(share) else f"{share:.2f}" for share in found.linear_shares(name)]}
+        if (chaos := found.told_by_polynomials(name)) is not None:
+            both = zip(("polynomials, alone", "with others"), (chaos.first, chaos.total))
+            rows |= {kind: [f"{share:.2f}" for share in shares] for kind, shares in both}
         if (known := found.indices.get(name)) is not None:
-            for kind, shares, doubt in zip(("alone", "with others"), (known.first, known.total), known.doubt):
+            kinds = "samples, alone", "samples, with others"
+            for kind, shares, doubt in zip(kinds, (known.first, known.total), known.doubt):
                 rows[kind] = [f"{share:.2f} ± {wide:.2f}" for share, wide in zip(shares, doubt)]
         for kind, cells in rows.items():
             table.add_row(escape(name) if kind == "linear" else "", kind, *cells)
@@ -93,6 +97,19 @@ def _notes(found: Spread) -> list[str]:
             said.append(
                 f"{name} is not linear in what scatters: the linear estimate is {linear / deviation:.2f} of it."
             )
+    rough = [name for name in found.chaos if found.told_by_polynomials(name) is None]
+    if rough:
+        said.append(
+            f"Polynomials leave {percent(found.chaos[rough[0]].left)} of the variance of {rough[0]}: take more samples."
+        )
+    unknown = {
+        variable.name
+        for name in found.names
+        for variable, part in zip(found.scattered.design.variables, found.contributions[name])
+        if np.isnan(part)
+    }
+    if unknown:
+        said.append(f"Derivatives by {', '.join(sorted(unknown))} are not known: the trials on both sides failed.")
     if any(one.doubt.max() > FEW for one in found.indices.values()):
         said.append("Some indices are uncertain by more than 0.1: take more samples.")
     if failures := Counter(trial.error for trial in found.samples if trial.failed):

@@ -99,7 +99,7 @@ class Explorer:
         """Derivatives of all numbers by the variables, by name, ``(variables,)`` each.
 
         They come from `sensitivity` where it knows the problem. Else they are central differences, one-sided at a bound
-        or beside a trial that failed.
+        or beside a trial that failed, and NaN where the trials on both sides failed.
 
         Parameters
         ----------
@@ -124,12 +124,12 @@ class Explorer:
         return None if found is None else {name: slopes * self._ranges[1] for name, slopes in found.items()}
 
     def _by_differences(self, unit: Array) -> dict[str, Array]:
-        """Derivatives by central differences of trials; 0 where both neighbours failed."""
+        """Derivatives by central differences of trials; NaN where both neighbours failed."""
         here, count = np.clip(unit, 0, 1), len(unit)
         ends = np.array([[here + sign * STEP * row for sign in (-1, 1)] for row in np.eye(count)])
         ends = np.clip(ends, 0, 1)
         found = self.run([here, *ends.reshape(-1, count)])
-        slopes = {name: np.zeros(count) for name in found[0].numbers}
+        slopes = {name: np.full(count, np.nan) for name in found[0].numbers}
         for k in range(count):
             pair = [(ends[k, i, k], found[1 + 2 * k + i]) for i in range(2)]
             good = [one for one in pair if not one[1].failed]

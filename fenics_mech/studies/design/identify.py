@@ -306,7 +306,8 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
 
     def slopes(unit: Array) -> Array:
         found = [explorer.derivatives(unit) for explorer in explorers]
-        return np.array([one[name] for group, one in zip(groups, found) for part in group for name in part.of.names])
+        rows = [one[name] for group, one in zip(groups, found) for part in group for name in part.of.names]
+        return np.nan_to_num(rows)  # what is not known is not told
 
     return fit(predict, slopes, measured, start, 1e-8)
 

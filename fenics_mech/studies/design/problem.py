@@ -137,6 +137,8 @@ class Problem(Explorer):
     def jacobian(self, unit: Array) -> tuple[Array, Array]:
         """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``.
 
+        They are 0 where they are not known, so that a search moves along the other variables.
+
         Parameters
         ----------
         unit
@@ -147,7 +149,7 @@ class Problem(Explorer):
             return np.zeros((len(self.aims), len(unit))), np.zeros((len(self.bounds), len(unit)))
         aims = [sign / self.scales[name] * found[name] for name, sign in self.aims]
         excess = [b.slope(trial.numbers[b.of], self._scale(b)) * found[b.of] for b in self.bounds]
-        return np.array(aims), np.array(excess).reshape(-1, len(unit))
+        return np.nan_to_num(aims), np.nan_to_num(excess).reshape(-1, len(unit))
 
     def rank(self, trial: Trial) -> tuple[float, float]:
         """Order of trials: the largest excess beyond a limit first, then the size of the aims."""

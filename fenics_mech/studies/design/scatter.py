@@ -12,6 +12,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Scatter, Value
 from fenics_mech.scene.units import EXAMPLES, in_unit
 from fenics_mech.studies.design.design_variables import Design, DesignVariable, refuse_twice, tied_numbers
+from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.sweep_axes import range_in_si, unit_of, value_in_si
 
 CUT = 4.0  # deviations, at which a normal distribution ends
@@ -32,7 +33,7 @@ class Scattered:
     """
 
     design: Design
-    normal: Array
+    normal: Truths
 
     @classmethod
     def of(cls, scene: Scene) -> Scattered:

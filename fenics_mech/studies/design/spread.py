@@ -18,6 +18,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.studies.design.chaos import Chaos, polynomial_chaos
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.design.problem import bounds_of
@@ -29,6 +30,7 @@ from fenics_mech.studies.design.trial import Trial, Trials
 
 MOST_ANGLES = 180  # of a curve
 QUANTILES = (0.05, 0.5, 0.95)
+MOST_LEFT = 0.05  # of the variance, from which polynomials do not tell a number
 MOST_TRIALS = 1_000_000
 TINY = np.finfo(float).tiny
 
@@ -119,6 +121,23 @@ class Spread:
         return {name: sobol_indices(values.reshape(-1, self.width)) for name, values in table.items()}
 
     @cached_property
+    def chaos(self) -> dict[str, Chaos]:
+        """Each number as a polynomial of what scatters, where samples are enough; see `polynomial_chaos`."""
+        lower, upper = np.array(self.scattered.design.bounds).T
+        good = [trial for trial in self.independent if not trial.failed]
+        places = (np.array([trial.values for trial in good]).reshape(-1, len(lower)) - lower) / (upper - lower)
+        found = {
+            name: polynomial_chaos(places, np.array([trial.numbers[name] for trial in good]), self.scattered.normal)
+            for name in (self.names if len(good) > 1 else ())
+        }
+        return {name: one for name, one in found.items() if one is not None}
+
+    def told_by_polynomials(self, name: str) -> Chaos | None:
+        """Give the polynomials of a number, where they leave little of its variance."""
+        chaos = self.chaos.get(name)
+        return chaos if chaos is not None and chaos.left < MOST_LEFT else None
+
+    @cached_property
     def passed(self) -> dict[str, Truths]:
         """Whether each independent sample keeps each limit, by its text, ``(samples,)``; failed ones keep none."""
         found = {}
@@ -161,7 +180,7 @@ def spread(
     scene
         The scene, with its study.
     folder
-        Where finished trials are kept, with ``spread.csv``, ``samples.csv`` and ``indices.csv``.
+        Where finished trials are kept, with ``spread.csv``, ``samples.csv``, ``polynomials.csv`` and ``indices.csv``.
     samples
         How many; 0 for the linear estimate alone.
     sampling
@@ -253,6 +272,13 @@ def _write(found: Spread, folder: Path) -> None:
     _table(folder / "spread.csv", [["number", *STATISTICS], *rows])
     samples = [[*one.values, *(one.numbers[name] for name in found.names), one.error] for one in found.independent]
     _table(folder / "samples.csv", [[*(one.name for one in design.variables), *found.names, "error"], *samples])
+    if found.chaos:
+        rows = [
+            [name, variable.name, one.first[k], one.total[k], one.degree, one.left]
+            for name, one in found.chaos.items()
+            for k, variable in enumerate(design.variables)
+        ]
+        _table(folder / "polynomials.csv", [["number", "variable", "first", "total", "degree", "left"], *rows])
     if found.indices:
         shares = [
             [name, variable.name, one.first[k], one.doubt[0, k], one.total[k], one.doubt[1, k]]

@@ -146,7 +146,7 @@ def test_a_search_says_that_it_ended_at_its_limit_of_steps():
 
 
 def test_several_aims_have_the_trade_offs_of_the_closed_form():
-    pytest.importorskip("pymoo")
+    pytest.importorskip("pymoo")  # the extra `test` installs it: 5 MB to load, 28 MB on disk
     problem = Problem(formula(0.5, minimise=["mass", "torque.rms"]))
     problem.first  # noqa: B018
     METHODS["nsga2"](problem, np.array([0.5, 0.5]), Search(generations=40))

@@ -4,12 +4,16 @@ import math
 
 import numpy as np
 import pytest
+from scipy.stats import truncnorm
 
 import fenics_mech as fm
 from fenics_mech.errors import SceneError
+from fenics_mech.studies.design.chaos import polynomial_chaos
+from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.scatter import SAMPLINGS, Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import saltelli_points, sobol_indices
 from fenics_mech.studies.design.spread import statistics
+from fenics_mech.studies.design.trial import Trial
 from fenics_mech.views.spread_plots import plot_spread
 from fenics_mech.views.spread_summary import _notes, headline, spread_summary
 
@@ -33,6 +37,52 @@ def test_indices_of_the_ishigami_function_are_the_known_ones(sampling):
     np.testing.assert_allclose(found.first, np.array([V1, V2, 0]) / VARIANCE, atol=near)
     np.testing.assert_allclose(found.total, np.array([V1 + V13, V2, V13]) / VARIANCE, atol=near)
     assert (found.doubt < 0.05).all()
+
+
+def test_polynomials_give_the_indices_of_the_ishigami_function_from_few_samples():
+    points = drawn("sobol", 1024, 3, seed=3)
+    found = polynomial_chaos(points, ishigami(points), np.zeros(3, dtype=bool))
+    assert found.degree == 12
+    assert found.left < 1e-4
+    near = 1e-3  # fourteen times as many analyses by Saltelli's samples: 3e-3
+    np.testing.assert_allclose(found.first, np.array([V1, V2, 0]) / VARIANCE, atol=near)
+    np.testing.assert_allclose(found.total, np.array([V1 + V13, V2, V13]) / VARIANCE, atol=near)
+    assert (found.mean, found.deviation) == pytest.approx((A / 2, VARIANCE**0.5), rel=1e-3)
+
+
+def test_polynomials_of_a_cut_normal_distribution_have_its_moments():
+    chance = drawn("sobol", 64, 2, seed=0)
+    normal = truncnorm.ppf(chance[:, 0], -4, 4)
+    places = np.stack([0.5 + normal / 8, chance[:, 1]], axis=1)
+    found = polynomial_chaos(places, normal**2 + 3 * chance[:, 1], np.array([True, False]))
+    second, fourth = (truncnorm.moment(order, -4, 4) for order in (2, 4))
+    assert (found.degree, found.left) == (2, pytest.approx(0, abs=1e-20))
+    assert found.mean == pytest.approx(second + 1.5, rel=1e-9)
+    assert found.deviation**2 == pytest.approx(fourth - second**2 + 0.75, rel=1e-9)
+    assert found.first.sum() == pytest.approx(1)
+
+
+def test_samples_too_few_or_without_scatter_have_no_polynomials():
+    points = drawn("sobol", 4, 3, seed=0)
+    none = np.zeros(3, dtype=bool)
+    assert polynomial_chaos(points, ishigami(points), none) is None
+    assert polynomial_chaos(drawn("sobol", 64, 3, seed=0), np.ones(64), none) is None
+
+
+def test_a_derivative_between_trials_that_failed_is_not_known():
+    class Failing:
+        linearised = False
+        design = type("Bounds", (), {"bounds": [(0.0, 1.0)] * 2, "variables": [type("V", (), {"choices": ()})] * 2})
+
+        def run(self, points, progress):
+            for x, y in points:
+                failed = abs(x - 0.5) > 1e-9
+                progress(Trial((x, y), {"f": math.nan if failed else x + 3 * y}, "Error" * failed, "", 0.0))
+            return [Trial((x, y), {"f": x + 3 * y}, "Error" * (abs(x - 0.5) > 1e-9), "", 0.0) for x, y in points]
+
+    found = Explorer(Failing()).derivatives(np.array([0.5, 0.5]))["f"]
+    assert np.isnan(found[0])
+    assert found[1] == pytest.approx(3)
 
 
 def test_samples_that_failed_are_left_out_of_indices():
@@ -70,7 +120,10 @@ def test_a_product_has_the_moments_and_shares_of_its_closed_form(tmp_path):
     np.testing.assert_allclose(one.first, part / variance, atol=0.02)
     np.testing.assert_allclose(one.total, (part + part.prod()) / variance, atol=0.02)
     np.testing.assert_allclose(found.linear_shares("mass[coupler]"), part / part.sum(), atol=2e-3)
-    assert {"spread.csv", "samples.csv", "indices.csv"} <= {path.name for path in tmp_path.iterdir()}
+    chaos = found.chaos["mass[coupler]"]
+    np.testing.assert_allclose(chaos.first, part / variance, atol=2e-3)
+    assert chaos.deviation == pytest.approx(mass * math.sqrt(variance), rel=2e-3)
+    assert {"spread.csv", "samples.csv", "indices.csv", "polynomials.csv"} <= {path.name for path in tmp_path.iterdir()}
     again = fm.spread(
         scene_of({"a": AREA, "rho": DENSITY}, results=["mass[coupler]"]), tmp_path, samples=128, indices=True
     )

@@ -226,6 +226,15 @@ def test_the_command_writes_a_scene_that_can_be_analysed(tmp_path):
     assert fm.analyse(scene).data.attrs["error_estimate"] < 0.05
 
 
+def test_a_picture_of_an_unknown_kind_is_refused_before_anything_is_written(tmp_path):
+    task, file = tmp_path / "task.toml", tmp_path / "made" / "linkage.toml"
+    task.write_text('kind = "function"\ncrank = [0.5, 1.0, 1.5]\nfollower = [1.0, 1.2, 1.5]\n')
+    said = CliRunner().invoke(app, ["synthesise", str(task), "-o", str(file), "--draw", str(tmp_path / "x.foo")])
+    assert said.exit_code != 0
+    assert "must end in one of .png, .pdf, .svg" in str(said.exception)
+    assert list(tmp_path.iterdir()) == [task]
+
+
 def test_a_search_is_the_same_each_time():
     places = pairs(0.02 * np.exp(1j * np.linspace(0, 1.5, 6)) + 0.1)
     task = fm.PathTask(path=places, closed=False)
