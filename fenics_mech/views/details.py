@@ -123,8 +123,10 @@ def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
     data = result.data
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
-    factor, unit = (1.0, "W") if max(map(abs, power.values()), default=0.0) >= REPORT.watts else (MILLI, "mW")
-    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items()]
+    largest = max(map(abs, power.values()), default=0.0)
+    factor, unit = (1.0, "W") if largest >= REPORT.watts else (MILLI, "mW")
+    told = {cause: value for cause, value in power.items() if abs(value) >= REPORT.rounding * largest}
+    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in told.items()]
     imbalance = f"imbalance {number(factor * data.attrs['power_residual'])} {unit}"
     return f"Mean power over the {whole}: {', '.join(parts)}; {imbalance}", (factor, unit)
 

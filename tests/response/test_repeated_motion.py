@@ -7,6 +7,7 @@ from scipy.special import ellipk
 
 import fenics_mech as fm
 from fenics_mech.response.transient.shooting import ANGLE, ELASTIC, STROKE, sizes_of
+from tests.joints.scenes import G, block
 from tests.response.rigid_programs import SliderCrank
 from tests.response.test_rigid_motion import slider_crank
 
@@ -58,6 +59,28 @@ def test_a_forced_oscillator_against_its_closed_form():
     root = np.exp((-damping / 2 + 1j * np.sqrt(stiffness - damping**2 / 4)) * TURN / rate)
     np.testing.assert_allclose(sorted(multipliers(data), key=np.imag), [root.conj(), root], atol=1e-8)
     assert data.attrs["repeats_after"] == pytest.approx(TURN / rate)
+
+
+@pytest.mark.slow
+def test_a_forced_block_with_dry_friction_repeats_as_its_closed_form():
+    # Den Hartog (1931): X k/P = (V^2 - f^2 U^2)^(1/2) where the block never sticks; P = 1 N, k = 100 N/m, m = 1 kg
+    share, dry = 0.8, 0.3  # of the natural frequency, and of the force
+    rubs = {"kind": "friction", "coefficient": dry / G, "width": 1e-5}
+    push = {"kind": "formula", "formula": f"cos({10 * share}*t)"}
+    scene = block(rubs, freedoms={"G": {"start": 0.0, "effort": push}})
+    changes = {
+        "start": "periodic",
+        "duration": 2 * np.pi / (10 * share),
+        "cycles": 6,
+        "sub_intervals": 400,
+        "error_estimates": False,
+    }
+    data = fm.analyse(scene.changed({f"analysis.{key}": value for key, value in changes.items()})).data
+    u = np.sin(np.pi / share) / (share * (1 + np.cos(np.pi / share)))
+    wanted = np.sqrt(1 / (1 - share**2) ** 2 - (dry * u) ** 2) / 100
+    amplitude = np.ptp(data["freedom_place"].to_numpy()) / 2  # positions miss the peaks by 3e-5 of it at most
+    assert amplitude == pytest.approx(wanted, rel=1e-4)
+    assert data.attrs["closing_error"] < 1e-5  # ten times the tolerance of a step
 
 
 @pytest.mark.slow
