@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from tests.documents import DOCS, blocks
 from tests.joints.scenes import bar
 
 MASS, SPRING, PRELOAD, LIFT, STIFFNESS = 0.3, 2e4, 200.0, 10e-3, 1e8  # kg, N/m, N, m, N/m
@@ -136,6 +137,22 @@ def test_above_that_speed_it_leaves_and_flies_under_its_spring_alone():
     np.testing.assert_allclose(force, 0, atol=1e-9)  # the guide bears nothing, as the spring lies along it
     acceleration = data["point_acceleration"].sel(point="valve.V", component="y").to_numpy()[flying]
     np.testing.assert_allclose(MASS * acceleration, -(PRELOAD + SPRING * place), rtol=1e-6)
+
+
+@pytest.mark.slow
+def test_the_cam_of_the_documents_turns_its_table_and_lets_it_rest(tmp_path):
+    page = blocks(DOCS / "how-to" / "joint_laws.md")
+    shown = next(block.text for block in page if "indexing cam" in block.text)
+    (tmp_path / "scene.toml").write_text(shown)
+    data = fm.analyse(fm.load(tmp_path / "scene.toml")).data
+    rests = data["law_effort"].sel(law="cam:T").to_numpy()[[0, 45, 55, 100]]  # before the move, after it, and back
+    np.testing.assert_allclose(rests, 5 * np.radians([60, 90, 90, 60]), rtol=1e-4)
+    assert float(data["freedom_place"][45, 0]) == pytest.approx(np.radians(30) - rests[1] / 1e5, rel=1e-6)
+    moving = data["law_effort"].sel(law="cam:T").to_numpy()[12:30]
+    theta = (np.arange(12, 30) / 100 - 0.1) / 0.2  # of the move
+    turned = np.radians(30) * (theta - np.sin(2 * np.pi * theta) / (2 * np.pi))
+    gained = np.radians(30) * 2 * np.pi * np.sin(2 * np.pi * theta) / 0.2**2  # rad/s^2 of a cycloid
+    np.testing.assert_allclose(moving, 5 * (np.radians(60) + turned) + 0.01 * gained, rtol=1e-3)
 
 
 @pytest.mark.slow
