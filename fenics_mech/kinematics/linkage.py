@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics.assembly import AssemblyBranch, assemble, coordinates_at, derivatives, follow_branch, side
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
@@ -197,7 +198,9 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
 
 
 def start_motion(scene: Scene) -> Motion:
-    """Give the positions of the links at the start, at rest, one angle; joints with a clearance or a bushing are tight.
+    """Give the positions of the links at the start, at rest, one angle.
+
+    Joints with a clearance or a bushing are tight, where the links can be assembled so.
 
     Parameters
     ----------
@@ -209,8 +212,16 @@ def start_motion(scene: Scene) -> Motion:
     AssemblyError
         When the links cannot be assembled.
     """
-    loops = Loops.of(scene.model_copy(update={"joint_laws": {}}) if scene.open_joints else scene)
-    return _held_at(loops, assemble(loops), np.zeros(1))
+    if not scene.open_joints:
+        loops = Loops.of(scene)
+        return _held_at(loops, assemble(loops), np.zeros(1))
+    tight = Loops.of(scene.model_copy(update={"joint_laws": {}}))
+    try:
+        return _held_at(tight, assemble(tight), np.zeros(1))
+    except AssemblyError:
+        stated = {name: part for name, part in scene.freedoms.items() if part.start is not None}
+        loose = Loops.of(scene.model_copy(update={"freedoms": stated}))
+        return _held_at(loose, assemble(loose), np.zeros(1))
 
 
 def _at_rest(loops: Loops, theta: Array) -> Motion:

@@ -8,6 +8,7 @@ from fenics_mech.joints.bent_guide import BentGuide
 from fenics_mech.joints.joint_state import Wrench
 from fenics_mech.joints.side_contact import OneSide
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross, quarter
+from fenics_mech.kinematics.linkage import start_motion
 from tests.joints.test_bending import link
 
 INERTIA = 0.02  # of the anvil (kg m^2): so light that the hammer goes on, and its friction keeps its sense
@@ -124,6 +125,14 @@ def test_a_beam_bends_under_an_arm_that_lies_on_it():
     assert height == pytest.approx(-bent - push / 1e7, rel=2e-4)
     moment = push * 0.5 * np.cos(np.pi - angle - slope)  # about C, of the push across the axis
     assert moment == pytest.approx(2 * 9.81 * 0.4 * abs(np.cos(angle)), rel=1e-4)
+    exact = fm.analyse(arm_on_a_beam().changed({"effects": ("gravity", "large-rotations")})).data
+    sunk = 0.5 * np.sin(float(exact["freedom_place"].squeeze()))
+    assert sunk == pytest.approx(height, rel=5e-3)  # the slope there is 0.06
+
+
+def test_links_that_are_held_too_often_with_tight_joints_are_drawn_where_they_start():
+    motion = start_motion(arm_on_a_beam())
+    np.testing.assert_allclose(motion.angle[0], [0, np.pi - 0.02], atol=1e-9)
 
 
 @pytest.mark.slow

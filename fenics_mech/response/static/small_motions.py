@@ -277,13 +277,20 @@ class RestSearch:
             raise SolverError(f"{self._names} moves no mass: give its links mass or inertia") from error
 
     def _stepped(self, place: Array, here: Condensed, change: Array) -> tuple[Array, Condensed]:
-        """Go a step, or a shorter one at whose end forces do not push back harder than they pushed."""
-        own = change[len(here.bend) :]
+        """Go a step, or a shorter one at whose end links find a shape and do not push back harder than they pushed."""
+        own, fault = change[len(here.bend) :], None
         for _ in range(REST.shorter):
-            there, reached = self._bent(place + change)
-            if float(reached.own_left @ own) <= REST.back * abs(float(here.own_left @ own)):
-                return there, reached
+            try:
+                there, reached = self._bent(place + change)
+            except SolverError as error:
+                fault = error
+            else:
+                fault = None
+                if float(reached.own_left @ own) <= REST.back * abs(float(here.own_left @ own)):
+                    return there, reached
             change, own = change / 2, own / 2
+        if fault is not None:
+            raise fault
         raise SolverError(f"no equilibrium of {self._names} is found: the forces are not smooth. {ADVICE}")
 
     def _refuse_neutral(self, least: float) -> None:
