@@ -231,7 +231,7 @@ class SideContact(LooseJoint):
     Parameters
     ----------
     joint
-        The slot: the guide is a line of the first body, and the pin a point of the second.
+        The slot: the guide is a line of the first body, or its `member` as it bends. The pin is a point of the second.
     side
         Side of the guide on which the pin is, as one looks along it.
     contact, friction, width
