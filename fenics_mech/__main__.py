@@ -11,6 +11,19 @@ from typing import Any
 from fenics_mech._constants import INTERRUPTED
 
 SOON = 0.001  # seconds
+# What an interrupt arrives as: the alarm is one that is sent again, and Windows has none.
+SIGNALS = [getattr(signal, name) for name in ("SIGALRM", "SIGINT") if hasattr(signal, name)]
+
+
+def send_again() -> None:
+    """Interrupt this process soon."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, SOON)
+    else:
+        import _thread  # noqa: PLC0415
+        import threading  # noqa: PLC0415
+
+        threading.Timer(SOON, _thread.interrupt_main).start()
 
 
 class _Interrupt:
@@ -21,7 +34,7 @@ class _Interrupt:
 
     def __init__(self) -> None:
         self.seen = False
-        for number in (signal.SIGINT, signal.SIGALRM):
+        for number in SIGNALS:
             signal.signal(number, self.raised)
         self.before, sys.unraisablehook = sys.unraisablehook, self.dropped
 
@@ -31,13 +44,13 @@ class _Interrupt:
 
     def dropped(self, unraisable: Any) -> None:
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
-            signal.setitimer(signal.ITIMER_REAL, SOON)  # not at once: what is raised in here is dropped too
+            send_again()  # not at once: what is raised in here is dropped too
         elif not self.seen:
             self.before(unraisable)
 
     def end(self) -> None:
         """Say so and leave, without what the libraries do as they are shut down."""
-        for number in (signal.SIGALRM, signal.SIGINT):  # the interrupt that was sent again may come only now
+        for number in SIGNALS:  # the interrupt that was sent again may come only now
             signal.signal(number, signal.SIG_IGN)
         sys.stderr.write("interrupted\n")
         sys.stderr.flush()

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from fenics_mech._system import peak_memory
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.effects.coupling import EFFECT as COUPLING
@@ -224,18 +225,9 @@ def _measure_size(size: Size) -> dict[str, float]:
     """Measure one size in this process: of `NUMBERS`."""
     with suppress(MechanismError):  # it compiles, or reads forms
         analyse(replace(size, elements=3, links=3, positions=60).scene())
-    scene, before = size.scene(), peak_memory()
+    scene, before = size.scene(), peak_memory() / 1e6
     _, timing = timed(lambda: analyse(scene))
-    return timing.numbers | {"memory": peak_memory(), "memory_before": before}
-
-
-def peak_memory() -> float:
-    """Largest memory of this process so far (MB).
-
-    Linux keeps it by program: what `getrusage` gives is also that of the one that started it.
-    """
-    with open("/proc/self/status") as status:
-        return next(float(line.split()[1]) / 1e3 for line in status if line.startswith("VmHWM"))
+    return timing.numbers | {"memory": peak_memory() / 1e6, "memory_before": before}
 
 
 def cost_per_position(data: xr.Dataset) -> list[tuple[str, int, float]]:

@@ -1,20 +1,25 @@
-"""What runs without `resource`, `fcntl` and `O_NONBLOCK`, as on Windows, which is simulated."""
+"""What runs without `resource`, `fcntl`, `O_NONBLOCK`, alarms and `/proc`: Windows and macOS, simulated."""
 
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from fenics_mech import analyse, load
+from fenics_mech import _system, analyse, load
+from fenics_mech._constants import INTERRUPTED
+from fenics_mech._system import peak_memory
 from tests.common import DEMOS, ROOT
 
 WITHOUT = """
-import os, sys, types
+import os, signal, sys, types
 for name in ("fcntl", "resource", *sys.argv.pop(1).split()):
     sys.modules[name] = None
 for name in ("O_NONBLOCK", "sysconf"):
     delattr(os, name)
+for name in ("SIGALRM", "SIGPIPE", "ITIMER_REAL", "alarm", "setitimer"):
+    delattr(signal, name)
 total = types.SimpleNamespace(total=8_000_000_000)
 sys.modules["psutil"] = types.SimpleNamespace(virtual_memory=lambda: total)
 import fenics_mech._guard
@@ -22,6 +27,23 @@ from fenics_mech._system import fcntl, resource
 assert fcntl is resource is None and fenics_mech._guard.memory() <= total.total
 from fenics_mech.__main__ import main
 main()
+"""
+
+
+DROPPED = """
+import signal, sys, time
+del signal.SIGALRM, signal.setitimer
+from fenics_mech.__main__ import _Interrupt
+interrupt = _Interrupt()
+class Library:
+    def __del__(self):
+        raise KeyboardInterrupt
+try:
+    Library()
+    for _ in range(1000):  # what is not a true signal ends no sleep
+        time.sleep(0.01)
+except KeyboardInterrupt:
+    interrupt.end()
 """
 
 
@@ -62,3 +84,20 @@ def test_one_library_that_is_not_there_is_told_with_what_to_install(run, tmp_pat
     assert said.splitlines()[-1].startswith("error: PETSc, SLEPc and dolfinx cannot be loaded: ")
     assert "Traceback" not in said
     assert not (tmp_path / "out").exists()
+
+
+def test_an_interrupt_that_a_library_drops_ends_the_command_without_alarms_too():
+    done = subprocess.run(
+        [sys.executable, "-c", DROPPED], capture_output=True, text=True, timeout=15, check=False, cwd=ROOT
+    )
+    assert done.returncode == INTERRUPTED
+    assert done.stderr.splitlines()[-1] == "interrupted"
+
+
+def test_memory_is_told_where_there_is_no_proc(monkeypatch):
+    here = peak_memory()
+    monkeypatch.setattr(_system, "Path", lambda path: Path("/none") / path.lstrip("/"))
+    kept = _system.peak_memory() * 1024  # here Linux gives kB; macOS gives bytes
+    assert 0.9 * here < kept  # that of the program that started this one may be larger
+    monkeypatch.setattr(_system, "resource", None)
+    assert _system.peak_memory() == 0
