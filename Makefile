@@ -9,11 +9,17 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv \
        libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1
 APT_VIEWS := libegl1 libgl1-mesa-dri
+# What the wheels need where the system has apt: the same, and a C compiler and Python's headers for the forms.
+APT_WHEELS = $(filter lib%,$(APT)) gcc libc6-dev $(if $(WHEELS_PYTHON),,python3-venv python3-dev)
 # Where dolfinx comes from: Debian's packages, or where there are none of 0.5 or later, wheels for Python 3.12 or later.
-STACK ?= $(shell { grep -qx ID=debian /etc/os-release || \
-    apt-cache show python3-dolfinx 2>/dev/null | grep -qE '^Version: 1:0\.([5-9]|1[0-9])'; } && echo debian || echo wheels)
-WHEELS_PYTHON ?= $(shell for p in python3.14 python3.13 python3.12 python3; do \
-    $$p -c 'import sys, venv; raise SystemExit(sys.version_info < (3, 12))' 2>/dev/null && echo $$p && break; done)
+# A new Debian has no lists of packages yet. Debian testing has no dolfinx at times.
+ifndef STACK
+STACK := $(shell { apt-cache show python3-dolfinx 2>/dev/null | grep -qE '^Version: 1:0\.([5-9]|1[0-9])' || \
+    { grep -qx ID=debian /etc/os-release && [ -z "$$(ls /var/lib/apt/lists/*_Packages* 2>/dev/null)" ]; }; } \
+    && echo debian || echo wheels)
+endif
+newest-python = for p in python3.14 python3.13 python3.12 python3; do \
+	    $$p -c 'import sys, ensurepip; raise SystemExit(sys.version_info < (3, 12))' 2>/dev/null && echo $$p && break; done
 PYTHON := .venv/bin/python
 apt-missing = missing=$$(for p in $(1); do dpkg -s $$p >/dev/null 2>&1 || echo $$p; done); \
 	if [ -n "$$missing" ]; then \
@@ -52,17 +58,17 @@ ifeq ($(STACK),debian)
 	$(SYSTEM_PYTHON) -m venv --clear --system-site-packages .venv
 	$(PYTHON) -m pip install --quiet --editable .
 else
-	@[ -n "$(WHEELS_PYTHON)" ] || { echo 'Neither Debian packages of dolfinx nor Python 3.12 or later are here.'; exit 1; }
-	$(WHEELS_PYTHON) -m venv --clear .venv
+	@! command -v apt-get >/dev/null || { $(call apt-missing,$(APT_WHEELS)); }
+	@python=$(or $(WHEELS_PYTHON),$$($(newest-python))); [ -n "$$python" ] || \
+	    { echo 'Neither Debian packages of dolfinx nor Python 3.12 or later are here.'; exit 1; }; \
+	    $$python -m venv --clear .venv
 	$(PYTHON) -m pip install --quiet --editable '.[solver]'
 endif
 	$(PYTHON) -c 'import gmsh, fenics_mech._fenicsx'
 	touch $@
 
 .venv/installed: .venv/solver
-ifeq ($(STACK),debian)
-	@$(call apt-missing,$(APT_VIEWS))
-endif
+	@! command -v apt-get >/dev/null || { $(call apt-missing,$(APT_VIEWS)); }
 	$(PYTHON) -m pip install --quiet --editable '.[test]'
 	$(PYTHON) -c 'import vtk'
 	touch $@
