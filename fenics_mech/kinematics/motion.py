@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -134,7 +134,7 @@ def joined(motions: Sequence[Motion]) -> Motion:
     """
     whole = ("links", "free")
     names = [f.name for f in fields(Motion) if f.init and f.name not in whole]
-    arrays = {name: np.concatenate([getattr(motion, name) for motion in motions]) for name in names}
+    arrays: dict[str, Any] = {name: np.concatenate([getattr(motion, name) for motion in motions]) for name in names}
     return replace(motions[0], **arrays)
 
 

@@ -72,7 +72,7 @@ def sound(result: Result, distance: float = 1.0, widths: Mapping[str, float] | N
     wide |= {member: _width(scene, member) for member in wide if member not in (widths or {})} | dict(widths or {})
     along = place[:, :, -1] - place[:, :, 0]
     normal = quarter(along / np.linalg.norm(along, axis=-1, keepdims=True))[:, :, None]
-    speed = 2 * np.pi / period * np.arange((len(place) - 1) // 2 + 1)
+    speed = 2 * np.pi / period * np.arange((len(place) - 1) // 2 + 1, dtype=np.float64)
     acceleration = _accelerated(place, speed)
     across = (acceleration * normal).sum(axis=-1, keepdims=True) * normal
     inertia = DENSITY * math.pi / 4 * np.array([wide[m] ** 2 for m in wide])  # of the air, on each length

@@ -39,7 +39,7 @@ def peaks_of(strains: Array, rank: int) -> Array:
         padded = np.pad(known, [(int(i == axis),) * 2 for i in range(known.ndim)], constant_values=-np.inf)
         beside = (np.take(padded, range(first, first + known.shape[axis]), axis) for first in (0, 2))
         highest &= np.all([known >= other for other in beside], axis=0)
-    found = highest.any(axis=-1)
+    found = np.asarray(np.any(highest, axis=-1))
     found[np.ix_(*([0, -1] for _ in range(rank)))] = True
     return found
 

@@ -134,8 +134,8 @@ class Condensed:
             Their number: they are the last coordinates.
         """
         n, stiffness = len(left) - freedoms, tangents[2]
-        bend = -np.linalg.solve(stiffness[:n, :n], np.column_stack([left[:n], stiffness[:n, n:]]))
-        return cls(left, tangents[0], tangents[1], stiffness, bend)
+        bend = np.linalg.solve(stiffness[:n, :n], np.column_stack([left[:n], stiffness[:n, n:]]))
+        return cls(left, tangents[0], tangents[1], stiffness, -np.asarray(bend, dtype=np.float64))
 
     @cached_property
     def _moved(self) -> Array:

@@ -344,7 +344,8 @@ class FreeState:
         if acting.friction is None:
             return second
         # accelerations by friction of size 1 change the joints' forces too
-        moved, pressing = np.linalg.solve(mass, back @ acting.units), by[:, size:]
+        moved = np.asarray(np.linalg.solve(mass, back @ acting.units), dtype=np.float64)
+        pressing = by[:, size:]
         sizes, _ = acting.friction.with_motion(times(pressing, second), pressing @ moved).solve()
         return np.asarray(second + times(moved, sizes))
 

@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 
 Truths = NDArray[np.bool_]
 
@@ -52,7 +52,7 @@ class Noisy:
     """
 
     values: Array
-    group: Array
+    group: Index
     known: Array
 
     def noise(self, difference: Array, variables: int) -> Array:
@@ -131,7 +131,7 @@ class Fit:
     @property
     def told(self) -> Truths:
         """Which variables the data tell: those that no untold direction has a part in, ``(variables,)``."""
-        return (np.abs(self.untold) < FIT.part).all(axis=1)
+        return np.asarray(np.all(np.abs(self.untold) < FIT.part, axis=1))
 
     @property
     def covariance(self) -> Array:

@@ -140,7 +140,8 @@ class Identified:
             The values of one observation.
         """
         rest = self.fit.weighted[part]
-        return float(rest[1:] @ rest[:-1] / max(rest @ rest, np.finfo(float).tiny)) if len(rest) > 2 else 0.0
+        size = max(float(rest @ rest), float(np.finfo(float).tiny))
+        return float(rest[1:] @ rest[:-1]) / size if len(rest) > 2 else 0.0
 
     @property
     def _span(self) -> Array:

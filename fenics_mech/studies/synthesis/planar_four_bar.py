@@ -75,14 +75,14 @@ class FourBar:
         angles
             Angles of the crank in the fixed frame (rad), ``(angles,)``.
         """
-        first = self.origin + self.crank * np.exp(1j * np.asarray(angles, dtype=float))
+        first: Complex = self.origin + self.crank * np.exp(1j * np.asarray(angles, dtype=float)).astype(np.complex128)
         to_pivot = self.pivot - first
         distance = np.maximum(np.abs(to_pivot), np.finfo(float).tiny)
         cosine = (self.coupler**2 + distance**2 - self.follower**2) / (2 * self.coupler * distance)
         inside = np.abs(cosine) <= 1 + CLOSE
         turned = np.exp(1j * self.side * np.arccos(np.clip(cosine, -1, 1)))
         second = first + self.coupler * to_pivot / distance * turned
-        return first, np.where(inside, second, complex(np.nan, np.nan))
+        return first, np.where(inside, second, complex(np.nan, np.nan)).astype(np.complex128)
 
     def points(self, angles: Array) -> Complex:
         """Places of the coupler's point (m), ``(angles,)``.
