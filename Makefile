@@ -1,6 +1,6 @@
 # make run: analyse the seed four-bar into out/.   make test: run the fast tests.   make test-all: run all tests.
 # make docs: build the documents.   All install what is missing first.
-# make matrix: build every supported system anew, and run the fast tests on each.
+# make matrix: build every supported system anew, and run the fast tests on each. SYSTEMS="sid wheels" takes some.
 SHELL := /bin/bash
 # The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
 SYSTEM_PYTHON ?= /usr/bin/python3
@@ -74,7 +74,7 @@ endif
 	touch $@
 
 matrix:
-	.ci/matrix
+	.ci/matrix $(SYSTEMS)
 
 clean:
 	rm -rf .venv out docs/_build docs/reference/generated
