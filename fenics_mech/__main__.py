@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
 import sys
+import time
 from types import FrameType
 from typing import Any
 
@@ -20,10 +22,12 @@ def send_again() -> None:
     if hasattr(signal, "setitimer"):
         signal.setitimer(signal.ITIMER_REAL, SOON)
     else:
-        import _thread  # noqa: PLC0415
-        import threading  # noqa: PLC0415
+        _thread.start_new_thread(_interrupt_soon, ())
 
-        threading.Timer(SOON, _thread.interrupt_main).start()
+
+def _interrupt_soon() -> None:
+    time.sleep(SOON)
+    _thread.interrupt_main()
 
 
 class _Interrupt:
@@ -33,18 +37,22 @@ class _Interrupt:
     """
 
     def __init__(self) -> None:
-        self.seen = False
+        self.seen = self.dropping = False
         for number in SIGNALS:
             signal.signal(number, self.raised)
         self.before, sys.unraisablehook = sys.unraisablehook, self.dropped
 
     def raised(self, number: int, frame: FrameType | None) -> None:
         self.seen = True
-        raise KeyboardInterrupt
+        if not self.dropping:
+            raise KeyboardInterrupt
+        send_again()
 
     def dropped(self, unraisable: Any) -> None:
         if issubclass(unraisable.exc_type, KeyboardInterrupt):
-            send_again()  # not at once: what is raised in here is dropped too
+            self.dropping = True  # what is raised in here is dropped too
+            send_again()
+            self.dropping = False
         elif not self.seen:
             self.before(unraisable)
 

@@ -13,7 +13,7 @@ from fenics_mech._system import peak_memory
 from tests.common import DEMOS, ROOT
 
 WITHOUT = """
-import os, signal, sys, types
+import asyncio, os, signal, sys, types  # Python itself may ask a POSIX system for what is taken away
 for name in ("fcntl", "resource", *sys.argv.pop(1).split()):
     sys.modules[name] = None
 for name in ("O_NONBLOCK", "sysconf"):
