@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
@@ -16,7 +17,7 @@ RESOLVED = 0.01  # of a member's largest peak strain: what linear interpolation 
 FINEST = 64  # parts that refinement may cut a step of the range into
 
 
-def peaks_of(strains: Array, rank: int) -> Array:
+def peaks_of(strains: Array, rank: int) -> NDArray[np.bool_]:
     """Tell which points of a grid are its corners, or have a peak of some curve.
 
     A peak is no less than the points beside it along any axis.

@@ -166,7 +166,7 @@ def fits(task: PathTask, starts: int, seed: int) -> Iterator[Fitted]:
     seed
         Of the starts.
     """
-    places = np.array([complex(*place) for place in task.path])
+    places = np.array([complex(*place) for place in task.path], dtype=np.complex128)
     middle = places.mean()
     size = float(np.abs(places - middle).max())
     random = np.random.default_rng(seed)
