@@ -260,7 +260,7 @@ def with_vibration(measured: Curves, reference: Curves) -> Curves:
     cycle, (quantity,) = reference.cycle, measured.known
     if cycle is None or cycle.still is None:
         return measured
-    theta, still = TURN / STEPS * np.arange(STEPS), _values(cycle.still, quantity)
+    theta, still = TURN / STEPS * np.arange(STEPS, dtype=np.float64), _values(cycle.still, quantity)
     wave = periodic(*measured.curve(quantity))(theta) - periodic(cycle.still["theta"].to_numpy(), still)(theta)
     rate = ripples(wave) / cycle.period
     if cycle.frequency is not None and np.isnan(vibrating_mode(np.array([rate]), cycle.frequency, cycle.period)[0]):
