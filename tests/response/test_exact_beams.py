@@ -64,7 +64,7 @@ def test_double_pendulum_of_bars_that_bend_far():
     """Their ends move by 0.13 of their length against a frame that is clamped at the pin."""
     soft = {"sections.bar": fm.RectangleSection(width=0.02, height=0.002), "analysis.duration": 0.4}
     scene = bars([1.0, 1.0], [0.0, 0.0], **soft, **{"analysis.time_tolerance": 1e-3})
-    assert_near(scene, "b1.B", "soft double pendulum", 3e-3)  # 1.2e-3 of 0.89 m, with 2 elements a bar
+    assert_near(scene, "b1.B", "soft double pendulum", 9e-4)  # 4.6e-4 of 0.89 m, with 2 elements a bar
 
 
 FOUR_BAR = np.array([[0.0, 0.0], [0.21612092, 0.33658839], [0.97305294, 0.59553612], [0.9, 0.0]])  # as in the script
