@@ -12,10 +12,10 @@ APT_VIEWS := libegl1 libgl1-mesa-dri
 # What the wheels need where the system has apt: the same, and a C compiler and Python's headers for the forms.
 APT_WHEELS = $(filter lib%,$(APT)) gcc libc6-dev $(if $(WHEELS_PYTHON),,python3-venv python3-dev)
 # Where dolfinx comes from: Debian's packages, or where there are none of 0.5 or later, wheels for Python 3.12 or later.
-# A new Debian has no lists of packages yet. Debian testing has no dolfinx at times.
+# A new Debian has no lists of packages yet. Debian testing has no dolfinx at times, and lists that tell of slepc4py alone.
 ifndef STACK
 STACK := $(shell { apt-cache show python3-dolfinx 2>/dev/null | grep -qE '^Version: 1:0\.([5-9]|1[0-9])' || \
-    { grep -qx ID=debian /etc/os-release && [ -z "$$(ls /var/lib/apt/lists/*_Packages* 2>/dev/null)" ]; }; } \
+    { grep -qx ID=debian /etc/os-release && ! apt-cache show python3-slepc4py 2>/dev/null | grep -q .; }; } \
     && echo debian || echo wheels)
 endif
 newest-python = for p in python3.14 python3.13 python3.12 python3; do \
