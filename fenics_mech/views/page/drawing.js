@@ -175,9 +175,12 @@ function mechanism(place) {
   D.names.forEach((_, n) => disc(frame.to(pin(place, n)), w * .95, inks.card, inks.ink));
   traced(place);
   if ($("arrows").checked) arrows(place);
+  const taken = [];  // a name that would cover another is left out: at another angle it has room
   D.names.forEach((name, n) => {
     if (D.names.length > 12 && name.length > 2) return;
     const [x, y] = frame.to(pin(place, n));
+    if (taken.some(([across, up]) => Math.abs(across - x) < 18 && Math.abs(up - y) < 13)) return;
+    taken.push([x, y]);
     label(name, x - 2.6 * w - 3, y - 2 * w - 3, "center");
   });
   if (!BENDS) return;
