@@ -12,6 +12,7 @@ from fenics_mech._arrays import turned
 from fenics_mech.errors import ResultError
 from fenics_mech.kinematics.link_states import quarter
 from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.recovery.section_stress import shear_stress, von_mises
 from fenics_mech.scene import Scene
 
 LEAST_SAMPLES = 16  # positions, for a spectrum
@@ -29,6 +30,8 @@ def derived(name: str, data: xr.Dataset, scene: Scene) -> xr.DataArray:
         line between its bent ends, on the side of its normal. "relative_centre" (m) over theta, linked and component:
         the point at which two links have the same velocity, of each pair of links. "freedom_spectrum" (rad/s, or m/s)
         over spectrum_frequency (Hz) and freedom: amplitudes of the freedoms' rates, with a window of Hann.
+        "shear_stress" and "von_mises" (Pa) over theta, member and s: the largest in a section. "positioning_error" (m)
+        over theta and point: the distance of a point from its place in the rigid linkage.
     data
         The result.
     scene
@@ -109,6 +112,13 @@ def _spectrum(data: xr.Dataset, scene: Scene) -> xr.DataArray:
     return xr.DataArray(size, labels, ("spectrum_frequency", "freedom"))
 
 
+def _off_the_place(data: xr.Dataset, scene: Scene) -> xr.DataArray:
+    """Distance of points of the bent linkage from those of the rigid one."""
+    rigid, bent = (data[f"point_position{end}"].transpose("theta", "point", "component") for end in ("", "_bent"))
+    away = np.linalg.norm(bent.to_numpy() - rigid.to_numpy(), axis=-1)
+    return xr.DataArray(away, {name: rigid[name] for name in ("theta", "point")}, ("theta", "point"))
+
+
 Make = Callable[[xr.Dataset, Scene], xr.DataArray]
 DERIVED: dict[str, tuple[tuple[str, ...], str, str, Make]] = {  # by name: what it needs, meaning, unit, what makes it
     "deflection_in_link": (
@@ -134,5 +144,23 @@ DERIVED: dict[str, tuple[tuple[str, ...], str, str, Make]] = {  # by name: what 
         "amplitude of the freedom's rate by frequency; m/s where it slides",
         "rad/s",
         _spectrum,
+    ),
+    "shear_stress": (
+        ("stress", "shear_force"),
+        "largest shear stress in the section; none where its shape is not known",
+        "Pa",
+        shear_stress,
+    ),
+    "von_mises": (
+        ("stress", "shear_force"),
+        "largest von Mises stress in the section; none where its shape is not known",
+        "Pa",
+        von_mises,
+    ),
+    "positioning_error": (
+        ("point_position", "point_position_bent"),
+        "distance of the point from its place in the rigid linkage",
+        "m",
+        _off_the_place,
     ),
 }

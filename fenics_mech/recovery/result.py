@@ -61,7 +61,9 @@ class Result(OfScene):
         name
             "deflection_in_link" (m): the deflection in the axes of the member's link. "deflection_from_chord" (m): the
             distance of the bent axis from the line between its ends. "relative_centre" (m): the point at which two
-            links have the same velocity, of each pair of links.
+            links have the same velocity, of each pair of links. "shear_stress" and "von_mises" (Pa): the largest in
+            each section of known shape. "positioning_error" (m): the distance of a point from its place in the rigid
+            linkage.
 
         Returns
         -------

@@ -73,7 +73,12 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
         grid.add_row(name, escape(value))
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
     closer = between_positions(result)
-    parts += [_members(closer, units), *_between_stations(result, units), *_utilisation(result)]
+    parts += [
+        _members(closer, units),
+        *_between_stations(result, units),
+        *_utilisation(result),
+        *_beside_fibres(result, units),
+    ]
     if result.data.sizes["joint"]:
         parts += [joints_table(closer, units), *drive_lines(result, units)]
     parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result, units)]
@@ -263,6 +268,23 @@ def _utilisation(result: Result) -> list[Text]:
     pairs = sorted(zip(used["member"].to_numpy(), used.to_numpy()), key=lambda pair: -pair[1])
     shares = ", ".join(f"{member} {percent(float(value), 3)}" for member, value in pairs)
     return [Text(f"Largest stress over the strength of the material: {shares}.")]
+
+
+def _beside_fibres(result: Result, units: AnswerUnits) -> list[Text]:
+    """Tell the largest shear and von Mises stress, and how far the scene's points leave their places."""
+    said, unit = [], units.label("stress")
+    for name, words in (("von_mises", "von Mises stress"), ("shear_stress", "shear stress")):
+        largest = abs(result.derived(name)).max(("theta", "s"))
+        if largest.notnull().any():
+            i = int(np.nanargmax(largest.to_numpy()))
+            value = number(units.number(float(largest[i]), "stress"))
+            said.append(f"{words} {value} {unit} in {largest['member'].to_numpy()[i]}")
+    lines = [f"Largest {'; '.join(said)}."] if said else []
+    if (traced := list(result.scene.points)) and "point_position_bent" in result.data:
+        away = result.derived("positioning_error").sel(point=traced).max("theta").to_numpy()
+        told = ", ".join(f"{point} {number(units.number(float(a), 'length'))}" for point, a in zip(traced, away))
+        lines.append(f"Points leave their places in the rigid linkage by at most ({units.label('length')}): {told}.")
+    return [Text(line) for line in lines]
 
 
 def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:

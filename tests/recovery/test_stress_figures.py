@@ -1,9 +1,12 @@
 """Range, mean and utilisation of stresses, rainflow counting by the standard's example, damage by closed forms."""
 
+import re
+
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+import fenics_mech as fm
 from fenics_mech import MechanismError, ResultError, StressLife, fatigue
 from fenics_mech.cli import app
 from fenics_mech.errors import percent
@@ -115,3 +118,55 @@ def test_command_prints_how_long_members_last(tmp_path):
     assert done.exit_code == 0, done.output
     assert "Damage by fatigue" in done.output
     assert len((tmp_path / "out" / "fatigue.csv").read_text().splitlines()) == 1 + 2 * 21
+
+
+def test_shear_stress_of_shapes_against_their_limits():
+    """Of a rectangle 3/2 and of a round 4/3 of the mean; a tube without a hole is a round, one of foil has twice it.
+
+    An I whose web is as wide as its flanges is a rectangle. Its moments over all breadths come to the inertia.
+    """
+    rectangle = fm.RectangleSection(width=0.02, height=0.01)
+    solid = fm.RoundSection(diameter=0.01)
+    shapes = (rectangle, 3 / 2), (solid, 4 / 3), (fm.TubeSection(diameter=0.01, thickness=1e-7), 2.0)
+    for section, over_mean in shapes:
+        found = section.moment_over_breadth(np.array([0.0, section.fibre])) * section.area / section.inertia
+        assert found == pytest.approx([over_mean, 0.0], abs=1e-4)
+    y = np.linspace(-0.005, 0.005, 11)
+    whole = fm.TubeSection(diameter=0.01, thickness=0.005)
+    assert whole.moment_over_breadth(y) == pytest.approx(solid.moment_over_breadth(y))
+    broad = fm.ISection(height=0.01, width=0.02, flange=0.002, web=0.02)
+    assert broad.moment_over_breadth(y) == pytest.approx(rectangle.moment_over_breadth(y))
+    beam = fm.ISection(height=0.02, width=0.01, flange=0.002, web=0.001)
+    points, weights = np.polynomial.legendre.leggauss(20)
+    parts = (0.0, 0.008, 0.001), (0.008, 0.01, 0.01)  # of half the height: web and flange, with their breadths
+    moments = [
+        breadth * (high - low) / 2 * weights @ beam.moment_over_breadth((low + high) / 2 + (high - low) / 2 * points)
+        for low, high, breadth in parts
+    ]
+    assert 2 * sum(moments) == pytest.approx(beam.inertia)
+    assert fm.CustomSection(area=1e-4, inertia=1e-9, fibre=0.005).moment_over_breadth(y) is None
+
+
+def test_von_mises_is_that_of_the_fibres_or_of_the_middle():
+    """A massless arm with a weight at its end: bending at the bearing, and at the tip pure shear, sqrt(3) tau."""
+    result = response_of(turning_arm())
+    shear, mises = (result.derived(name).sel(member="arm") for name in ("shear_stress", "von_mises"))
+    force = result.data["shear_force"].sel(member="arm").transpose(*shear.dims)
+    assert shear.to_numpy() == pytest.approx(1.5 / 1e-4 * force.to_numpy())
+    root, fibres = mises.sel(s=0.0), abs(result.data["stress"].sel(member="arm", s=0.0)).max("fibre")
+    assert float(root.max()) == pytest.approx(float(fibres.max()))
+    axial = result.data["axial_force"].sel(member="arm", s=1.0) / 1e-4
+    k = int(abs(shear.sel(s=1.0)).to_numpy().argmax())
+    at_tip = np.sqrt(float(axial[k]) ** 2 + 3 * float(shear.sel(s=1.0)[k]) ** 2)
+    assert float(mises.sel(s=1.0)[k]) == pytest.approx(at_tip, rel=1e-6)
+
+
+def test_positioning_errors_and_shear_are_told_in_details():
+    scene = turning_arm().changed(points={"T": {"at": "arm.B"}})
+    result = response_of(scene)
+    error = result.derived("positioning_error").sel(point="T")
+    tip = np.linalg.norm(result.data["deflection"].sel(member="arm", s=1.0).transpose("theta", "component"), axis=-1)
+    assert error.to_numpy() == pytest.approx(tip)
+    text = " ".join(str(summary(analysed(scene), details=True)).split())
+    assert f"(mm): T {1e3 * tip.max():.4g}." in text
+    assert re.search(r"Largest von Mises stress \S+ MPa in arm; shear stress \S+ MPa in arm\.", text)

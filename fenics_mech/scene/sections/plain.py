@@ -95,6 +95,18 @@ class PlainSection(Section):
         """
         return None
 
+    def moment_over_breadth(self, y: Array) -> Array | None:
+        """Give S/b (m^2), by which a shear force Q has the shear stress ``Q S/(I b)``; None where no shape is known.
+
+        S is the first moment of what lies beyond a line about the neutral line, and b the breadth there (Zhuravskii).
+
+        Parameters
+        ----------
+        y
+            Distances of lines from the neutral line (m), ``(lines,)``.
+        """
+        return None
+
 
 class CustomSection(PlainSection):
     """A section given by its numbers, as in table 7.1.
@@ -159,6 +171,10 @@ class RectangleSection(PlainSection):
         """Of a rectangle: 5/6 for a Poisson ratio of 0."""
         return 10 * (1 + poisson) / (12 + 11 * poisson)
 
+    def moment_over_breadth(self, y: Array) -> Array:
+        """Of a rectangle: parabolic, with the largest shear stress 3/2 of the mean."""
+        return ((self.height / 2) ** 2 - y**2) / 2
+
 
 class RoundSection(PlainSection):
     """A solid round.
@@ -195,6 +211,10 @@ class RoundSection(PlainSection):
     def cowper(self, poisson: float) -> float:
         """Of a round: 6/7 for a Poisson ratio of 0."""
         return 6 * (1 + poisson) / (7 + 6 * poisson)
+
+    def moment_over_breadth(self, y: Array) -> Array:
+        """Of a round: the largest shear stress is 4/3 of the mean."""
+        return ((self.diameter / 2) ** 2 - y**2) / 3
 
 
 class TubeSection(PlainSection):
@@ -246,6 +266,12 @@ class TubeSection(PlainSection):
         hollow = (1 - 2 * self.thickness / self.diameter) ** 2  # inner over outer diameter, squared
         thick = (1 + hollow) ** 2
         return 6 * (1 + poisson) * thick / ((7 + 6 * poisson) * thick + (20 + 12 * poisson) * hollow)
+
+    def moment_over_breadth(self, y: Array) -> Array:
+        """Of two rounds: ``(a^3 - c^3)/(3 (a - c))`` with their half chords a and c."""
+        outer = np.sqrt(np.maximum((self.diameter / 2) ** 2 - y**2, 0.0))
+        inner = np.sqrt(np.maximum((self.diameter / 2 - self.thickness) ** 2 - y**2, 0.0))
+        return np.asarray(outer**2 + outer * inner + inner**2) / 3
 
 
 class ISection(PlainSection):
@@ -307,3 +333,10 @@ class ISection(PlainSection):
         by_poisson = 11 + 66 * m + 135 * m**2 + 90 * m**3 + 5 * n**2 * (8 * m + 9 * m**2)
         rest = 12 + 72 * m + 150 * m**2 + 90 * m**3 + 30 * n**2 * (m + m**2)
         return 10 * (1 + poisson) * (1 + 3 * m) ** 2 / (rest + poisson * by_poisson)
+
+    def moment_over_breadth(self, y: Array) -> Array:
+        """Of the flanges, and in the web of both: the shear stress jumps where they join."""
+        top, joint = self.height / 2, self.height / 2 - self.flange
+        of_flange = self.width * (top**2 - np.maximum(np.abs(y), joint) ** 2) / 2
+        of_web = self.web * np.maximum(joint**2 - y**2, 0.0) / 2
+        return np.asarray((of_flange + of_web) / np.where(np.abs(y) < joint, self.web, self.width))
