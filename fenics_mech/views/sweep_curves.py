@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from fenics_mech._arrays import Array
 from fenics_mech.views.figures import COLOURS, finish
-from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, written
+from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, unresolved_at, written
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
@@ -39,6 +39,14 @@ def dot_beyond(axes: Axes, sweep: Sweep) -> None:
     look: dict[str, Any] = {"facecolor": "none", "edgecolor": "#aaaaaa", "hatch": "..", "linewidth": 0, "zorder": 0.5}
     for k, (first, end) in enumerate(runs):
         axes.axvspan(around[first], around[end], label="" if k else BEYOND, **look)
+
+
+def mark_unresolved(axes: Axes, sweep: Sweep) -> None:
+    """Mark on the upper edge where between its points the peak strain of a sweep is not resolved."""
+    if len(places := unresolved_at(sweep.data, sweep.paths)):
+        look: dict[str, Any] = {"linestyle": "none", "marker": "v", "markersize": 5, "color": "#777777"}
+        edge = axes.get_xaxis_transform()
+        axes.plot(places, 0 * places + 1, transform=edge, clip_on=False, label="not resolved", **look)
 
 
 def look_of(index: int, points: int) -> dict[str, Any]:

@@ -10,6 +10,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.effects import EFFECTS
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.studies.sweep_peaks import unresolved
 from fenics_mech.views.judgements import TheorySizes
 from fenics_mech.views.tables import number
 
@@ -69,6 +70,23 @@ def range_of(data: xr.Dataset, path: str, first: int, last: int) -> str:
     values = written(data, path)
     text = number(values[first]) if first == last else f"{number(values[first])} to {number(values[last])}"
     return f"{text} {written_unit(data, path)}".strip()
+
+
+def unresolved_at(data: xr.Dataset, paths: list[str]) -> Array:
+    """Give where between its points the peak strains of a sweep over one field are not resolved, as written, ascending.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    paths
+        Its fields.
+    """
+    if len(paths) != 1 or "peak_strain" not in data:
+        return np.zeros(0)
+    x, peaks = written(data, paths[0]), data["peak_strain"].transpose(paths[0], "member").to_numpy()
+    order = np.argsort(x)
+    return np.sort(np.array(unresolved(x[order], peaks[order]), dtype=float))
 
 
 def beyond_theory(data: xr.Dataset) -> xr.DataArray:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
 from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save_all
-from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, settle
+from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, mark_unresolved, settle
 from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 
@@ -82,6 +82,7 @@ def response_figure(sweep: Sweep) -> Figure:
             curve = data[f"peak_{name}"].sel(member=member) / units.size(kind)
             axes.plot(x, curve, label=str(member), **look_of(i, len(x)))
         dot_beyond(axes, sweep)
+        mark_unresolved(axes, sweep)
         settle(axes, sweep, f"Largest {name} in a cycle", labelled(units, kind, name), last=axes is panels[-1])
     return figure
 

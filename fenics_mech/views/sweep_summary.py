@@ -16,8 +16,19 @@ from fenics_mech._arrays import Index
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.errors import percent
 from fenics_mech.recovery.peaks import PEAK
+from fenics_mech.studies.sweep_peaks import RESOLVED
 from fenics_mech.views.resonances import RESONANCE, resonances_of, rising_at_ends, whole_points
-from fenics_mech.views.sweep_data import beyond_theory, labelled, named, range_of, theory_levels, units_of, written
+from fenics_mech.views.sweep_data import (
+    beyond_theory,
+    labelled,
+    named,
+    range_of,
+    theory_levels,
+    units_of,
+    unresolved_at,
+    written,
+    written_unit,
+)
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import share
 
@@ -43,7 +54,7 @@ def sweep_summary(sweep: Sweep) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
         parts.append(_peaks(sweep))
-    parts += _resonances(data, paths)
+    parts += [*_resonances(data, paths), *_unresolved(data, paths)]
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
@@ -113,6 +124,17 @@ def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
     ]
     first = f"Resonances, the largest first: {', '.join(said)}." if said else none
     return [Text(line) for line in ([first] if said or not rising else []) + rising]
+
+
+def _unresolved(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Say between which points the curves of the peak strains are not resolved."""
+    if not len(places := unresolved_at(data, paths)):
+        return []
+    shown = ", ".join(number(place) for place in places[:MOST_RANGES])
+    more = f" and {len(places) - MOST_RANGES} more" if len(places) > MOST_RANGES else ""
+    unit = f" {written_unit(data, paths[0])}".rstrip()
+    text = f"Between the points near {shown}{more}{unit} lines may miss more than {percent(RESOLVED)} of a peak strain"
+    return [Text(f"{text}: --refine-peaks 40 adds points there.")]
 
 
 def _value(data: xr.Dataset, path: str, point: int) -> str:

@@ -174,6 +174,21 @@ def test_points_outside_the_theory_are_dotted_in_curves(made):
     assert "outside the theory" in [text.get_text() for text in axes.get_legend().get_texts()]
 
 
+def test_peaks_between_points_that_are_not_resolved_are_marked(made):
+    """Curves that are straight are resolved; a spike is not, in the steps at its point and beside them."""
+    sweep = made(SPEEDS)
+    assert "lines may miss" not in said(sweep)
+    sweep.data["peak_strain"][5] *= 3  # at 350 rpm
+    steps = [275, 325, 375, 425]
+    text = " ".join(said(sweep).split())
+    assert "near 275, 325, 375, 425 rpm lines may miss more than 1 % of a peak strain: --refine-peaks" in text
+    for axes in response_figure(sweep).axes:
+        marks = next(line for line in axes.get_lines() if line.get_marker() == "v")
+        assert list(marks.get_xdata()) == pytest.approx(steps)
+    two = made(SPEEDS, RATIOS)
+    assert "lines may miss" not in said(two)
+
+
 def test_maps_end_with_the_range_and_hatch_cells_outside_the_theory(made):
     sweep = made(SPEEDS, RATIOS)
     axes = strain_map(sweep, "coupler").axes[0]
