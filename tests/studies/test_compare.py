@@ -109,11 +109,11 @@ def test_largest_difference_is_found_anywhere_along_a_member(result, source):
         "fibre": "-",
         "theta": changed["theta"].to_numpy()[30],
     }
-    changed["strain"].loc[place] += 1e-4
+    changed["strain"].loc[place] -= 1e-4
     data = compare([source, curves_of_result(Result(changed), "changed", MID_SPAN)]).sel(other="changed")
     found = data.sel(quantity="strain coupler")
     assert float(found["difference"]) == 0
-    assert float(found["largest_difference"]) == pytest.approx(1e-4)
+    assert float(found["largest_difference"]) == pytest.approx(-1e-4)
     assert (float(found["largest_s"]), found["largest_fibre"].item()) == (place["s"], "-")
     assert float(found["largest_theta"]) == place["theta"]
     assert float(data.sel(quantity="strain crank")["largest_difference"]) == 0
