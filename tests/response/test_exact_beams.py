@@ -130,6 +130,34 @@ def flying() -> fm.Scene:
     )
 
 
+def heavy() -> fm.Scene:
+    """Give the beam of `tests/data/flying_heavy_exact.py`: plies far from its axis have its mass and no stiffness."""
+    core, ply = 0.6**0.5, 0.01  # thickness with EA = 1e4 and EI = 500, and of a ply with half of the mass
+    gap = 10**0.5 - core / 2 - ply / 2  # m: rho I = 10
+    light = {"density": 1e-9}
+    metal, foam = fm.Material(modulus=1e4 / core, **light), fm.Material(modulus=1e-6, **light)
+    lead = fm.Material(modulus=1e-6, density=1 / (2 * ply))
+    outer = (fm.Ply(thickness=ply, material="lead"), fm.Ply(thickness=gap, material="foam"))
+    plies = (*outer, fm.Ply(thickness=core, material="metal"), *outer[::-1])
+    return flying().changed(
+        materials={"metal": metal, "foam": foam, "lead": lead},
+        sections={"bar": fm.LaminateSection(width=1.0, plies=plies)},
+        effects=("coupling", "large-rotations", "rotary-inertia"),
+    )
+
+
+@pytest.mark.slow  # steps of bending links
+def test_a_beam_with_heavy_sections_that_flies_off():
+    """With the sections' inertia of the paper, which resists turning as the mass does: it is for small rotations."""
+    known = np.loadtxt(ROOT / "tests" / "data" / "flying_heavy_exact.csv", delimiter=",", skiprows=1)
+    result = fm.analyse(heavy())
+    assert result.data["rotation"].max() > 0.8
+    for k, point in enumerate("AMB"):
+        found = result.data["point_position_bent"].sel(point=f"beam.{point}").to_numpy()
+        # the lower end moves by 2.0 m, and by 3.5 m without this inertia
+        assert np.abs(found - known[:, 1 + 2 * k : 3 + 2 * k]).max() < 0.06
+
+
 @pytest.mark.slow  # steps of bending links
 def test_a_beam_that_flies_off():
     """Of Simo and Vu-Quoc (1986): it turns by 1.1 rad against its middle."""
