@@ -105,16 +105,16 @@ def test_where_nothing_is_found_beside_it_newton_begins_from_nothing(coarse, mon
 
 
 def test_newton_begins_from_the_motion_by_longer_steps(iterations, monkeypatch):
-    scene = scene_with(2, 240)
+    scene = scene_with(2, 360)
     found = solved(scene).orbit.displacement
-    assert iterations.count(3 * 240) <= 3  # of 3 points in each of 240 steps; 6 from nothing
+    assert iterations.count(3 * 360) <= 3  # of 3 points in each of 360 steps; 6 from nothing
     monkeypatch.setattr(steady_state, "_by_longer_steps", lambda cycle: None)
     assert np.abs(found - solved(scene).orbit.displacement).max() < 1e-8 * np.abs(found).max()
 
 
 def test_where_longer_steps_find_nothing_newton_begins_from_nothing(monkeypatch):
     monkeypatch.setattr(steady_state.KnownMotion, "of", lambda equation, orbit: None)
-    assert np.isfinite(solved(scene_with(2, 240)).orbit.displacement).all()
+    assert np.isfinite(solved(scene_with(2, 360)).orbit.displacement).all()
 
 
 def test_linear_strains_have_nothing_to_begin_from():
