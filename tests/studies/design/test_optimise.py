@@ -1,5 +1,6 @@
 """Optima against closed forms and scans, and derivatives against differences of converged runs."""
 
+import itertools
 import math
 from itertools import pairwise
 
@@ -18,7 +19,7 @@ from fenics_mech.studies.design.trial import Trial, Trials
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
 
 
-def cantilever(study):
+def cantilever(study, **changes):
     """A strip of four parts of one height, each with a width of its own, with a load at its tip."""
     steps = [LENGTH * k / PARTS for k in range(PARTS + 1)]
     return fm.Scene(
@@ -38,7 +39,7 @@ def cantilever(study):
         loads={"tip": {"at": f"beam.P{PARTS}", "force": (0, -LOAD)}},
         analysis={"method": "static"},
         study=study,
-    )
+    ).changed(changes)
 
 
 @pytest.mark.slow
@@ -55,6 +56,30 @@ def test_widths_of_a_cantilever_of_least_mass_are_those_of_the_closed_form():
     np.testing.assert_allclose(found.best.values, exact, rtol=5e-3)  # the aim is flat there
     mass = 2700 * HEIGHT * LENGTH / PARTS * exact.sum()
     assert found.best.numbers["mass"] == pytest.approx(mass, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_heights_of_a_cantilever_under_its_own_weight_are_those_of_equal_strength():
+    """Least mass has the largest strain in every part: its height h solves ``E e b h^2/6 = M``, M with its own weight.
+
+    Parts that become ever shorter go to the parabola of equal strength, ``h = rho g t^2/(2 E e)`` at t from the tip.
+    """
+    strain, part, weight = 2e-6, LENGTH / PARTS, 2700 * 9.81  # of a volume
+    stress, heights = MODULUS * strain, []
+    for k in range(PARTS):  # from the tip
+        beyond = sum(weight * h * part * (k - j + 0.5) * part for j, h in enumerate(heights))  # moment over the width
+        half = weight * part**2 / 2 / (stress / 3)
+        heights.append(half + math.sqrt(half**2 + 6 * beyond / stress))
+    exact = np.array(heights[::-1])
+    variables = {f"h{k}": {"numbers": [f"sections.s{k}.height"], "between": ["1 mm", "0.3 m"]} for k in range(PARTS)}
+    limits = [{"of": f"strain[beam.m{k}].max", "most": strain} for k in range(PARTS)]
+    study = {"variables": variables, "minimise": ["mass"], "limits": limits}
+    start = {f"sections.s{k}.height": 0.1 for k in range(PARTS)}
+    found = fm.optimise(cantilever(study, loads={}, gravity=(0, -9.81), **start))
+    assert found.within_limits
+    np.testing.assert_allclose(found.best.values, exact, rtol=1e-4)  # limits are kept to 1e-6 of the strain
+    parabola = weight * LENGTH**3 / 6 / stress  # volume over the width
+    assert parabola < exact.sum() * part
 
 
 def four_bar(method, **study):
@@ -84,6 +109,80 @@ def test_the_height_of_least_peak_strain_at_fixed_mass_is_that_of_a_scan(tmp_pat
     again = fm.optimise(scene, tmp_path, search=Search(generations=25))
     assert [trial.seconds for trial in again.history] == [trial.seconds for trial in found.history]  # none anew
     assert fm.load(tmp_path / "best.toml").sections["coupler"].height == pytest.approx(found.best.values[0])
+
+
+@pytest.mark.slow
+def test_sections_of_least_peak_strain_at_fixed_mass_are_those_of_a_scan():
+    """The machine of Sadler and Sandor's kind: mass is moved between coupler and follower; both bend."""
+    variables = {
+        name: {"numbers": [f"sections.{name}.height"], "between": ["0.8 mm", "4 mm"]}
+        for name in ("coupler", "follower")
+    }
+    scene = four_bar("periodic", variables=variables, minimise=["strain.max"]).changed(
+        {
+            "sections.follower": {"shape": "rectangle", "width": "25.4 mm", "height": "1.6 mm"},
+            "links.follower.members.CB.section": "follower",
+            "analysis.solver": "collocation",
+            "drive.speed": "200 rpm",
+        }
+    )
+    mass = Trials.of(scene, ["mass"]).run([[1.6e-3, 1.6e-3]])[0].numbers["mass"]
+    scene = scene.changed({"study.limits": [{"of": "mass", "most": mass}]})
+    found = fm.optimise(scene, starts=4)  # resonances of both links make several valleys
+    assert found.within_limits
+    grid = list(itertools.product(np.linspace(0.8e-3, 2.4e-3, 9), repeat=2))
+    masses = Trials.of(scene, ["mass"]).run(grid)
+    trials = Trials.of(scene)
+    inside = [pair for pair, trial in zip(grid, masses) if trial.numbers["mass"] <= mass]
+    best, least = found.best.numbers["strain.max"], min(one.numbers["strain.max"] for one in trials.run(inside))
+    assert len(inside) > 30
+    assert best <= least < 0.9 * found.problem.first.numbers["strain.max"]
+    beside = np.array(found.best.values) * (1 + 0.01 * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
+    assert all(one.numbers["strain.max"] >= best * (1 - 1e-4) for one in trials.run(beside.tolist()))
+
+
+def test_a_counter_rotating_mass_takes_half_of_the_primary_force_of_a_slider_crank():
+    """The rod has no mass: the first harmonic of the piston's force is ``m r w^2 cos wt`` with any length of rod."""
+    r, piston = 0.05, 0.4
+    weight = {"mass": 0.1, "inertia": 1e-6, "centre": (-r, 0)}
+    scene = fm.Scene(
+        ground={"points": {"O": (0, 0), "Q": (0, 0)}},
+        links={
+            "crank": {"points": {"O": (0, 0), "A": (r, 0)}, "rigid": weight},
+            "rod": {"points": {"A": (0, 0), "B": (4 * r, 0)}, "rigid": {"mass": 1e-6, "inertia": 1e-9}},
+            "piston": {"points": {"B": (0, 0), "P": (0, 0)}, "rigid": {"mass": piston}},
+            "counter": {"points": {"Q": (0, 0)}, "rigid": weight},
+        },
+        joints={
+            **{
+                name: {"connect": (f"ground.{name}", f"{link}.{name}")}
+                for name, link in (("O", "crank"), ("Q", "counter"))
+            },
+            **{"A": {"connect": ("crank.A", "rod.A")}, "B": {"connect": ("rod.B", "piston.B")}},
+            "G": {"kind": "prismatic", "connect": ("ground.O", "piston.P")},
+        },
+        drive=[{"joint": "O", "speed": 30.0}, {"joint": "Q", "speed": -30.0}],
+        analysis={"method": "quasi-static", "sub_intervals": 72},
+    )
+    variables = {
+        name: {"numbers": [f"links.{name}.rigid.mass"], "between": [0.01, 0.4]} for name in ("crank", "counter")
+    }
+    found = fm.optimise(scene.changed(study={"variables": variables, "minimise": ["shaking_force.rms"]}))
+    np.testing.assert_allclose(found.best.values, piston / 2, rtol=1e-3)  # the rms is flat there
+
+
+@pytest.mark.slow
+def test_an_added_damper_has_the_size_of_a_scan():
+    damping = {"numbers": ["dampers.d.damping"], "between": [0.1, 20.0], "start": 1.0}
+    damper = {"dampers.d": {"between": ("ground.C", "crank.A"), "damping": 1.0}, "effects": ("coupling",)}
+    scene = four_bar("periodic", variables={"d": damping}, minimise=["strain[coupler].max"]).changed(damper)
+    scene = scene.changed({"damping.ratio": 0.005, "analysis.allow_coarse": True})
+    found = fm.optimise(scene)
+    scan = Trials.of(scene).run([[size] for size in np.geomspace(0.1, 20, 16)])
+    least = min(scan, key=lambda trial: trial.numbers["strain[coupler].max"])
+    assert found.best.numbers["strain[coupler].max"] <= least.numbers["strain[coupler].max"] * (1 + 1e-6)
+    assert 1 < least.values[0] < 10
+    assert found.best.values[0] == pytest.approx(least.values[0], rel=0.45)  # the scan's next sizes
 
 
 def test_a_catalogue_is_searched_for_its_best_entry():
