@@ -67,7 +67,8 @@ def compare(
             if path.suffix == ".nc":
                 result = Result.load(path)
                 scenes.append(result.scene)
-                sources.append(curves_of_result(result, _label(path, files), place))
+                with reading_of_a_file():
+                    sources.append(curves_of_result(result, _label(path, files), place))
             elif path.suffix == ".toml":
                 scenes.append(loaded_scene(path, strict=False))
                 label = _label(path, files)
