@@ -39,8 +39,8 @@ def with_tables(tables: dict) -> fm.Scene:
 
 
 def command(*words: object) -> None:
-    """Run a command of the program, and show what it prints."""
-    print(subprocess.run([sys.executable, "-m", "fenics_mech", *map(str, words)], check=True, text=True).stdout)
+    """Run a command of the program."""
+    subprocess.run([sys.executable, "-m", "fenics_mech", *map(str, words)], check=True)
 
 
 def lighter_coupler(folder: Path) -> None:
@@ -53,8 +53,11 @@ def lighter_coupler(folder: Path) -> None:
         worst = np.abs(strain).max(axis=0).argmax()
         mass = 1e3 * mass_of(result.scene)
         axes.plot(*curve(result.data["theta"].to_numpy(), strain[:, worst]), label=f"{name}: {mass:.1f} g")
+    limit = 1e6 * LIGHTER["study"]["limits"][0]["most"]
+    for sign, name in ((1, f"limit: {limit:.0f} \N{MICRO SIGN}m/m"), (-1, None)):
+        axes.axhline(sign * limit, color="0.3", lw=0.9, ls="--", label=name)
     angle_axis(axes)
-    finish(axes, "Strain of the coupler where it is largest", "strain (\N{MICRO SIGN}m/m)")
+    finish(axes, "Strain of the coupler where it is largest", "strain (\N{MICRO SIGN}m/m)", columns=3)
     save(figure, IMAGES / "study_coupler.png")
 
 
@@ -78,7 +81,7 @@ def counterweights(folder: Path) -> None:
             *curve(result.data["theta"].to_numpy(), force), color=colour, label=f"{name}: up to {force.max():.1f} N"
         )
     angle_axis(axes)
-    finish(axes, "Shaking force of links that bend", "N", columns=2)
+    finish(axes, "Shaking force of links that bend", "shaking force (N)", columns=2)
     save(figure, IMAGES / "study_counterweights.png")
 
 
