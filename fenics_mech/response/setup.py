@@ -41,13 +41,13 @@ class CommonParts:
     """Meshes, links and linkages of the scenes of a study, each made once for all scenes that have it in common.
 
     Meshes are in common where points and members are, links where sections, materials and point masses are too, and
-    linkages where the positions are. With them goes
-    what is made of both without a rate of the drive: P and its derivatives, and modes that no axial force changes.
+    linkages where the positions are. With them goes what is made of both without a rate of the drive: P and its
+    derivatives, and modes that no axial force changes.
 
     Parameters
     ----------
     begin_from_last
-        Let Newton's method begin each motion from the last one of the same links. Motions under exact strains then
+        Let Newton's method begin each motion from the last one on the same mesh. Motions under exact strains then
         agree with those of other beginnings to the tolerance of Newton's method; else they agree to the last bit.
     """
 
@@ -97,7 +97,7 @@ class CommonParts:
         return found
 
     def near(self, beams: Beams) -> KnownMotion | None:
-        """Give the last motion of links, if the next is to begin from it.
+        """Give the last motion on the mesh of links, if the next is to begin from it.
 
         Parameters
         ----------
