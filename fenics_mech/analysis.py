@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -48,7 +48,12 @@ Progress = Callable[[str], None]
 
 
 @guarded()
-def analyse(scene: Scene, progress: Progress = lambda step: None, common: CommonParts | None = None) -> Result:
+def analyse(
+    scene: Scene,
+    progress: Progress = lambda step: None,
+    common: CommonParts | None = None,
+    names: Collection[str] | None = None,
+) -> Result:
     """Analyse a scene as its `analysis` states.
 
     Parameters
@@ -60,6 +65,9 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
     common
         What it may have in common with other analyses of a study. The result is the same, to the last bit, unless it
         begins from the last motion.
+    names
+        Variables that the result is to hold, with those that come with them; None for all. A scene with a tolerance
+        has all of them.
 
     Returns
     -------
@@ -95,14 +103,20 @@ def analyse(scene: Scene, progress: Progress = lambda step: None, common: Common
         trials = Trials(progress, common)
         result = within(scene, trials.analyse, common, trials.judged)
     else:
-        result = _by_rungs(scene, progress, common, laws)
+        result = _by_rungs(scene, progress, common, laws, names)
     result.data.attrs["warnings"] = json.dumps(
         [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
     )
     return result
 
 
-def _by_rungs(scene: Scene, progress: Progress, common: CommonParts, laws: tuple[Choice, ...]) -> Result:
+def _by_rungs(
+    scene: Scene,
+    progress: Progress,
+    common: CommonParts,
+    laws: tuple[Choice, ...],
+    names: Collection[str] | None,
+) -> Result:
     """Analyse a scene with linear strains, and where its answer shows that they do not suffice, with exact ones.
 
     `laws` is what was decided about its joint laws.
@@ -110,7 +124,7 @@ def _by_rungs(scene: Scene, progress: Progress, common: CommonParts, laws: tuple
     *linear, (exact, choices) = rungs(scene, common)
     for rung, decided in linear:
         try:
-            result = as_planned(rung, (*decided, *laws), progress, common)
+            result = as_planned(rung, (*decided, *laws), progress, common, names)
         except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
             logger.info("linear strains have no answer: %s", error)
             continue
@@ -119,7 +133,7 @@ def _by_rungs(scene: Scene, progress: Progress, common: CommonParts, laws: tuple
         share = theory_share(result)
         logger.info("linear strains do not suffice: the theory's share is %s", share)
         choices = sized(choices, share)
-    return as_planned(exact, (*choices, *laws), progress, common)
+    return as_planned(exact, (*choices, *laws), progress, common, names)
 
 
 def as_planned(
@@ -127,6 +141,7 @@ def as_planned(
     choices: Sequence[Choice],
     progress: Progress = lambda step: None,
     common: CommonParts | None = None,
+    names: Collection[str] | None = None,
 ) -> Result:
     """Analyse a scene with the effects, the mesh and the steps that it states: build, solve, estimate, collect.
 
@@ -140,6 +155,8 @@ def as_planned(
         Called with the name of each of `STEPS` as it begins.
     common
         What it may have in common with other analyses of a study.
+    names
+        As of `analyse`.
 
     Returns
     -------
@@ -155,7 +172,7 @@ def as_planned(
     SolverError
         When a solver does not converge.
     """
-    return solved(scene, choices, progress, common)[1]
+    return solved(scene, choices, progress, common, names)[1]
 
 
 def solved(
@@ -163,10 +180,11 @@ def solved(
     choices: Sequence[Choice] = (),
     progress: Progress = lambda step: None,
     common: CommonParts | None = None,
+    names: Collection[str] | None = None,
 ) -> tuple[Solution, Result]:
     """Analyse a scene as `as_planned` does, and give the solution too."""
     solution, solver = _answer(scene, progress, common)
-    result = collected(solution, choices, progress)
+    result = _collected(solution, choices, progress, names=names)[0]
     result.data.attrs["solver"] = solver
     return solution, result
 
@@ -338,7 +356,11 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
 
 
 def _collected(
-    solution: Solution, choices: Sequence[Choice], progress: Progress, elsewhere: Errors | None = None
+    solution: Solution,
+    choices: Sequence[Choice],
+    progress: Progress,
+    elsewhere: Errors | None = None,
+    names: Collection[str] | None = None,
 ) -> tuple[Result, Errors | None]:
     """Do as `collected`, and give the errors too; `elsewhere` are those of the same motion at other stations."""
     progress("recovery")
@@ -352,7 +374,7 @@ def _collected(
         errors.judge(solution.scene)
         choices = sized(choices, errors.relative("strain").get("theory"))
     refuse_far(solution.scene, fields.system, fields.members)
-    result = collect(solution, fields, errors, choices)
+    result = collect(solution, fields, errors, choices, names)
     _refuse_infinite(result)
     return result, errors
 
@@ -360,7 +382,7 @@ def _collected(
 def _refuse_infinite(result: Result) -> None:
     """Raise `SolverError` where a result holds what is no number."""
     for name in ("strain", "deflection", "joint_force", "input_torque"):
-        if name in result.data and not np.isfinite(result.data[name]).all():
+        if name in result.data and not np.isfinite(result.data[name].to_numpy()).all():
             raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
 
 

@@ -42,8 +42,14 @@ from fenics_mech.scene.consistency import mobility
 FRAME_FORCES = ("support_force", "support_moment", "shaking_force", "shaking_moment")
 
 
-def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: Sequence[Choice] = ()) -> Result:
-    """Label everything that was computed.
+def collect(
+    solution: Solution,
+    fields: Fields,
+    errors: Errors | None,
+    choices: Sequence[Choice] = (),
+    names: Collection[str] | None = None,
+) -> Result:
+    """Label what was computed.
 
     Parameters
     ----------
@@ -55,11 +61,24 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
         Their estimated errors; None where they are not estimated.
     choices
         What was decided about effects.
+    names
+        Variables that are wanted, with those that come with them; None for all.
     """
     scene = solution.scene
     attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
     data = xr.Dataset(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
+    if names is None or (few := _named(solution, fields, forces, names)) is None:
+        data = _whole(data, solution, fields, forces, errors)
+    else:
+        data = _joined(data, *few, *([] if errors is None else [_of_errors(errors)]))
+    units = effort_units(scene.moved_joints, scene.joints)
+    return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
+
+
+def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces, errors: Errors | None) -> xr.Dataset:
+    """Add to the fields all else that is computed."""
+    scene = solution.scene
     efforts = forces.efforts() if scene.moved_joints else {}
     parts = (
         rigid_places(scene, fields.system.motion),
@@ -74,37 +93,29 @@ def collect(solution: Solution, fields: Fields, errors: Errors | None, choices: 
     still = data.get("strain_quasi_static")
     cycle = last_cycle(scene.analysis, scene.drives, data)
     of_stress = stress_figures(scene, data, cycle)
-    data = _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
-    units = effort_units(scene.moved_joints, scene.joints)
-    return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
+    return _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
 
 
-def collect_named(solution: Solution, fields: Fields, names: Collection[str]) -> Result:
-    """Label some variables, and of the others only those that come with them.
-
-    Parameters
-    ----------
-    solution, fields
-        As of `collect`.
-    names
-        The variables.
-    """
+def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection[str]) -> list[xr.Dataset] | None:
+    """Give variables that the fields do not hold; None where all are needed for them."""
     if solution.scene.analysis.method == "transient" or not solution.scene.moved_joints:
-        return collect(solution, fields, None)
-    forces = Forces(solution.scene, fields.system, solution.response)
+        return None
     efforts = cache(forces.efforts)
     makers: dict[tuple[str, ...], Callable[[], xr.Dataset]] = {
-        tuple(fields.variables): xr.Dataset,
         ("input_torque",): lambda: xr.Dataset({"input_torque": (("theta",), next(iter(efforts().values())))}),
         FRAME_FORCES: lambda: frame_forces(forces, fields, efforts()),
+        ("frequency", "assurance"): xr.Dataset,
+        ("multiplier", "growth_rate"): xr.Dataset,
     }
     if isinstance(solution, PeriodicSolution):
-        makers["frequency", "assurance"] = lambda: _of_modes(fields.system, solution.modes)
-    needed = [(known, make) for known, make in makers.items() if not set(known).isdisjoint(names)]
-    if not set(names) <= {name for known, _ in needed for name in known}:
-        return collect(solution, fields, None)
-    data = xr.Dataset(fields.variables, fields.coordinates, stamp(solution.scene))
-    return Result(_joined(data, *(make() for _, make in needed)))
+        modes, stability = solution.modes, solution.stability
+        makers["frequency", "assurance"] = lambda: _of_modes(fields.system, modes)
+        if stability is not None:
+            makers["multiplier", "growth_rate"] = lambda: of_stability(stability)
+    missing = set(names) - set(fields.variables)
+    if not missing <= {name for known in makers for name in known}:
+        return None
+    return [make() for known, make in makers.items() if not missing.isdisjoint(known)]
 
 
 def _joined(*parts: xr.Dataset) -> xr.Dataset:

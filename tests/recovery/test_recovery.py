@@ -183,3 +183,16 @@ def test_limits_of_the_linear_theory_are_measured(quasi_static):
     bow = quasi_static.data["bow"].sel(member="coupler")
     curvature = np.abs(quasi_static.data["moment"].sel(member="coupler")).max() / (71e9 * 8.67e-12)
     assert float(bow) == pytest.approx(float(curvature) * 0.2794 / np.pi**2, rel=0.05)
+
+
+def test_named_variables_are_those_of_the_whole_result(seed):
+    """Whatever else is left out; errors and multipliers come with them."""
+    scene = seed.changed({"effects": ["coupling"], "analysis.sub_intervals": 60, "analysis.allow_coarse": True})
+    names = ("strain", "input_torque", "frequency", "multiplier", "shaking_force")
+    whole, found = analyse(scene).data, analyse(scene, names=names).data
+    assert set(names) | {"relative_error"} <= set(found.data_vars) < set(whole.data_vars)
+    assert "drive_effort" not in found
+    for name in found.variables:
+        assert found[name].variable.identical(whole[name].variable)
+    assert found.attrs.items() <= whole.attrs.items()
+    assert set(analyse(scene, names=("drive_effort",)).data) == set(whole)

@@ -25,7 +25,7 @@ from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.dataset import collect_named
+from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.fields import recover
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle, system_at_places
@@ -211,7 +211,7 @@ class _Side:
         other = replace(  # the equation is not replaced, as nothing is recovered from it
             known.solution, scene=cycle.scene, system=cycle.system, response=response, modes=self._modes(), cycle=cycle
         )
-        result = collect_named(other, recover(other), known.names)
+        result = collect(other, recover(other), None, names=known.names)
         return read_numbers(known.trials.quantities, result, known.trials.design.study.targets)
 
     def _modes(self) -> Modes:
