@@ -96,3 +96,5 @@ def test_states_beside_each_other_go_through_a_cycle_as_each_alone(states, modes
     assert flow.after_cycle(starts) == pytest.approx(passed[-1], abs=1e-12 * np.abs(passed).max())
     of_step = flow.transitions[5] @ passed[5]
     assert of_step == pytest.approx(passed[6], abs=1e-12 * np.abs(passed).max())
+    through, _ = flow.passed(starts.T.astype(complex))
+    assert through == pytest.approx(passed.swapaxes(1, 2), abs=1e-12 * np.abs(passed).max())

@@ -24,6 +24,7 @@ from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.tableau import Tableau
 
 Complex = NDArray[np.complex128]
+NEAR = 20  # steps at a time, that several states are taken through
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,16 +215,15 @@ class Flow:
         numpy.ndarray
             States at the starts of the steps, and at the last end, ``(steps + 1, 2n, states)``.
         """
-        count = len(self.duration)
-        found = np.zeros((count - first + 1, *starts.shape))
-        for begin in range(0, starts.shape[1], LANES):
-            some = starts[:, begin : begin + LANES]
-            if some.any():
-                passed = np.zeros((count - first + 1, 2 * self.size, LANES))
-                passed[0, :, : some.shape[1]] = some
-                self._run(first, count, passed[:-1], passed[1:])
-                found[..., begin : begin + LANES] = passed[..., : some.shape[1]]
-        return found
+        size, many = starts.shape
+        groups = -(-many // LANES)
+        passed = np.zeros((groups, len(self.duration) - first + 1, size, LANES))
+        passed[:, 0] = np.pad(starts, ((0, 0), (0, groups * LANES - many))).reshape(size, groups, LANES).swapaxes(0, 1)
+        moving = [group for group in passed if group[0].any()]
+        for begin, end in self._parts(first):
+            for group in moving:
+                self._run(begin, end, group[begin - first : end - first], group[begin - first + 1 : end - first + 1])
+        return np.moveaxis(passed, 0, 2).reshape(passed.shape[1], size, groups * LANES)[..., :many]
 
     @property
     def monodromy(self) -> Array:
@@ -243,11 +243,17 @@ class Flow:
         count, size = len(self.duration), 2 * self.size
         found, starts = np.empty((count, size, size)), np.empty((count, size, LANES))
         ends = np.empty_like(starts)
-        for first in range(0, size, LANES):
-            starts[:] = np.eye(size, LANES, -first)
-            self._run(0, count, starts, ends)
-            found[..., first : first + LANES] = ends[..., : size - first]
+        for begin, end in self._parts():
+            for first in range(0, size, LANES):
+                starts[begin:end] = np.eye(size, LANES, -first)
+                self._run(begin, end, starts[begin:end], ends[begin:end])
+                found[begin:end, :, first : first + LANES] = ends[begin:end, :, : size - first]
         return found
+
+    def _parts(self, first: int = 0) -> list[tuple[int, int]]:
+        """Parts of the steps whose factors stay near the processor, while states are taken through them in turn."""
+        ends = [*range(first + NEAR, len(self.duration), NEAR), len(self.duration)]
+        return list(zip([first, *ends], ends))
 
     def after_cycle(self, starts: Array) -> Array:
         """Carry states through the cycle, ``(2n, states)`` before and after.
