@@ -115,6 +115,16 @@ class Closing:
         """Whether the matrices of all steps are too many numbers to be made."""
         return len(self.steps.duration) * len(self.unit) ** 2 > CYCLIC.most_direct
 
+    def roughly(self, right: Array) -> Array:
+        """Solve to the few digits that an estimate needs.
+
+        Parameters
+        ----------
+        right
+            As of `solve`.
+        """
+        return self.solve(right, tolerance=CYCLIC.tolerance_of_estimate)
+
     def terms(self, states: Array) -> Array:
         """Give the size of what adds up to the states at the ends of the steps: a few terms of their own size.
 
@@ -151,14 +161,16 @@ class Closing:
         if guess is not None and len(cuts) == 1:
             start = guess * self.unit
         load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
-        tolerance = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), CYCLIC.least_reduction)
+        reduction = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), CYCLIC.least_reduction)
         change, reason = krylov(
-            lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": tolerance}, self.options
+            lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": reduction}, self.options
         )
         starts = (start + change).reshape(-1, size) / self.unit
         parts = [self.steps.march(state, right[part], part) for state, part in zip(starts, cuts)]
         states = np.concatenate([part[:-1] for part in parts])
-        self._check(states, [part[-1] for part in parts], right, reason)
+        residual, grows = self._residual(states, [part[-1] for part in parts], right), len(self.cuts) > 1
+        if not np.isfinite(states).all() or not residual < max(CYCLIC.largest_residual, CYCLIC.above * tolerance):
+            raise not_closed(reason, residual, grows)
         return states
 
     def _by_monodromy(self, parts: Array) -> Array | None:
@@ -175,20 +187,15 @@ class Closing:
         except np.linalg.LinAlgError:
             return None
         states = gained.transpose(1, 2, 0) + self.steps.march_several(starts)
-        try:
-            for load, part in enumerate(parts):
-                self._check(states[:-1, :, load], [states[-1, :, load]], part, 0)
-        except SolverError:
-            return None
-        return states[:-1]
+        ends = states[-1].T[:, None]
+        missed = [self._residual(states[:-1, :, i], list(ends[i]), part) for i, part in enumerate(parts)]
+        return states[:-1] if np.isfinite(states).all() and max(missed) < CYCLIC.largest_residual else None
 
-    def _check(self, states: Array, ends: list[Array], right: Array, reason: int) -> None:
-        """Raise `SolverError` where an answer does not close the cycle."""
+    def _residual(self, states: Array, ends: list[Array], right: Array) -> float:
+        """By how much an answer misses to close the cycle, relative to what is added in the steps."""
         begins = np.array([part.start for part in self.cuts])
         gap = np.roll(np.array(ends), 1, axis=0) - states[begins]
         size = max(float(np.linalg.norm(right * self.unit)), TINY)
         if self._large:  # rounding of marches is in proportion to the states, and there is no other way
             size = max(size, CYCLIC.rounding * float(np.linalg.norm(states[begins] * self.unit)))
-        residual = float(np.linalg.norm(gap * self.unit)) / size
-        if not np.isfinite(states).all() or not residual < CYCLIC.largest_residual:
-            raise not_closed(reason, residual, grows=len(self.cuts) > 1)
+        return float(np.linalg.norm(gap * self.unit)) / size

@@ -23,8 +23,10 @@ class CyclicLimits:
 
     tolerance: float = 1e-13  # of the system, relative to what is added in the steps
     tolerance_of_change: float = 1e-11  # the same where a small change of a known motion is sought
+    tolerance_of_estimate: float = 1e-6  # where the answer itself is an estimate, of which few digits count
     least_reduction: float = 1e-2  # of the residual, however good the guess is
     largest_residual: float = 1e-8  # of the system, relative to its right-hand side
+    above: float = 2.0  # times the tolerance of an answer, which by rounding it may miss by
     rounding: float = 100.0  # times that, as a share of the states: what very fine meshes round by is less
     most_direct: float = 5e7  # numbers of the matrices of a cycle, up to which they are made
     terms: float = 4.0  # of the size of a number, that add up to it in a step
@@ -82,6 +84,16 @@ class BlockCyclic:
         starts = states[::2][:-1] if odd else states[::2]
         states[1::2] = right[first] + self.transitions[first] @ starts
         return states
+
+    def roughly(self, right: Array) -> Array:
+        """Solve as `solve` does.
+
+        Parameters
+        ----------
+        right
+            As of `solve`.
+        """
+        return self.solve(right)
 
     def terms(self, states: Array) -> Array:
         """Give the size of what adds up to the states at the ends of the steps, from those at their starts.

@@ -41,6 +41,15 @@ class CyclicSystem(Protocol):
             What is added to the state in each step, ``(steps, state)``.
         """
 
+    def roughly(self, right: Array) -> Array:
+        """Solve for them to few digits.
+
+        Parameters
+        ----------
+        right
+            As of `solve`.
+        """
+
     def terms(self, states: Array) -> Array:
         """Give the size of what adds up to the states at the ends of the steps, from those at their starts.
 
@@ -75,7 +84,7 @@ def magnification(cycle: CyclicSystem, states: Array, unit: Array | float = 1.0)
         return 0.0
     signs = np.random.default_rng(0).choice([-1.0, 1.0], states.shape)
     try:
-        answer = cycle.solve(signs * cycle.terms(states) / size)
+        answer = cycle.roughly(signs * cycle.terms(states) / size)
     except SolverError:
         return np.inf
     return float(np.abs(answer * unit).max())
