@@ -37,6 +37,9 @@ if TYPE_CHECKING:
     from fenics_mech.response.periodic.known_motion import KnownMotion
 
 
+FARTHEST = 1.5  # share of the way between two motions, by which the next is sought beyond them
+
+
 class CommonParts:
     """Meshes, links and linkages of the scenes of a study, each made once for all scenes that have it in common.
 
@@ -47,13 +50,15 @@ class CommonParts:
     Parameters
     ----------
     begin_from_last
-        Let Newton's method begin each motion from the last one on the same mesh. Motions under exact strains then
-        agree with those of other beginnings to the tolerance of Newton's method; else they agree to the last bit.
+        Let Newton's method begin each motion from the last ones on the same mesh: beyond them on a straight line.
+        Motions under exact strains then agree with those of other beginnings to the tolerance of Newton's method; else
+        they agree to the last bit.
     """
 
     def __init__(self, begin_from_last: bool = False) -> None:
         self._begin_from_last = begin_from_last
-        self._last: KnownMotion | None = None
+        self._place = 0.0
+        self._motions: list[tuple[float, KnownMotion]] = []  # the last two, and where in a run they are
         self._meshes: list[tuple[object, BeamMesh]] = []
         self._links: list[tuple[object, Beams]] = []
         self._linkages: list[Linkage] = []
@@ -96,25 +101,48 @@ class CommonParts:
             self._linkages = [*self._linkages, found][-CACHE.most_shared :]
         return found
 
+    def go_to(self, place: float | None) -> None:
+        """Go to the next motion of a run.
+
+        Parameters
+        ----------
+        place
+            Its place in the run, such as a speed; None lets it begin from nothing.
+        """
+        if place is None:
+            self._motions = []
+        self._place = place or 0.0
+
     def near(self, beams: Beams) -> KnownMotion | None:
-        """Give the last motion on the mesh of links, if the next is to begin from it.
+        """Give a motion on the mesh of links from which the next is to begin, if it is to.
 
         Parameters
         ----------
         beams
             The links.
         """
-        return self._last if self._last is not None and self._last.mesh is beams.mesh else None
+        known = [(place, motion) for place, motion in self._motions if motion.mesh is beams.mesh]
+        if not known:
+            return None
+        (before, first), (last, motion) = known[0], known[-1]
+        share = (self._place - last) / (last - before) if last != before else 0.0
+        return motion.beyond(first, share) if 0 < share <= FARTHEST else motion
 
-    def keep(self, motion: KnownMotion | None) -> None:
+    def keep(self, motion: KnownMotion) -> None:
         """Keep a motion for the next to begin from, if it does.
 
         Parameters
         ----------
         motion
-            The motion; None lets the next begin from nothing.
+            The motion.
         """
-        self._last = motion if self._begin_from_last else None
+        if self._begin_from_last:
+            self._motions = [*self._motions[-1:], (self._place, motion)]
+
+    @property
+    def found(self) -> KnownMotion | None:
+        """The motion at the place, where it was kept."""
+        return next((motion for place, motion in self._motions[-1:] if place == self._place), None)
 
     def motion(self, scene: Scene, theta: Array) -> Motion:
         """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest.

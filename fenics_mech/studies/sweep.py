@@ -191,7 +191,7 @@ def run_sweep(
     at_peaks = at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
-    run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs)
+    run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs, at_peaks)
     run.at_root(run.claim_folder)
     values = [axis.values for axis in axes]
     quick = run.without_estimates if at_peaks else run
@@ -224,6 +224,7 @@ class _SweepRun:
     comm: Any
     progress: Callable[[int, int], None]
     jobs: int
+    at_peaks_alone: bool
     common: CommonParts = field(default_factory=lambda: CommonParts(begin_from_last=True))
 
     @property
@@ -271,7 +272,7 @@ class _SweepRun:
         first, rest = runs[:1], runs[1:]
         shared = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
         mine = [
-            [Task(*self.file(points[index]), self.gauge, bool(place)) for place, index in enumerate(run)]
+            [self.task(points[index], points[run[0]] if place else None) for place, index in enumerate(run)]
             for run in shared
         ]
         begun, count = itertools.count(), sum(map(len, mine))
@@ -291,6 +292,12 @@ class _SweepRun:
         together(self.comm, lambda: work(mine[:warm]))
         together(self.comm, lambda: (work if self.jobs == 1 else share_out)(mine[warm:]))
 
+    def task(self, point: Point, first: Point | None) -> Task:
+        """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
+        place = None if first is None else sum(here - there for here, there in zip(point, first))  # all but one are 0
+        motion = self.without_estimates.file(point)[0].with_suffix(".npz") if self.at_peaks_alone else None
+        return Task(*self.file(point), self.gauge, place, motion)
+
     def file(self, point: Sequence[float]) -> tuple[Path, Record]:
         """Give the file and the scene of a point."""
         data = placed(self.scene, dict(zip((axis.path for axis in self.axes), point)))
@@ -305,9 +312,13 @@ class _SweepRun:
         return stacked([record.get("values", {}).get("peak_strain") for record in self.records(points)])
 
     def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
-        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it."""
+        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it.
+
+        Points that failed are not among them: with estimates they fail as well.
+        """
         points, shape = grid(values), [len(along) for along in values]
-        found = peaks_of(self.peaks(points).reshape(*shape, -1), len(shape)).ravel()
+        peaks = self.peaks(points)
+        found = peaks_of(peaks.reshape(*shape, -1), len(shape)).ravel() & ~np.isnan(peaks).all(axis=1)
         return [point for point, there in zip(points, found) if there]
 
     def at_peaks(self, values: Sequence[Sequence[float]], most: int) -> list[float]:
@@ -320,6 +331,8 @@ class _SweepRun:
         records = [(self if point in its_own else quick).records([point])[0] for point in grid(values)]
         found = Sweep(self.dataset(values, records))
         found.save(self.folder / "sweep.nc")
+        for motion in self.points.glob("*.npz"):
+            motion.unlink(missing_ok=True)
         places = itertools.product(*values)
         lines = [",".join([*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"])]
         lines += [",".join(map(str, (*at, record["seconds"], record["error"]))) for at, record in zip(places, records)]

@@ -29,6 +29,7 @@ from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
+from fenics_mech.studies.kept_motions import read_motion, write_motion
 
 logger = logging.getLogger(__name__)
 Record = dict[str, Any]
@@ -62,6 +63,10 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
     "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
 }
+READ = (  # variables of a result, from which they are made
+    *("strain", "largest_strain", "deflection", "joint_force", "input_torque", "frequency"),
+    *("multiplier", "growth_rate", "euler_ratio", "bow", "rotation"),
+)
 LOST = "LostProcess"  # error of a point whose process was ended from outside
 TEXTS = {
     "error": "kind of error that the point ended with",
@@ -116,14 +121,17 @@ class Task(NamedTuple):
         Its scene, as plain data.
     gauge
         Where the strain is split into harmonics.
-    beside
-        Whether its motion may begin from that of the point before it.
+    place
+        Its place in a run, whose motions begin from those before them; None where it begins from nothing.
+    motion
+        File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
     """
 
     path: Path
     data: Record
     gauge: Gauge
-    beside: bool
+    place: float | None
+    motion: Path | None
 
 
 def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
@@ -180,12 +188,18 @@ def compute_point(task: Task, common: CommonParts) -> None:
         When the computer has too little of something, such as memory.
     """
     start = time.perf_counter()
-    path, data, gauge, beside = task
-    if not beside:
-        common.keep(None)
+    path, data, gauge, place, motion = task
+    common.go_to(place)
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        result = analyse(Scene.read(data), common=common)
+        scene = Scene.read(data)
+        estimated = scene.analysis.error_estimates
+        if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
+            common.go_to(None)
+            common.keep(known)
+        result = analyse(scene, common=common, names=READ)
+        if motion is not None and not estimated and common.found is not None:
+            write_motion(motion, common.found)
         record |= reduced(result, between_positions(result), gauge)
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error

@@ -1,5 +1,7 @@
 """A motion as the beginning of another: on its own mesh it is itself, on others Newton's method has little to do."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -115,6 +117,20 @@ def test_newton_begins_from_the_motion_by_longer_steps(iterations, monkeypatch):
 def test_where_longer_steps_find_nothing_newton_begins_from_nothing(monkeypatch):
     monkeypatch.setattr(steady_state.KnownMotion, "of", lambda equation, orbit: None)
     assert np.isfinite(solved(scene_with(2, 360)).orbit.displacement).all()
+
+
+def test_a_motion_goes_on_along_a_straight_line_unless_the_other_is_far(coarse):
+    motion = coarse[2]
+    near, far = (
+        replace(motion, displacement=share * motion.displacement, tension=share * motion.tension)
+        for share in (0.9, 0.5)
+    )
+    ahead = motion.beyond(near, 2.0)
+    assert ahead.displacement == pytest.approx(1.2 * motion.displacement, rel=1e-12, abs=1e-18)
+    assert ahead.tension == pytest.approx(1.2 * motion.tension, rel=1e-12, abs=1e-18)
+    assert (ahead.velocity == motion.velocity).all()
+    assert motion.beyond(far, 2.0) is motion
+    assert motion.beyond(replace(near, turned=motion.turned + 0.1), 2.0) is motion
 
 
 def test_linear_strains_have_nothing_to_begin_from():

@@ -4,6 +4,7 @@ import math
 import signal
 import subprocess
 import time
+from functools import partial
 
 import numpy as np
 import pytest
@@ -122,7 +123,7 @@ def test_an_interrupted_sweep_goes_on_to_the_same_file(arm, tmp_path, monkeypatc
     whole = swept(arm, tmp_path / "whole", SHORT, refine_peaks=4)
     calls = []
 
-    def limited(scene, common, most):
+    def limited(scene, common, names, most):
         calls.append(scene)
         if len(calls) > most:
             raise KeyboardInterrupt
@@ -130,12 +131,14 @@ def test_an_interrupted_sweep_goes_on_to_the_same_file(arm, tmp_path, monkeypatc
 
     for most in (3, 6):  # the second time while points are added
         calls.clear()
-        monkeypatch.setattr(sweep_points, "analyse", lambda scene, common, most=most: limited(scene, common, most))
+        monkeypatch.setattr(
+            sweep_points, "analyse", lambda scene, common, names, most=most: limited(scene, common, names, most)
+        )
         with pytest.raises(KeyboardInterrupt):
             swept(arm, tmp_path / "parts", SHORT, refine_peaks=4)
         assert not (tmp_path / "parts" / "sweep.nc").exists()
     calls.clear()
-    monkeypatch.setattr(sweep_points, "analyse", lambda scene, common: limited(scene, common, 99))
+    monkeypatch.setattr(sweep_points, "analyse", partial(limited, most=99))
     swept(arm, tmp_path / "parts", SHORT, refine_peaks=4)
     assert len(calls) == 12 - 3 - 6
     assert (tmp_path / "parts" / "sweep.nc").read_bytes() == (tmp_path / "whole" / "sweep.nc").read_bytes()
@@ -311,7 +314,7 @@ def test_a_damaged_plan_is_one_message(arm, tmp_path, damaged):
 
 
 def test_an_error_that_is_not_known_is_recorded_and_tried_again(arm, tmp_path, monkeypatch):
-    def broken(scene, common):
+    def broken(scene, common, names):
         raise ZeroDivisionError("by nothing")
 
     monkeypatch.setattr(sweep_points, "analyse", broken)
@@ -322,7 +325,7 @@ def test_an_error_that_is_not_known_is_recorded_and_tried_again(arm, tmp_path, m
 
 
 def test_lack_of_memory_is_not_an_answer(arm, tmp_path, monkeypatch):
-    def broken(scene, common):
+    def broken(scene, common, names):
         raise MemoryError
 
     monkeypatch.setattr(sweep_points, "analyse", broken)
@@ -444,7 +447,7 @@ def test_a_folder_keeps_to_one_sweep(arm, tmp_path, monkeypatch):
             swept(scene, folder, over, gauge=gauge)
     assert (folder / "sweep.nc").read_bytes() == before
     calls = []
-    monkeypatch.setattr(sweep_points, "analyse", lambda scene, common: calls.append(scene) or analyse(scene))
+    monkeypatch.setattr(sweep_points, "analyse", lambda scene, common, names: calls.append(scene) or analyse(scene))
     finer = swept(arm.changed(drive__period=5.0), folder, "drive.period=0.1:0.3:5")  # the period itself is swept
     assert finer.data.sizes["drive.period"] == 5
     assert len(calls) == 2

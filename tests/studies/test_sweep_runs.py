@@ -8,7 +8,9 @@ import pytest
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cycle import Cycle
+from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.setup import CommonParts
+from fenics_mech.studies.kept_motions import read_motion, write_motion
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of
@@ -80,6 +82,36 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
 
 
 @pytest.mark.slow
+def test_points_at_peaks_begin_from_their_own_motion(seed, tmp_path, caplog):
+    scene = seed.changed(EXACT | {"analysis.error_estimates": True})
+    axes = parse_axes(scene, [SPEEDS])
+    whole = run_sweep(scene, axes, tmp_path / "all", estimates="all").data
+    with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
+        found = run_sweep(scene, axes, tmp_path / "peaks", estimates="peaks").data
+    estimated = np.isfinite(found["error_estimate"].to_numpy())
+    assert 2 <= estimated.sum() < 4
+    counts = iterations(caplog)
+    again = counts[-int(estimated.sum()) :]
+    assert again == [1] * len(again)  # what is left of their motions is rounding
+    assert counts[-len(again) - 1] > 1  # the last of those without estimates
+    for name in ("peak_strain", "error_estimate"):
+        assert found[name].to_numpy()[estimated] == pytest.approx(whole[name].to_numpy()[estimated], rel=1e-6)
+    assert not list(tmp_path.rglob("*.npz"))
+
+
+def test_a_motion_that_does_not_fit_is_not_read(seed, tmp_path):
+    mesh = CommonParts().links(seed).mesh
+    dofs, elements = 3 * len(mesh.node_name), len(mesh.cell)
+    parts = [np.arange(4.0), *(np.ones((4, count)) for count in (dofs, dofs, elements))]
+    write_motion(tmp_path / "motion.npz", KnownMotion(mesh, *parts))
+    assert (read_motion(tmp_path / "motion.npz", mesh).tension == 1).all()
+    assert read_motion(tmp_path / "motion.npz", CommonParts().links(seed.changed(mesh__elements=2)).mesh) is None
+    assert read_motion(tmp_path / "none.npz", mesh) is None
+    (tmp_path / "motion.npz").write_bytes(b"PK of another kind")
+    assert read_motion(tmp_path / "motion.npz", mesh) is None
+
+
+@pytest.mark.slow
 def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path):
     scene = seed.changed(EXACT)
     axes = parse_axes(scene, [SPEEDS])
@@ -98,7 +130,7 @@ def test_a_motion_that_is_refused_as_unstable_is_one_to_begin_from(seed, monkeyp
     beams = common.links(scene)
     assert common.near(beams).displacement.any()
     assert common.near(CommonParts().links(scene)) is None  # of other links
-    common.keep(None)
+    common.go_to(None)
     assert common.near(beams) is None
     with pytest.raises(SolverError, match="unstable"):
         analyse(scene, common=(apart := CommonParts()))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,6 +13,8 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.other_mesh import elemental_on, nodal_on
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.newton import Beginning, Orbit
+
+STRAIGHT = 0.15  # of a motion, by which another differs, up to which a straight line through both goes on
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,30 @@ class KnownMotion:
             return None
         state = equation.in_links(orbit.displacement, orbit.velocity)
         return cls(system.beams.mesh, np.abs(system.motion.theta), *state, law.tension(*state))
+
+    def beyond(self, before: KnownMotion, share: float) -> KnownMotion:
+        """Go on as from another motion to this one.
+
+        Parameters
+        ----------
+        before
+            The other motion, with the same mesh.
+        share
+            How far, as a share of the difference.
+
+        Returns
+        -------
+        KnownMotion
+            This one, where the other is too far away for a straight line, or has other positions.
+        """
+        if not np.array_equal(self.turned, before.turned):
+            return self
+        apart = float(np.linalg.norm(self.displacement - before.displacement))
+        if apart > STRAIGHT * float(np.linalg.norm(self.displacement)):
+            return self
+        names = ("displacement", "velocity", "tension")
+        mine, others = ([getattr(motion, name) for name in names] for motion in (self, before))
+        return replace(self, **{name: a + share * (a - b) for name, a, b in zip(names, mine, others)})
 
     def at(self, equation: Equation) -> Beginning:
         """Carry the motion to the points of another equation, whose mesh is of the same members.
