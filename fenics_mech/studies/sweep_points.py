@@ -197,10 +197,12 @@ def compute_point(task: Task, common: CommonParts) -> None:
         if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
             common.go_to(None)
             common.keep(known)
-        result = analyse(scene, common=common, names=READ)
+        multipliers = _examined(motion) if estimated else {}
+        result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
         if motion is not None and not estimated and common.found is not None:
             write_motion(motion, common.found)
         record |= reduced(result, between_positions(result), gauge)
+        record["values"] |= multipliers
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
     except Exception as error:  # what a single point may end with is not known, and must not end the sweep
@@ -208,6 +210,13 @@ def compute_point(task: Task, common: CommonParts) -> None:
         record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
     text = json.dumps(record | {"seconds": time.perf_counter() - start})
     write_whole(path, lambda temporary: temporary.write_text(text))
+
+
+def _examined(motion: Path | None) -> Record:
+    """Multipliers that a point has found without estimates, beside which its motion is; nothing where it has none."""
+    record = None if motion is None else read_point(motion.with_suffix(".json"))
+    values = {} if record is None else record.get("values", {})
+    return {name: values[name] for name in ("multiplier", "growth_rate") if name in values}
 
 
 @cache
