@@ -64,7 +64,7 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
 }
 READ = (  # variables of a result, from which they are made
-    *("strain", "largest_strain", "deflection", "joint_force", "input_torque", "frequency"),
+    *("strain", "largest_strain", "stress", "deflection", "joint_force", "input_torque", "frequency"),
     *("multiplier", "growth_rate", "euler_ratio", "bow", "rotation"),
 )
 LOST = "LostProcess"  # error of a point whose process was ended from outside
