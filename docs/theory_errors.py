@@ -45,7 +45,8 @@ RUNGS = {
 }
 TOLERANCES = (1e-2, 1e-3)
 QUANTITIES = {"strain": "strain", "deflection": "deflection", "joint_force": "joint force", "torque": "torque"}
-ANGLES, ELEMENTS, MESH, CHECK = 120, 12, 12, 8  # of the comparison; elements a member here and in Exudyn
+ANGLES, TIMED_ANGLES = 720, 120  # at which Exudyn gives its motion: joint forces have short peaks; and in timed runs
+ELEMENTS, MESH, CHECK = 12, 12, 8  # elements a member here and in Exudyn
 STEPS, FIRST_STEPS = 2880, 480  # a cycle of Exudyn, and in the cycles in which its start dies away
 COARSE = ((2, 240), (4, 240), (4, 480), (6, 960), (8, 1440), (8, 2880), (12, 5760))  # its elements and steps
 LEFT_OF_SHOCK = (
@@ -159,7 +160,7 @@ class Peer:
         for left, (elements, steps) in product(LEFT_OF_SHOCK, COARSE):
             cycles = max(2, math.ceil(math.log(error * left) / math.log(self.decay)))
             how = Integration(elements, (steps // 2,) * (cycles // 2) + (steps,) * (cycles - cycles // 2))
-            cycle = steady_cycle(self.linkage, how, ANGLES, forces=True)
+            cycle = steady_cycle(self.linkage, how, TIMED_ANGLES, forces=True)
             if errors(curves(self.scene, cycle), self.curves)["strain"] <= error:
                 return f"{cycle.seconds:.2f}"
         return f"more than {cycle.seconds:.0f}"
@@ -205,7 +206,7 @@ def curves(scene: fm.Scene, of: fm.Result | BeamStates) -> Curves:
     if isinstance(of, BeamStates):
         labels = beam_linkage(scene).joints
         forces = np.stack([of.force[:, labels.index(name)] for name in scene.joints], axis=1)
-        return {"strain": of.strain, "deflection": of.place - rigid(scene), "joint_force": forces} | {
+        return {"strain": of.strain, "deflection": of.place - rigid(scene, len(of.place)), "joint_force": forces} | {
             "torque": of.torque[:, None]
         }
     at, dimensions = of.data, ("theta", "member", "s", "component")
@@ -218,9 +219,9 @@ def curves(scene: fm.Scene, of: fm.Result | BeamStates) -> Curves:
     }
 
 
-def rigid(scene: fm.Scene) -> np.ndarray:
+def rigid(scene: fm.Scene, angles: int) -> np.ndarray:
     """Give places of both ends and the middle of the rigid members, ``(angles, members, 3, 2)``."""
-    motion = solve_motion(scene, scene.drive_angles(ANGLES))
+    motion = solve_motion(scene, scene.drive_angles(angles))
     ends = np.array(
         [
             [motion.of_point(link, end)[0] for end in scene.member_ends(label)]
