@@ -18,6 +18,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Link, Member, Scene
 from fenics_mech.scene.meshing import member_nodes
+from fenics_mech.scene.numbering import order_of
 
 Made = TypeVar("Made")
 
@@ -172,7 +173,7 @@ def mesh_depends_on(scene: Scene, loads_at_nodes: bool = False) -> tuple[object,
     members = {label: (link, member.ends) for label, (link, member) in scene.members().items()}
     nodes = [member_nodes(scene, label, loads_at_nodes).tolist() for label in members]
     centres = {name: None if link.rigid is None else link.rigid.centre for name, link in scene.links.items()}
-    return members, nodes, centres, {name: link.points for name, link in scene.links.items()}
+    return order_of(scene), members, nodes, centres, {name: link.points for name, link in scene.links.items()}
 
 
 def _draw(model: Any, places: list[Array]) -> None:

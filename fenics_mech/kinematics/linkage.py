@@ -17,6 +17,7 @@ from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
 from fenics_mech.scene import Scene
+from fenics_mech.scene.numbering import order_of
 
 Made = TypeVar("Made")
 
@@ -244,4 +245,4 @@ def _geometry(scene: Scene) -> tuple[object, ...]:
         for name, link in scene.links.items()
     }
     drives = [(drive.joint, drive.start, drive.law, drive.turns_in(scene.cycle_rate)) for drive in scene.drives]
-    return links, scene.ground, scene.joints, drives, scene.freedoms
+    return order_of(scene), links, scene.ground, scene.joints, drives, scene.freedoms

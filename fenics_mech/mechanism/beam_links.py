@@ -16,6 +16,7 @@ from fenics_mech.effects import Effect, active, loads_at_nodes, shaped
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
+from fenics_mech.scene.numbering import order_of
 
 
 def links(scene: Scene, meshed: Callable[[Scene, bool], BeamMesh] = mesh_scene) -> Beams:
@@ -53,7 +54,7 @@ def links_depend_on(scene: Scene) -> tuple[object, ...]:
     acting = active(scene)
     nodes = [member_nodes(scene, label, loads_at_nodes(acting)).tolist() for label in scene.members()]
     shapes = [effect.name for effect in acting if effect.beams is not None]
-    parts = [getattr(scene, key) for key in OF_LINKS]
+    parts = [order_of(scene), *(getattr(scene, key) for key in OF_LINKS)]
     if scene.analysis.reduction == "none":
         return parts, nodes, shapes
     return parts, nodes, shapes, scene.analysis.cutoff, _nonlinear(acting), most_recovered(acting)

@@ -5,6 +5,7 @@ import pytest
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
+from fenics_mech.beams.mesh import mesh_depends_on
 from fenics_mech.eigenmodes import eigen
 from fenics_mech.kinematics import Linkage, assembly, linkage
 from fenics_mech.mechanism import beam_links, transformation
@@ -44,6 +45,19 @@ def test_a_result_does_not_depend_on_what_it_has_in_common_with_others(case):
         for value in values:
             changed = scene.changed({path: value})
             assert analyse(changed, common=common).data.identical(analyse(changed).data), (path, value)
+
+
+def test_links_and_points_in_another_order_are_numbered_anew(seed):
+    """Mappings are equal in any order, and links, members and nodes are numbered by it."""
+    crank = seed.links["crank"]
+    for changed in (
+        dict(reversed(seed.links.items())),
+        seed.links | {"crank": crank.model_copy(update={"points": dict(reversed(crank.points.items()))})},
+    ):
+        turned = seed.model_copy(update={"links": changed})
+        assert beam_links.links_depend_on(turned) != beam_links.links_depend_on(seed)
+        assert mesh_depends_on(turned) != mesh_depends_on(seed)
+        assert not Linkage(seed).moves_as(turned)
 
 
 def counted(monkeypatch, calls, module, name):
