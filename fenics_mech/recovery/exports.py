@@ -13,6 +13,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ResultError
 from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.recovery.variables import STRAINS
 from fenics_mech.scene.answer_units import named_units
 
 MEMBER_FIELDS = ("axial_force", "shear_force", "moment", "strain_axial")
@@ -39,7 +40,7 @@ def write_table(values: xr.DataArray, path: Path, units: Sequence[str] = ()) -> 
     names = {}
     for name in table.columns:
         unit = str((values if name == values.name else values[name]).attrs.get("units", "1"))
-        kind = "strain" if unit == "1" and str(name).startswith("strain") else KIND_OF.get(unit, "")
+        kind = "strain" if name in STRAINS else KIND_OF.get(unit, "")
         if kind in named:
             unit, size = named[kind]
             table[name] /= size

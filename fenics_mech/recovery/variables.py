@@ -129,6 +129,17 @@ ATTRIBUTES = {
     "vibration_mode": ("1", "mode whose natural frequency is nearest to the vibration's"),
 }
 
+STRAINS = (  # of the variables of unit 1 those that are told in units of strain
+    "strain",
+    "strain_axial",
+    "strain_bending",
+    "strain_quasi_static",
+    "strain_error",
+    "largest_strain",
+    "strain_amplitude",
+    "vibration_amplitude",
+)
+
 
 def with_units(
     data: xr.Dataset, efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]

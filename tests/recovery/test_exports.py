@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 from fenics_mech import Result, ResultError
 from fenics_mech.cli import app
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.recovery.variables import ATTRIBUTES, STRAINS
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 
@@ -83,3 +84,20 @@ def test_command_writes_both(result, tmp_path):
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["m", "m.pvd", "r.mat"]
     assert len(list((tmp_path / "out" / "m").iterdir())) == 2
     assert "exported are .pvd" in str(CliRunner().invoke(app, ["export", words[0], "x.xyz"]).exception)
+
+
+@pytest.mark.parametrize("name", ["strain", "largest_strain"])
+def test_tables_tell_strains_in_the_unit_that_is_asked_for(result, tmp_path, name):
+    lines = result.to_table(name, tmp_path / "table.csv", ["%"]).read_text().splitlines()
+    assert lines[0].endswith(f",{name} (%)")
+    values = [float(line.split(",")[-1]) for line in lines[1:]]
+    assert max(values) == pytest.approx(100 * float(result.data[name].max()), rel=1e-12)
+
+
+def test_every_variable_that_is_a_strain_is_known_as_one():
+    """Described as strains, and neither shares of them nor places, phases and numbers of harmonics."""
+    other = {"relative_error", "utilisation", "vibration_harmonic"}
+    assert (
+        set(STRAINS)
+        == {name for name, (unit, meaning) in ATTRIBUTES.items() if unit == "1" and "strain" in meaning} - other
+    )
