@@ -269,8 +269,8 @@ def with_vibration(measured: Curves, reference: Curves) -> Curves:
     """Give a measurement with the frequency of its vibration, counted as that of the computed strains.
 
     Ripples are counted about the reference's strain without vibration at the same place, as section 7.4 counts those of
-    figures 7.7 and 7.8. Where the reference does not know it, or no natural frequency is near, the measurement stays as
-    it is.
+    figures 7.7 and 7.8. Where the reference lacks it or natural frequencies, or none of these is near, the measurement
+    stays as it is.
 
     Parameters
     ----------
@@ -280,12 +280,12 @@ def with_vibration(measured: Curves, reference: Curves) -> Curves:
         A result.
     """
     cycle, (quantity,) = reference.cycle, measured.known
-    if cycle is None or cycle.still is None:
+    if cycle is None or cycle.still is None or cycle.frequency is None:
         return measured
     theta, still = TURN / STEPS * np.arange(STEPS, dtype=np.float64), _values(cycle.still, quantity)
     wave = periodic(*measured.curve(quantity))(theta) - periodic(cycle.still["theta"].to_numpy(), still)(theta)
     rate = ripples(wave) / cycle.period
-    if cycle.frequency is not None and np.isnan(vibrating_mode(np.array([rate]), cycle.frequency, cycle.period)[0]):
+    if np.isnan(vibrating_mode(np.array([rate]), cycle.frequency, cycle.period)[0]):
         return measured
     return replace(measured, vibration={quantity.part: rate})
 
