@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
 from fenics_mech.cli.common import OutFolder, Units, loaded_scene, with_units
 from fenics_mech.errors import MechanismError
 
@@ -77,7 +77,11 @@ def compare(
                     if len(files) == 1
                     else [curves_of_result(analyse(scenes[-1]), label, place)]
                 )
-        sources += [with_vibration(one, sources[0]) for one in _measured(files, scenes, gauge)]
+        measured, absent = _measured(files, scenes, gauge)
+        with reading_of_a_file():
+            sources += [with_vibration(one, sources[0]) for one in measured]
+    for line in absent:
+        tell(line)
     if len(sources) < 2:
         raise MechanismError("there is nothing to compare with: name two files or more, or one scene")
     with reading_of_a_file():
@@ -125,8 +129,11 @@ def _place(at: str, fibre: str) -> tuple[float, str] | None:
     return s, fibre
 
 
-def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) -> list[Curves]:
-    """Read measurements: those that are named, at the gauge or where a scene places them, or those of the scenes."""
+def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) -> tuple[list[Curves], list[str]]:
+    """Read measurements: those that are named, at the gauge or where a scene places them, or those of the scenes.
+
+    Those of the scenes whose member the reference lacks are left out, with a line for each that says so.
+    """
     from fenics_mech.recovery.measured import read_measurement  # noqa: PLC0415
     from fenics_mech.studies.compared_curves import Quantity, curves_of_measurement  # noqa: PLC0415
 
@@ -135,17 +142,24 @@ def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) ->
         for scene in scenes
         for measurement in scene.measurements
     }
+    members = scenes[0].members()
     named = {path.resolve(): path for path in files if path.suffix == ".csv"}
     for path in named.values():
         place = stated.get(path.resolve(), gauge)
         if place is None:
             raise MechanismError(f"{path}: no scene says where this was measured: add --member, --s and --fibre")
-        if place.part not in scenes[0].members():
-            known = ", ".join(scenes[0].members())
-            raise MechanismError(f"{path}: the reference has no member {place.part!r}; it has {known}")
+        if place.part not in members:
+            raise MechanismError(f"{path}: the reference has no member {place.part!r}; it has {', '.join(members)}")
         stated[path.resolve()] = place
     wanted = named if named else {path: path for path in stated}
-    return [
+    absent = [
+        f"{path}: left out, the reference has no member {stated[key].part!r}; it has {', '.join(members)}"
+        for key, path in wanted.items()
+        if stated[key].part not in members
+    ]
+    measured = [
         curves_of_measurement(*read_measurement(path), stated[key], f"measured ({path.stem})")
         for key, path in wanted.items()
+        if stated[key].part in members
     ]
+    return measured, absent
