@@ -35,7 +35,7 @@ MEANING = (
 
 
 def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) -> Group:
-    """Tabulate what `compare` found, two tables for each source beside the reference, and how strains vibrate.
+    """Tabulate what `compare` found, one or two tables for each source beside the reference, and how strains vibrate.
 
     Parameters
     ----------
