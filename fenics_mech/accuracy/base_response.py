@@ -73,16 +73,3 @@ class Compared:
         for source, vibrating, share in missed_vibrations(self.solution):
             change = Quantities.of(self.solution.scene, self.system, vibrating.undamped) - self.base
             yield source, {name: part / share for name, part in change.largest.items()}
-
-
-def missed(whole: Compared, few: Compared) -> list[tuple[str, dict[str, Array]]]:
-    """Give what vibrations change that a response may miss; few nodes say whether all have to be asked.
-
-    Parameters
-    ----------
-    whole, few
-        The response with all its nodes and with few, which may be the same.
-    """
-    found = list(few.missed())
-    by_mesh = any(source == "mesh" for source, _ in found)
-    return list(whole.missed()) if by_mesh and few is not whole else found

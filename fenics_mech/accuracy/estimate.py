@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.base_response import Compared, missed
+from fenics_mech.accuracy.base_response import Compared
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS
@@ -220,13 +220,13 @@ def estimate(
         add(source, (few if source == "time" else whole).change(source, without), without.safety, without.order)
     if few is not whole:
         add("mesh", {name: rounding(system.beams.mesh) * size for name, size in largest.items()}, 1.0, 1.0)
-    if (undamped := left_undamped(few.solution)) is None:
+    if (undamped := left_undamped(solution)) is None:
         remarks.append(TOO_MANY)
     elif undamped:
         add("time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and (trial := trial_of_steps(scene.analysis, solution.course.parted)):
         add("time", _by_other_steps(solution, whole.base, trial[0]), trial[1], 1.0)
-    for source, errors in missed(whole, few):
+    for source, errors in whole.missed():
         add(source, errors, 1.0, corrected[source].order)
     if not isinstance(solution, StaticSolution) and (kinks := _by_slider_kinks(solution, system)):
         add("mesh", kinks, 1.0, OF_SLIDERS)

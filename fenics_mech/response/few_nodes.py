@@ -1,8 +1,8 @@
-"""The same mechanism with few of its nodes, where a mesh is far finer than steps, theory and stability need.
+"""The same mechanism with few of its nodes, where a mesh is far finer than estimates of errors need.
 
-A dozen elements a member have the motion to 1e-4 of it or better. What the steps do to it, what its theory leaves out,
-and whether it is stable, are found there in a small part of the time and memory. How far the two motions differ is
-checked.
+What the steps do to a motion, and what its theory leaves out, are found there in a small part of the time and memory.
+They are taken where the two motions differ little. Stability is judged with all nodes: natural frequencies that differ
+by a thousandth may lie on other sides of the edge of a resonance.
 """
 
 from __future__ import annotations
@@ -11,19 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import each
+from fenics_mech._arrays import Array, each
 from fenics_mech._constants import TINY
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.other_mesh import nodal_on
-from fenics_mech.beams.shapes import NORMAL
+from fenics_mech.beams.shapes import AXIAL, NORMAL
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.beam_links import links
 from fenics_mech.response.axial_forces import settles
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.setup import system_at
-from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import thinned
 
@@ -34,9 +33,8 @@ class FewNodesLimits:
 
     from_elements: int = 24  # in a member, beyond which others are left out: with fewer that takes as long
     kept: int = 12  # elements of such a member
-    largest_difference: float = 0.01  # of the root of a member's energy of bending: estimates have two digits
-    border: float = 0.01  # of a multiplier's magnitude from 1, within which all nodes judge: few move it by 0.0015
-    rounding: float = 64.0  # times that of numbers and the fourth power of elements: measured, 5 to 25 with 100, 300
+    largest_difference: float = 0.01  # of the root of a member's strain energy: estimates have two digits
+    rounding: float = 64.0  # times eps n^4 with n elements in a member: measured, 5 to 25 with 100 and 300
     least: float = 1e-6  # of the largest energy of a member, below which another's difference does not count
 
 
@@ -56,17 +54,20 @@ def on_few_nodes(scene: Scene, system: System) -> tuple[Scene, System] | None:
     """
     mesh, analysis = system.beams.mesh, scene.analysis
     fine = np.flatnonzero(np.bincount(mesh.cell_member) > FEW_NODES.from_elements)
-    if not len(fine) or not (analysis.stability or analysis.error_estimates):
+    if not len(fine) or not analysis.error_estimates:
         return None
     needs_all = system.transformation.constraints.contacts or settles(analysis.tension, system.terms)
     if needs_all or analysis.reduction != "none" or Steps.of(scene).disturbed:
         return None
-    few = thinned(scene, [mesh.members[i] for i in fine], FEW_NODES.kept)
+    few = thinned(scene, [mesh.members[i] for i in fine], FEW_NODES.kept).changed(analysis__stability=False)
     return few, system_at(few, links(few), system.motion)
 
 
 def difference(few: tuple[System, ElasticResponse], whole: tuple[System, ElasticResponse]) -> float:
-    """Give by how much two responses differ, as the largest share of the root of a member's energy of bending.
+    """Give by how much two responses differ at the few nodes, as a share of the root of a member's strain energy.
+
+    The largest share of all members counts. Bending is compared with bending, as axial displacements of large
+    rotations hold energy that is none of strains.
 
     Parameters
     ----------
@@ -74,28 +75,32 @@ def difference(few: tuple[System, ElasticResponse], whole: tuple[System, Elastic
         Mechanism and response on few nodes, and on all.
     """
     mesh = few[0].beams.mesh
-    places = nodal_on(mesh, whole[0].beams.mesh)
     here, there = (system.to_links(response.displacement) for system, response in (few, whole))
-    stiffness, energies = few[0].beams.element_stiffness[:, NORMAL][..., NORMAL], []
-    for v in (here, (places @ there.T).T - here):
-        bent = in_member_axes(mesh, v)[..., NORMAL]
-        of_elements = np.sum(bent * each(stiffness, bent), axis=-1)
-        energies.append(np.array([np.bincount(mesh.cell_member, row) for row in of_elements]).max(axis=0))
-    size = np.maximum(energies[0], FEW_NODES.least * energies[0].max())
-    return float(np.sqrt((energies[1] / np.maximum(size, TINY)).max()))
+    apart = (nodal_on(mesh, whole[0].beams.mesh) @ there.T).T - here
+    bending, stretching = (_energy(few[0], here, dofs) for dofs in (NORMAL, AXIAL))
+    shares = [
+        _energy(few[0], apart, dofs) / np.maximum(size, max(FEW_NODES.least * size.max(), TINY))
+        for dofs, size in ((NORMAL, bending), (AXIAL, bending + stretching))
+    ]
+    return float(np.sqrt(np.max(shares)))
 
 
-def near_border(stability: Stability | None) -> bool:
-    """Whether a multiplier is so near the unit circle that few nodes do not tell on which side it is.
+def _energy(system: System, v: Array, dofs: list[int]) -> Array:
+    """Give twice the largest strain energy of each member (J) in some dofs of its elements, ``(members,)``.
 
     Parameters
     ----------
-    stability
-        The multipliers with few nodes, where they were looked for.
+    system
+        The mechanism.
+    v
+        Displacements of its nodes in link axes, ``(angles, 3 nodes)``.
+    dofs
+        Those along the elements, or across.
     """
-    if stability is None:
-        return False
-    return bool((np.abs(np.abs(stability.multipliers) - 1) < FEW_NODES.border).any())
+    mesh = system.beams.mesh
+    moved = in_member_axes(mesh, v)[..., dofs]
+    of_elements = np.sum(moved * each(system.beams.element_stiffness[:, dofs][..., dofs], moved), axis=-1)
+    return np.array([np.bincount(mesh.cell_member, row) for row in of_elements]).max(axis=0)
 
 
 def rounding(mesh: BeamMesh) -> float:

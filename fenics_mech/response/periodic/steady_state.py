@@ -10,14 +10,14 @@ import numpy as np
 
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes, solve_modes
-from fenics_mech.errors import MechanismError, SceneError, SolverError
+from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.impulse_work import AtImpulses
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.axial_forces import settle, settles
-from fenics_mech.response.few_nodes import FEW_NODES, difference, near_border, on_few_nodes
+from fenics_mech.response.few_nodes import FEW_NODES, difference, on_few_nodes
 from fenics_mech.response.periodic.collocation import periodic_orbit, solve_collocation
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
@@ -108,27 +108,20 @@ def by_collocation(
     few = _with_few_nodes(scene, system)
     if few is None:
         return _by_collocation(scene, system, modes, near, found)
-    if near is None:
-        near = KnownMotion.of(few.cycle.at_points(few.cycle.tableau), few.orbit)
-    unjudged = scene.changed(analysis__stability=False)
-    solution = replace(_by_collocation(unjudged, system, modes, near, found), scene=scene)
+    near = near or KnownMotion.of(few.cycle.at_points(few.cycle.tableau), few.orbit)
+    solution = _by_collocation(scene, system, modes, near, found)
     apart = difference((few.system, few.response), (solution.system, solution.response))
     logger.info("with few nodes the motion differs by %.1e", apart)
-    if apart < FEW_NODES.largest_difference:
-        solution = replace(solution, stability=few.stability, few=few)
-    if scene.analysis.stability and (solution.few is None or near_border(few.stability)):
-        judged = _judged(solution, scene.analysis.allow_unstable)
-        return replace(solution, stability=judged)
-    return solution
+    return replace(solution, few=few) if apart < FEW_NODES.largest_difference else solution
 
 
 def _with_few_nodes(scene: Scene, system: System) -> CollocationSolution | None:
-    """Give the motion with few nodes, stable where the scene wants it; None where all are needed."""
+    """Give the motion with few nodes, whose stability is not judged; None where all are needed."""
     if (few := on_few_nodes(scene, system)) is None:
         return None
     try:
         return _by_collocation(*few, solve_modes(few[1], scene.analysis.modes, scene.petsc))
-    except MechanismError as error:  # all nodes will say it, or know better
+    except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all nodes will say it, or know better
         logger.info("no motion with few nodes: %s", error)
         return None
 
@@ -187,11 +180,6 @@ def stability_of(solution: CollocationSolution, allow_unstable: bool) -> Stabili
     SolverError
         When it is unstable, or an equation that is the same for all motions has a resonance.
     """
-    found = _judged(solution.on_few_nodes, allow_unstable)
-    return _judged(solution, allow_unstable) if solution.few is not None and near_border(found) else found
-
-
-def _judged(solution: CollocationSolution, allow_unstable: bool) -> Stability:
     return solution.cycle.judged(solution.modes, solution.cycle.motion(solution.orbit), allow_unstable)
 
 
@@ -243,7 +231,7 @@ def _by_longer_steps(cycle: Cycle) -> KnownMotion | None:
         longer = Cycle(there, moved(there, system, motion))
         equation = longer.at_points(longer.tableau)
         return KnownMotion.of(equation, _orbit(longer, equation))
-    except (SolverError, FloatingPointError) as error:
+    except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all steps may have one
         logger.info("no motion by longer steps: %s", error)
         return None
 
