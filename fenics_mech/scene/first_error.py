@@ -30,6 +30,7 @@ SENTENCES = {  # by pydantic's type of error, where its own words speak of Pytho
     "string_type": "must be a string",
     "bool_type": "must be true or false",
     "bool_parsing": "must be true or false",
+    "float_parsing": "must be a number without a unit",
     "too_long": "must have at most {max_length} entries and has {actual_length}",
     "too_short": "must have at least {min_length} entries and has {actual_length}",
     "string_too_long": "must have at most {max_length} characters",
@@ -110,7 +111,11 @@ def _sentence(error: Any) -> str:
 def _place(location: tuple[int | str, ...], data: Any) -> list[str]:
     """Keep of pydantic's location what stands in the data, and the last key where it is missing there."""
     place: list[str] = []
+    tagged: Any = None  # the table whose kind has been passed: a key of it may have the name of its kind
     for part in location:
+        if isinstance(data, dict) and data is not tagged and part in BRANCHES and data.get("kind") == part:
+            tagged = data
+            continue
         known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
         if known:
             data = data[part]  # type: ignore[index]

@@ -5,6 +5,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.joints.contact_force import damping_of
+from fenics_mech.scene.factories import seed_four_bar
 from tests.joints import clearance_program as program
 from tests.joints.scenes import G, bar, block
 
@@ -333,3 +334,20 @@ def test_a_body_that_only_a_bushing_holds_is_refused():
     soft = {"kind": "bushing", "stiffness": (1e4, 1e4)}
     with pytest.raises(fm.SceneError, match="do not state what is free: link bar"):
         fm.analyse(bar(soft))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"clearance": 3e-4}, r"joint_laws\.loose\.contact: this key is missing"),
+        (
+            {"contact": {"stiffness": "1e10 N/m"}},
+            r"joint_laws\.loose\.contact\.stiffness: must be a number without a unit",
+        ),
+    ],
+)
+def test_the_key_of_a_law_that_is_wrong_is_named(changes, message):
+    """A key that has the name of its law's kind is no part of the place of the others."""
+    law = {"kind": "clearance", "joint": "B"} | changes
+    with pytest.raises(fm.SceneError, match=message):
+        seed_four_bar(joint_laws={"loose": law})
