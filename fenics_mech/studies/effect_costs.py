@@ -138,7 +138,7 @@ def counted() -> Iterator[Count]:
 
     before = _matrices_created()
     with (
-        mock.patch.object(_fenicsx, "assemble_matrix", counting(_fenicsx.assemble_matrix)),
+        mock.patch.object(_fenicsx, "_assembled", counting(_fenicsx._assembled)),
         mock.patch.object(_fenicsx, "assemble_vector", counting(_fenicsx.assemble_vector)),
     ):
         start = time.perf_counter()

@@ -20,6 +20,7 @@ def test_period_of_a_block_on_a_belt_in_closed_form(sharp, limit):
     highest = 0.2 * G / spring + np.hypot(drop / spring, belt / omega)
     law = RUBS | {"static": 0.3, "stribeck": sharp, "belt_speed": belt, "width": sharp / 20}
     moving = {"freedoms": {"G": {"speed": belt}}, "analysis.duration": 3.2, "analysis.sub_intervals": 1600}
+    moving["analysis.time_tolerance"] = 1e-7  # rates that stick are told by 1e-5 m/s
     data = fm.analyse(block(law, **moving)).data
     time, place, rate = data["time"].to_numpy(), data["freedom_place"][:, 0].to_numpy(), data["freedom_rate"][:, 0]
     peaks = np.flatnonzero((place[1:-1] > place[:-2]) & (place[1:-1] >= place[2:])) + 1
