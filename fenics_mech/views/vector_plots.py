@@ -22,7 +22,7 @@ TICKS = 45  # degrees of the drive between two dots
 COLUMNS, MOST_JOINTS = 3, 9  # of a figure
 MOST_PATHS = 7  # as many as there are colours
 HEIGHT = 5.4  # inches
-SEEN = 0.02  # of the largest path, by which two curves must be apart to be seen
+SEEN = 0.002  # of the largest path, by which two curves must be apart to be seen
 
 
 def plot_force_path(result: Result, joint: str | None = None, axes: Axes | None = None) -> Axes:
@@ -69,7 +69,12 @@ def plot_force_path(result: Result, joint: str | None = None, axes: Axes | None 
     axes.plot(*vectors[k], color="black", **RING)
     axes.plot(*np.stack([np.zeros(2), vectors[k]], axis=-1), color="#777777", linewidth=0.8)
     name = "Shaking force" if joint is None else f"Force of joint {joint}"
-    _finish(axes, f"{name}, at most {short(float(size[k]))} {unit} at {reading.at(k)}", f"force ({unit})")
+    _finish(
+        axes,
+        f"{name}, at most {short(float(size[k]))} {unit} at {reading.at(k)}",
+        f"force along y ({unit})",
+        f"force along x ({unit})",
+    )
     return axes
 
 
@@ -107,7 +112,8 @@ def plot_point_path(result: Result, points: Sequence[str] = (), axes: Axes | Non
         raise ViewError(f"the result has no point {unknown[0]!r}; it has {', '.join(known)}")
     size, unit = reading.units.size("length"), reading.units.label("length")
     bends, apart, spans = "point_position_bent" in result.data, 0.0, 0.0
-    for name, colour in zip(list(points or path_points(result))[:MOST_PATHS], COLOURS):
+    names = list(points or path_points(result))[:MOST_PATHS]
+    for name, colour in zip(names, COLOURS):
         rigid, path = (
             smoothed(result, result.data[kind].sel(point=name).transpose("theta", "component").to_numpy())[1] / size
             for kind in ("point_position", "point_position_bent" if bends else "point_position")
@@ -116,7 +122,8 @@ def plot_point_path(result: Result, points: Sequence[str] = (), axes: Axes | Non
             _draw_path(axes, reading, rigid, "#777777", dots=False, linestyle="--", linewidth=1.0)
             apart, spans = max(apart, float(np.abs(path - rigid).max())), max(spans, float(np.ptp(path, axis=0).max()))
         _draw_path(axes, reading, path, colour, label=name)
-    title = "Paths of points" + (". Dashed: links that do not bend" if apart > SEEN * spans else "")
+    title = f"Path of {names[0]}" if len(names) == 1 else "Paths of points"
+    title += ". Dashed: links that do not bend" if apart > SEEN * spans else ""
     _finish(axes, title, f"y ({unit})", f"x ({unit})")
     return axes
 
@@ -163,11 +170,12 @@ def force_path_figure(result: Result) -> Figure:
     flat = [axes for row in panels for axes in row] if columns > 1 else list(panels)
     for axes in flat[len(joints) :]:
         axes.set_axis_off()
-    for axes, joint in zip(flat, joints):
+    for n, (axes, joint) in enumerate(zip(flat, joints)):
         plot_force_path(result, joint, axes)
         title = axes.get_title("left").replace(", at most", "\nat most")
         axes.set_title(title, fontsize=9, loc="left")
-        axes.set_ylabel("")
+        if n % columns:
+            axes.set_ylabel("")
         axes.tick_params(labelsize=8)
     _explain_dots(figure, reading)
     return figure
@@ -205,7 +213,7 @@ def _draw_path(axes: Axes, reading: ForceReading, places: Array, colour: str, do
     axes.plot(*places[0], linestyle="none", marker="o", markersize=5, color=colour)
 
 
-def _finish(axes: Axes, title: str, ylabel: str, xlabel: str = "") -> None:
+def _finish(axes: Axes, title: str, ylabel: str, xlabel: str) -> None:
     axes.set_aspect("equal", adjustable="datalim")
     finish(axes, title, ylabel)
-    axes.set_xlabel(xlabel or ylabel)
+    axes.set_xlabel(xlabel)
