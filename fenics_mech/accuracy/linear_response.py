@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.time_derivatives import between_positions
+from fenics_mech.accuracy.time_derivatives import by_fourier_series
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -50,7 +50,7 @@ def periodic_change(load: Array, motion: Array, flow: Flow, regular: NDArray[np.
         rise = np.roll(load, -1, axis=0) - load
         inside = load[:, None] + flow.tableau.points[:, None] * rise[:, None]
     else:
-        inside = between_positions(load, flow.tableau.points)
+        inside = by_fourier_series(load, flow.tableau.points)
     added = flow.added_by(inside.reshape(-1, load.shape[1]))
     right = np.roll(motion, -1, axis=0) - flow.carried(motion)  # with it the answer is the motion itself
     return flow.parts((flow.cycle.solve(right + added, motion[0], CYCLIC.tolerance_of_change) - motion)[regular])

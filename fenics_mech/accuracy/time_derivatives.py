@@ -60,7 +60,7 @@ def _derived(values: Values, step: float, times: int) -> Values:
     return cast(Values, found if np.iscomplexobj(values) else found.real)
 
 
-def between_positions(curve: Array, places: Array) -> Array:
+def by_fourier_series(curve: Array, places: Array) -> Array:
     """Give a curve over a cycle between its positions, by its Fourier series, ``(positions, places, ...)``.
 
     Parameters

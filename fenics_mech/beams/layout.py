@@ -7,10 +7,9 @@ the welds. Nodal dofs are three per node: displacement along the link's x and y 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,15 +17,14 @@ import scipy.sparse as sp
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
+from fenics_mech.beams.made_once import MadeOnce
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
 
-Made = TypeVar("Made")
-
 
 @dataclass(frozen=True)
-class Layout:
+class Layout(MadeOnce):
     """The broken space of a mesh, and what a form in it becomes in nodal dofs.
 
     Parameters
@@ -46,21 +44,6 @@ class Layout:
     space: Any
     shear_angle: Array | None = None
     offsets: Offsets | None = None
-    _made: dict[str, Any] = field(init=False, repr=False, default_factory=dict)
-
-    def once(self, what: str, make: Callable[[], Made]) -> Made:
-        """Make something from the layout, or give it as it was made before.
-
-        Parameters
-        ----------
-        what
-            What it is.
-        make
-            Makes it.
-        """
-        if what not in self._made:
-            self._made[what] = make()
-        return self._made[what]
 
     @classmethod
     def of(cls, mesh: BeamMesh, offsets: Offsets | None = None) -> Layout:

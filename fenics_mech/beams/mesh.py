@@ -5,26 +5,25 @@ Nodes are numbered link by link, so that the matrices in link axes are banded.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech import _fenicsx, _gmsh
 from fenics_mech._arrays import Array, Index
+from fenics_mech.beams.made_once import MadeOnce
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Link, Member, Scene
 from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.scene.numbering import order_of
 
-Made = TypeVar("Made")
-
 
 @dataclass(frozen=True)
-class BeamMesh:
+class BeamMesh(MadeOnce):
     """The members of a scene cut into elements.
 
     Parameters
@@ -63,21 +62,6 @@ class BeamMesh:
     node_link: Index
     node_xy: Array
     node_name: tuple[str, ...]
-    _made: dict[str, Any] = field(init=False, repr=False, default_factory=dict)
-
-    def once(self, what: str, make: Callable[[], Made]) -> Made:
-        """Make something from the mesh, or give it as it was made before.
-
-        Parameters
-        ----------
-        what
-            What it is.
-        make
-            Makes it.
-        """
-        if what not in self._made:
-            self._made[what] = make()
-        return self._made[what]
 
     def node(self, name: str) -> int:
         """Index of the node of that name.
