@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
-    from fenics_mech.studies.synthesis.synthesise import Synthesised, synthesise
+    from fenics_mech.studies.synthesis.synthesise import Synthesised, four_bars, synthesise
     from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
     from fenics_mech.views.frequency_plot import plot_frequencies
@@ -168,6 +168,7 @@ __all__ = [
     "fatigue",
     "follow",
     "four_bar",
+    "four_bars",
     "from_drawing",
     "from_pylinkage",
     "identify",
@@ -220,6 +221,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "balance": "studies.synthesis.balancing",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
+    "four_bars": "studies.synthesis.synthesise",
     "identify": "studies.design.identify",
     "interactive": "views.notebook",
     "modes": "studies.natural_frequencies",

@@ -14,6 +14,7 @@ from fenics_mech.effects import EFFECTS, Effect, Terms
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
+from fenics_mech.scene.synthesis_tasks import read_task
 from tests import documents
 from tests.common import ROOT
 from tests.documents import DOCS, blocks
@@ -98,7 +99,9 @@ def test_scenes_are_scenes(name, place):
     demo = tomllib.loads((ROOT / "demos" / "four_bar.toml").read_text())
     for block in blocks(PAGES[name]):
         shown = tomllib.loads(block.text) if block.language == "toml" else {}
-        if {"links", "joints"} <= set(shown) or "drawing" in shown:
+        if isinstance(shown.get("kind"), str):
+            assert read_task(shown).kind == shown["kind"]
+        elif {"links", "joints"} <= set(shown) or "drawing" in shown:
             assert isinstance(parse(block.text, file=name, folder=place), Scene)
         elif shown and "tutorial" not in name:
             parse(_text(_merged(demo, shown)), file=name, folder=place)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -9,9 +10,14 @@ import typer
 
 from fenics_mech._console import make_folder, out, tell, warn
 from fenics_mech.cli.common import Strict, refuse_own_source
+from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
+    from rich.table import Table
+
     from fenics_mech.studies.synthesis.synthesise import Synthesised
+
+MOST = 12  # four-bars with one task in closed form
 
 
 def synthesise(
@@ -22,11 +28,14 @@ def synthesise(
     ] = None,
     starts: Annotated[int, typer.Option(min=1, max=100_000, help="Searches for a path, from random starts.")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="Seed of their starts.")] = 0,
+    take: Annotated[
+        int, typer.Option(min=1, max=MOST, help="Which one to write where several four-bars do it; 1 is the best.")
+    ] = 1,
     strict: Strict = False,
 ) -> None:
-    """Find the dimensions of a four-bar for a function, three positions or a path, and write it as a scene."""
+    """Find the dimensions of a four-bar for a function, positions or a path, and write it as a scene."""
     from fenics_mech.scene import load_task, write_scene  # noqa: PLC0415
-    from fenics_mech.studies.synthesis.synthesise import synthesise as synthesised  # noqa: PLC0415
+    from fenics_mech.studies.synthesis.synthesise import four_bars  # noqa: PLC0415
 
     wanted = load_task(task)
     refuse_own_source(file, task)
@@ -35,18 +44,41 @@ def synthesise(
         from fenics_mech.views.synthesis_plots import synthesis_figure  # noqa: PLC0415
 
         refuse_ending(draw)
-    found = synthesised(wanted, starts=starts, seed=seed)
+    every = four_bars(wanted, starts=starts, seed=seed)
+    if take > len(every):
+        known = "is 1 four-bar" if len(every) == 1 else f"are {len(every)} four-bars"
+        raise MechanismError(f"--take {take}: there {known} for this task")
+    found = every[take - 1]
     warn(found.defects, strict)
     make_folder(file.parent)
     write_scene(found.scene, file, f"{found.scene.name}, by fenics-mech synthesise")
-    out.print(_table(found))
+    out.print(_summary(found))
+    if len(every) > 1:
+        out.print(_table(every, take))
     tell(f"Wrote {file}")
     if draw is not None:
         make_folder(draw.parent)
         tell(f"Wrote {save(synthesis_figure(found), draw)}")
 
 
-def _table(found: Synthesised) -> str:
+def _table(every: Sequence[Synthesised], taken: int) -> Table:
+    """List all four-bars that do it, the best first."""
+    from math import degrees  # noqa: PLC0415
+
+    from rich.table import Table  # noqa: PLC0415
+
+    title = f"{len(every)} four-bars do this; number {taken} is written, and --take gives another"
+    table = Table("", "kind", "crank, coupler, follower, ground (mm)", "transmission", "defects", title=title)
+    for number, one in enumerate(every, 1):
+        lengths = ", ".join(f"{1e3 * length:.4g}" for length in one.linkage.lengths)
+        defects = ", ".join(defect.split(":")[0] for defect in one.defects) or "none"
+        table.add_row(
+            str(number), one.linkage.kind, lengths, f"{degrees(one.transmission):.3g}\N{DEGREE SIGN}", defects
+        )
+    return table
+
+
+def _summary(found: Synthesised) -> str:
     """Write the dimensions and what the linkage is like."""
     from math import degrees  # noqa: PLC0415
 

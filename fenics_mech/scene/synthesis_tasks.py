@@ -1,4 +1,4 @@
-"""What a four-bar is to do: a function of its crank, three positions of its coupler, or the path of a point."""
+"""What a four-bar is to do: a function of its crank, positions of its coupler, or the path of a point."""
 
 from __future__ import annotations
 
@@ -14,7 +14,13 @@ from fenics_mech.scene.bodies import Point
 from fenics_mech.scene.files import read_toml, text_of
 from fenics_mech.scene.units import Angle, AngularSpeed, Length
 
-THREE_ANGLES = tuple[Angle, Angle, Angle]
+POINTS = 3, 5  # precision points for which there is a closed form
+
+
+def _exact(count: int, what: str) -> None:
+    """Raise where so many precision points have no closed form."""
+    if count not in POINTS:
+        raise ValueError(f"there are {count} {what}: give {POINTS[0]} or {POINTS[1]}")
 
 
 class Task(Part):
@@ -33,12 +39,13 @@ class Task(Part):
 
 
 class FunctionTask(Task):
-    """A follower that is to be at three angles when the crank is at three.
+    """A follower that is to be at three or five angles when the crank is at as many.
 
     Parameters
     ----------
     crank, follower
-        Angles from the line of the fixed pivots (rad), in the order in which they are passed.
+        Three angles from the line of the fixed pivots (rad), in the order in which they are passed. Of five only the
+        turns from the first one count, and the synthesis finds where crank and follower begin.
     ground
         Distance of the fixed pivots (m).
 
@@ -49,9 +56,17 @@ class FunctionTask(Task):
     """
 
     kind: Literal["function"] = "function"
-    crank: THREE_ANGLES
-    follower: THREE_ANGLES
+    crank: tuple[Angle, ...]
+    follower: tuple[Angle, ...]
     ground: Annotated[Length, Field(gt=0)] = 0.1
+
+    @model_validator(mode="after")
+    def _has_as_many_angles(self) -> Self:
+        if len(self.crank) != len(self.follower):
+            given = f"{len(self.crank)} angles of the crank and {len(self.follower)} of the follower"
+            raise ValueError(f"there are {given}: give as many")
+        _exact(len(self.crank), "angles")
+        return self
 
 
 class Pose(Part):
@@ -75,14 +90,14 @@ class Pose(Part):
 
 
 class MotionTask(Task):
-    """A coupler that is to come through three positions.
+    """A coupler that is to come through three or five positions.
 
     Parameters
     ----------
     positions
         The positions, in the order in which they are passed.
     moving
-        Places of both pins on the coupler, in its frame (m): first that of the crank.
+        Of three positions: places of both pins on the coupler, in its frame (m), first that of the crank.
     fixed
         Instead, places of both fixed pivots (m): first that of the crank.
 
@@ -94,13 +109,17 @@ class MotionTask(Task):
     """
 
     kind: Literal["motion"] = "motion"
-    positions: tuple[Pose, Pose, Pose]
+    positions: tuple[Pose, ...]
     moving: tuple[Point, Point] | None = None
     fixed: tuple[Point, Point] | None = None
 
     @model_validator(mode="after")
     def _knows_two_pins(self) -> Self:
-        if (self.moving is None) == (self.fixed is None):
+        stated = (self.moving is not None) + (self.fixed is not None)
+        _exact(len(self.positions), "positions")
+        if len(self.positions) == POINTS[1] and stated:
+            raise ValueError("five positions leave no pin open: state neither `moving` nor `fixed`")
+        if len(self.positions) == POINTS[0] and stated != 1:
             raise ValueError("three positions leave two pins open: state either `moving` or `fixed`")
         return self
 
@@ -111,11 +130,11 @@ class PathTask(Task):
     Parameters
     ----------
     path
-        Places in the fixed frame (m), in the order in which they are passed.
+        Places in the fixed frame (m), in the order in which they are passed. Five with their angles are met exactly.
     angles
         Angles that the crank turns from the first place to each one (rad), the first being 0. Without them any will do.
     closed
-        Whether the crank turns once round for the whole path.
+        Whether the crank turns once round for the whole path; five places do not ask for it.
 
     Examples
     --------
@@ -124,7 +143,7 @@ class PathTask(Task):
     """
 
     kind: Literal["path"] = "path"
-    path: Annotated[tuple[Point, ...], Field(min_length=6, max_length=1000)]
+    path: Annotated[tuple[Point, ...], Field(min_length=5, max_length=1000)]
     angles: tuple[Angle, ...] = ()
     closed: bool = True
 
@@ -132,7 +151,14 @@ class PathTask(Task):
     def _has_as_many_angles(self) -> Self:
         if self.angles and len(self.angles) != len(self.path):
             raise ValueError(f"there are {len(self.path)} places and {len(self.angles)} angles: give as many")
+        if len(self.path) == POINTS[1] and not self.angles:
+            raise ValueError("five places need `angles`: give them, or six places or more")
         return self
+
+    @property
+    def exact(self) -> bool:
+        """Whether the places are met exactly."""
+        return len(self.path) == POINTS[1]
 
 
 TASKS: dict[str, type[FunctionTask | MotionTask | PathTask]] = {

@@ -43,6 +43,9 @@ def _draw_links(axes: Axes, found: Synthesised) -> None:
         first, second = (complex(pin[0]) for pin in linkage.pins(at))
         corners = np.array([linkage.origin, first, second, linkage.pivot]) * MILLI
         axes.plot(corners.real, corners.imag, "-o", color=COLOURS[0], ms=4, alpha=1.0 if k == 0 else FADED)
+        if not isinstance(found.task, FunctionTask):  # the point is fixed on the coupler
+            plate = np.array([first, complex(linkage.points(at)[0]), second]) * MILLI
+            axes.fill(plate.real, plate.imag, color=COLOURS[0], alpha=FADED * (1.0 if k == 0 else FADED), lw=0)
     fixed = np.array([linkage.origin, linkage.pivot]) * MILLI
     axes.plot(fixed.real, fixed.imag, "^", color="black", ms=8, label="fixed pivots")
     if not isinstance(found.task, FunctionTask):
@@ -74,9 +77,12 @@ def _draw_curve(axes: Axes, found: Synthesised) -> None:
     if isinstance(task, FunctionTask):
         second = linkage.pins(course.angles)[1]
         follower = np.unwrap(np.angle((second - linkage.pivot) / linkage.follower))
-        shift = 2 * np.pi * np.round((task.follower[0] - follower[0]) / (2 * np.pi))
+        shift = 2 * np.pi * np.round((task.follower[0] - follower[0]) / (2 * np.pi)) if len(task.follower) == 3 else 0.0
         axes.plot(crank, np.degrees(follower + shift), color=COLOURS[0], label="four-bar")
-        axes.plot(np.degrees(task.crank), np.degrees(task.follower), "x", color="black", label="asked")
+        asked = follower[0] + shift + np.array(task.follower) - task.follower[0]
+        axes.plot(
+            np.degrees(course.start + np.array(course.turned)), np.degrees(asked), "x", color="black", label="asked"
+        )
         finish(axes, "Function", "angle of the follower (deg)")
         return
     axes.plot(crank, np.degrees(linkage.transmission(course.angles)), color=COLOURS[0])

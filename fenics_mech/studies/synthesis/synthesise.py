@@ -14,7 +14,12 @@ from fenics_mech.errors import MechanismError
 from fenics_mech.scene import FunctionTask, MotionTask, PathTask, Scene
 from fenics_mech.studies.synthesis.path_search import Fitted, fits
 from fenics_mech.studies.synthesis.planar_four_bar import COURSE, TURN, Course, FourBar, course_of
-from fenics_mech.studies.synthesis.precision_points import function_generator, motion_generator
+from fenics_mech.studies.synthesis.precision_points import (
+    Found,
+    function_generators,
+    motion_generators,
+    path_generators,
+)
 
 AnyTask = FunctionTask | MotionTask | PathTask
 MATERIAL = {"modulus": 71e9, "density": 2700.0}  # aluminium
@@ -69,7 +74,8 @@ class Synthesised:
 def synthesise(task: AnyTask, *, starts: int = 200, seed: int = 0) -> Synthesised:
     """Find a four-bar that does what a task asks for.
 
-    Functions and positions have a closed form. A path is searched for by least squares from random starts.
+    Functions, positions, and five places of a path with angles have a closed form; of several four-bars it gives the
+    first of `four_bars`. Other paths are searched for by least squares from random starts.
 
     Parameters
     ----------
@@ -95,10 +101,46 @@ def synthesise(task: AnyTask, *, starts: int = 200, seed: int = 0) -> Synthesise
     >>> found.linkage.kind, found.defects
     ('triple rocker', ())
     """
+    return four_bars(task, starts=starts, seed=seed)[0]
+
+
+def four_bars(task: AnyTask, *, starts: int = 200, seed: int = 0) -> list[Synthesised]:
+    """Find all four-bars that do what a task asks for in closed form, or one where it is searched for.
+
+    Five angles have three four-bars at most, five positions and five places of a path twelve at most.
+
+    Parameters
+    ----------
+    task, starts, seed
+        As of `synthesise`.
+
+    Returns
+    -------
+    list
+        First those with the fewest defects; of these those with the largest transmission angle.
+
+    Raises
+    ------
+    SceneError, MechanismError
+        As `synthesise`.
+
+    Examples
+    --------
+    >>> crank = ("0 deg", "11 deg", "28 deg", "46 deg", "57 deg")
+    >>> follower = ("0 deg", "15.1 deg", "34.8 deg", "50.7 deg", "58.2 deg")
+    >>> [one.linkage.kind for one in fm.four_bars(fm.FunctionTask(crank=crank, follower=follower))]
+    ['triple rocker']
+    """
+    if isinstance(task, PathTask) and not task.exact:
+        return [_best_of_paths(task, starts, seed)]
+    found = [_judged(task, linkage, angles, wrong, 0.0) for linkage, angles, wrong in _in_closed_form(task)]
+    return sorted(found, key=lambda one: (len(one.defects), -one.transmission))
+
+
+def _in_closed_form(task: AnyTask) -> list[Found]:
     if isinstance(task, PathTask):
-        return _best_of_paths(task, starts, seed)
-    linkage, angles, wrong = function_generator(task) if isinstance(task, FunctionTask) else motion_generator(task)
-    return _judged(task, linkage, angles, wrong, 0.0)
+        return path_generators(task)
+    return function_generators(task) if isinstance(task, FunctionTask) else motion_generators(task)
 
 
 def _judged(task: AnyTask, linkage: FourBar, angles: Sequence[float], wrong: list[str], error: float) -> Synthesised:

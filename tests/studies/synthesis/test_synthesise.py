@@ -161,7 +161,7 @@ BAD = [
         {"kind": "function", "crank": [0, 1, 2], "follower": [0, 1, 2], "least_transmission": 2},
         "least_transmission: must",
     ),
-    ({"kind": "function", "crank": [0, 1, 2], "follower": [0, 1]}, "follower: an entry of the list is missing"),
+    ({"kind": "function", "crank": [0, 1, 2], "follower": [0, 1]}, "3 angles of the crank and 2 of the"),
     ({"kind": "function", "crank": [0, 1, 2], "follower": [0, 1, 2], "grond": 1}, "Did you mean 'ground'"),
     ({"kind": "motion", "positions": [{"at": [0, 0], "angle": 0}] * 3}, "either `moving` or `fixed`"),
     ({"kind": "path", "path": [[0, 0]] * 6, "angles": [0]}, "6 places and 1 angles"),
