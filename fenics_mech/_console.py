@@ -6,6 +6,7 @@ import gc
 import io
 import json
 import logging
+import math
 import os
 import signal
 import time
@@ -18,9 +19,11 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.segment import Segment
 
+from fenics_mech._progress import heard
 from fenics_mech.errors import MechanismError, printable
 
 PAUSE = 5  # seconds between two lines of progress
+OFTEN = 0.05  # seconds between two pictures of a bar, and the share of a step from which its time left is told
 PAGE_WIDTH = 90  # columns of a text on a page
 PAGE = '<pre style="white-space:pre;overflow-x:auto;line-height:normal;font-family:monospace">{code}</pre>'
 
@@ -122,25 +125,53 @@ def html_of(what: RenderableType) -> str:
 def progress_bar(total: int, alike: bool = True, quiet: bool = False) -> Iterator:
     """Show a progress bar with the time left, or where there is no terminal a line now and then; `quiet` shows none.
 
-    Gives what names the next step. The time left is known once some steps are done, where all are `alike`.
+    Gives what names the next step. The time left is known once some steps are done, where all are `alike`, and in a
+    step that says how far it has come.
     """
     columns = [SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()]
     columns += [TextColumn("left:"), TimeRemainingColumn()] if alike else []
     with Progress(*columns, console=err, transient=True, disable=quiet or not err.is_terminal) as progress:
-        task = progress.add_task("", total=total)
-        started, spoken = False, time.monotonic()
+        bar = _Bar(progress, total, alike, spoken=math.inf if quiet or err.is_terminal else time.monotonic())
+        with heard(bar.inside):
+            yield bar.step
 
-        def step(name: str) -> None:
-            nonlocal started, spoken
-            progress.update(task, description=name, advance=int(started))
-            started = True
-            if not quiet and not err.is_terminal and time.monotonic() - spoken >= PAUSE:
-                spoken = time.monotonic()
-                left = progress.tasks[0].time_remaining if alike else None
-                known = "" if left is None else f", about {left:.0f} s left"
-                err.print(f"{name}{known}", highlight=False, markup=False, soft_wrap=True)
 
-        yield step
+class _Bar:
+    """What a progress bar shows, and what is said where there is none, from `spoken` on."""
+
+    def __init__(self, progress: Progress, total: int, alike: bool, spoken: float) -> None:
+        self.progress, self.alike, self.spoken = progress, alike, spoken
+        self.task, self.done, self.total, self.names = progress.add_task("", total=total), -1, total, [""]
+        self.shown, self.share, self.began, self.motion = time.monotonic(), 1.0, 0.0, 0
+
+    def step(self, name: str) -> None:
+        """Begin a step."""
+        self.total += not self.alike and name in self.names  # what is tried again is one step more
+        self.done, self.share, self.motion = self.done + 1, 1.0, 0
+        self.names.append(name)
+        self.progress.update(self.task, description=name, completed=self.done, total=self.total)
+        left = self.progress.tasks[0].time_remaining if self.alike else None
+        self._say(name if left is None else f"{name}, about {left:.0f} s left")
+
+    def inside(self, share: float) -> None:
+        """Show that a share of a motion is computed; a step may compute several, and their number is not known."""
+        now = time.monotonic()
+        if share < self.share:
+            self.motion, self.began = self.motion + 1, now
+        self.share = share
+        if now - self.shown < OFTEN and share < 1:
+            return
+        self.shown, name, left = now, self.names[-1], (now - self.began) * (1 - share) / max(share, OFTEN)
+        if not self.alike and share < 1:
+            name += f", motion {self.motion}:" * (self.motion > 1) + f" {100 * share:.0f} %"
+            name += f", about {left:.0f} s left" * (left >= 1 and self.motion == 1)
+        self.progress.update(self.task, description=name, completed=max(self.done, 0) + share)
+        self._say(name)
+
+    def _say(self, line: str) -> None:
+        if time.monotonic() - self.spoken >= PAUSE:
+            self.spoken = time.monotonic()
+            err.print(line, highlight=False, markup=False, soft_wrap=True)
 
 
 def tell(line: str) -> None:

@@ -1,5 +1,6 @@
 """What `fenics-mech run` prints: units that are asked for, JSON, and nothing at all."""
 
+import contextlib
 import json
 import re
 import sys
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import Result, SceneError, cli, load
+from fenics_mech._console import _Bar
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.summary import summary
@@ -108,3 +110,26 @@ def test_quiet_run_prints_nothing(call, tmp_path, monkeypatch):
     code, out, err = call("--json", "--quiet")
     assert (code, out) == (1, "")
     assert "leave --quiet, --units and --details out" in err
+
+
+def test_a_motion_in_time_says_how_far_it_has_come(monkeypatch, capsys, tmp_path):
+    """Where there is no terminal by lines, and on one by the bar, which moves inside of the step "response"."""
+    for name in ("PAUSE", "OFTEN"):
+        monkeypatch.setattr(f"fenics_mech._console.{name}", 1e-9)
+    places, inside = [], _Bar.inside
+
+    def watched(self, share):
+        inside(self, share)
+        places.append(self.progress.tasks[0].completed)
+
+    monkeypatch.setattr(_Bar, "inside", watched)
+    pendulum = str(DEMOS / "free_motion" / "pendulum.toml")
+    monkeypatch.setattr(sys, "argv", ["fenics-mech", "run", pendulum, "--no-plots", "--no-report", "-o", str(tmp_path)])
+    with contextlib.suppress(SystemExit):
+        cli.main()
+    told = [int(line.split()[1]) for line in capsys.readouterr().err.splitlines() if re.match(r"response \d+ %", line)]
+    assert told == sorted(told)
+    assert len(told) > 20
+    response = places[: places.index(2.0) + 1]  # "effects" is one step, "response" the next
+    assert response[0] == pytest.approx(1.0, abs=0.05)
+    assert (np.diff(response) > 0).all()

@@ -18,6 +18,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import PETSc, configured, name_of
+from fenics_mech._progress import reached
 from fenics_mech.errors import SolverError
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import Course, Schedule, StartState, VelocityJumps
@@ -55,6 +56,7 @@ class _Record:
 
     def keep(self, end: float, curve: Curve) -> bool:
         """Take the samples inside a step; say whether the motion is periodic by now."""
+        reached(end, float(self.times[0]), float(self.times[-1]))
         known = int(np.searchsorted(self.times, end + INTEGRATION.same * self.schedule.cycle))
         if known > self.known:
             self.states[self.known : known] = np.stack(curve(self.times[self.known : known]), axis=1)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._progress import reached
 from fenics_mech.response.transient.course import TRANSIENT
 
 
@@ -38,6 +39,7 @@ class Samples:
         end
             End of the step (s).
         """
+        reached(end, float(self.times[0]), float(self.times[-1]))
         before, self.known = self.known, int(np.searchsorted(self.times, end + self._rounding))
         self.known = max(before, self.known)
         return slice(before, self.known)
