@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, tell
-from fenics_mech.cli.common import SceneFile, Strict, loaded_scene, refuse_own_source
+from fenics_mech.cli.common import SceneFile, Strict, Units, answer_units, loaded_scene, refuse_own_source
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
+    from fenics_mech.scene.answer_units import AnswerUnits
     from fenics_mech.studies.synthesis.balancing import Balanced
 
 
@@ -31,6 +32,7 @@ def balance(
         str | None,
         typer.Option(help="Section of the bars that hold them.", show_default="that of the link"),
     ] = None,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Find counterweights that make the forces on the frame least, and write the scene with them."""
@@ -39,10 +41,12 @@ def balance(
 
     refuse_own_source(file, scene)
     radii = dict(map(_radius, on)) if on else None
-    found = balanced(loaded_scene(scene, strict), radii, moment=moment, torque=torque, section=section)
+    loaded = loaded_scene(scene, strict)
+    told = loaded.answer_units if units is None else answer_units(units)
+    found = balanced(loaded, radii, moment=moment, torque=torque, section=section)
     make_folder(file.parent)
     write_scene(found.scene, file, f"{found.scene.name} with counterweights, by fenics-mech balance")
-    out.print(_table(found))
+    out.print(_table(found, told))
     tell(f"Wrote {file}")
 
 
@@ -59,19 +63,19 @@ def _radius(text: str) -> tuple[str, float]:
         raise MechanismError(f"--on {text!r}: {error}") from error
 
 
-def _table(found: Balanced) -> str:
+def _table(found: Balanced, units: AnswerUnits) -> str:
     """Write the counterweights, and what inertia does to the frame before and after."""
     from math import degrees  # noqa: PLC0415
 
     lines = [
-        f"{one.link}: {1e3 * one.mass:.4g} g at {1e3 * one.radius:.4g} mm from {one.pivot}, {degrees(one.angle):.1f}"
-        "\N{DEGREE SIGN} from the link's x axis"
+        f"{one.link}: {1e3 * one.mass:.4g} g at {units.text(one.radius, 'length')} from {one.pivot}, "
+        f"{degrees(one.angle):.1f}\N{DEGREE SIGN} from the link's x axis"
         for one in found.counterweights
     ]
     lines.append("Root mean square over the cycle, links that do not bend:")
-    words = {"force": ("shaking force", "N"), "moment": ("shaking moment", "N m"), "torque": ("torque", "N m")}
-    for name, (what, unit) in words.items():
-        before, after = found.before.rms[name], found.after.rms[name]
-        now = "0" if after < 1e-9 * before else f"{after:.4g}"
-        lines.append(f"  {what}: {before:.4g} {unit} before, {now} {unit} after")
+    for what, kind in (("force", "force"), ("moment", "moment"), ("torque", "moment")):
+        before, after = found.before.rms[what], found.after.rms[what]
+        now = 0.0 if after < 1e-9 * before else after
+        name = "torque" if what == "torque" else f"shaking {what}"
+        lines.append(f"  {name}: {units.text(before, kind)} before, {units.text(now, kind)} after")
     return "\n".join(lines)

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fenics_mech._console import warn
-from fenics_mech.errors import MechanismError
+from fenics_mech.errors import MechanismError, SceneError
 
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
+    from fenics_mech.scene.answer_units import AnswerUnits
 
 SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Halve every element this many times.")]
@@ -58,10 +61,28 @@ def unit_names(units: str) -> list[str]:
     return names
 
 
+def answer_units(units: str | None) -> AnswerUnits:
+    """Units of answers: the usual ones, but for those that an option names."""
+    from fenics_mech.scene.answer_units import AnswerUnits  # noqa: PLC0415
+
+    return AnswerUnits() if units is None else AnswerUnits.of(unit_names(units))
+
+
 def refuse_own_source(file: Path, source: Path) -> None:
     """Raise where a file to be written is that which is read."""
     if file.exists() and source.exists() and file.samefile(source):
         raise MechanismError(f"{file} is the file that is read: give another for the scene with -o")
+
+
+@contextmanager
+def study_of(path: Path) -> Iterator[None]:
+    """Name the file and the line in errors about the study that a scene file states."""
+    from fenics_mech.scene.files import located  # noqa: PLC0415
+
+    try:
+        yield
+    except SceneError as error:
+        raise (located(error, path) if error.place.startswith("study") else error) from None
 
 
 def with_units(scene: Scene, units: str | None) -> Scene:

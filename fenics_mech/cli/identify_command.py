@@ -8,7 +8,17 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Starts, Strict, TrialJobs, loaded_scene
+from fenics_mech.cli.common import (
+    OutFolder,
+    SceneFile,
+    Starts,
+    Strict,
+    TrialJobs,
+    Units,
+    loaded_scene,
+    study_of,
+    with_units,
+)
 
 EXPECTED = 12  # trials of one search, for the progress
 
@@ -23,6 +33,7 @@ def identify(
     seed: Annotated[int, typer.Option(min=0, help="Seed of their starts.")] = 0,
     jobs: TrialJobs = 1,
     folder: OutFolder = Path("out"),
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Find the variables in the study of the scene from measured data, and say how well the data tell them.
@@ -35,14 +46,14 @@ def identify(
     from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
     from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
 
-    loaded = loaded_scene(scene, strict)
+    loaded = with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
-    with progress_bar(EXPECTED * starts, alike=False) as step:
+    with study_of(scene), progress_bar(EXPECTED * starts, alike=False) as step:
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:
             step(f"trial {count}")
 
-        found = search(loaded, data or (), folder, starts=starts, seed=seed, jobs=jobs, progress=told)
+        found = search(loaded, data or (), folder, starts=starts, seed=seed, jobs=jobs, like=scene, progress=told)
     plots = plot_identified(found, folder)
     out.print(identify_summary(found))
     tell_written([Path("identified.toml"), Path("identified.csv"), *plots], folder)

@@ -8,7 +8,17 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Starts, Strict, TrialJobs, loaded_scene
+from fenics_mech.cli.common import (
+    OutFolder,
+    SceneFile,
+    Starts,
+    Strict,
+    TrialJobs,
+    Units,
+    loaded_scene,
+    study_of,
+    with_units,
+)
 
 
 def optimise(
@@ -26,6 +36,7 @@ def optimise(
     seed: Annotated[int, typer.Option(min=0, help="Seed of random numbers.")] = 0,
     jobs: TrialJobs = 1,
     folder: OutFolder = Path("out"),
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Search for the best values of the variables in the study of the scene: write best.toml, history.csv and plots.
@@ -36,15 +47,14 @@ def optimise(
     from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
     from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
     from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
-    from fenics_mech.views.study_summary import study_summary  # noqa: PLC0415
+    from fenics_mech.views.study_summary import best_so_far, study_summary  # noqa: PLC0415
 
-    loaded = loaded_scene(scene, strict)
+    loaded = with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
-    with progress_bar(steps * starts, alike=False) as step:
+    with study_of(scene), progress_bar(steps * starts, alike=False) as step:
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:
-            now = "" if best is None else ", best " + ", ".join(f"{k} {v:.4g}" for k, v in best.numbers.items())
-            step(f"trial {count}{now}")
+            step(f"trial {count}{best_so_far(loaded, best)}")
 
         found = search(
             loaded,
@@ -53,6 +63,7 @@ def optimise(
             starts=starts,
             search=Search(steps, population, seed),
             jobs=jobs,
+            like=scene,
             progress=told,
         )
     plots = plot_study(found, folder)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, study_of, with_units
 
 
 def spread(
@@ -25,6 +25,7 @@ def spread(
         int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share samples.")
     ] = 1,
     folder: OutFolder = Path("out"),
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Find how results scatter with tolerances and other scatter in the study of the scene.
@@ -36,10 +37,10 @@ def spread(
     from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
     from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
 
-    loaded = loaded_scene(scene, strict)
+    loaded = with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2
-    with progress_bar(max(samples * width, 1)) as step:
+    with study_of(scene), progress_bar(max(samples * width, 1)) as step:
         found = scattered(
             loaded,
             folder,

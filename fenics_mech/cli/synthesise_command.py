@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import make_folder, out, tell, warn
-from fenics_mech.cli.common import Strict, refuse_own_source
+from fenics_mech.cli.common import Strict, Units, answer_units, refuse_own_source
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from fenics_mech.scene.answer_units import AnswerUnits
     from fenics_mech.studies.synthesis.synthesise import Synthesised
 
 MOST = 12  # four-bars with one task in closed form
@@ -31,13 +32,14 @@ def synthesise(
     take: Annotated[
         int, typer.Option(min=1, max=MOST, help="Which one to write where several four-bars do it; 1 is the best.")
     ] = 1,
+    units: Units = None,
     strict: Strict = False,
 ) -> None:
     """Find the dimensions of a four-bar for a function, positions or a path, and write it as a scene."""
     from fenics_mech.scene import load_task, write_scene  # noqa: PLC0415
     from fenics_mech.studies.synthesis.synthesise import four_bars  # noqa: PLC0415
 
-    wanted = load_task(task)
+    wanted, told = load_task(task), answer_units(units)
     refuse_own_source(file, task)
     if draw is not None:  # before anything is written
         from fenics_mech.views.figures import refuse_ending, save  # noqa: PLC0415
@@ -52,25 +54,26 @@ def synthesise(
     warn(found.defects, strict)
     make_folder(file.parent)
     write_scene(found.scene, file, f"{found.scene.name}, by fenics-mech synthesise")
-    out.print(_summary(found))
+    out.print(_summary(found, told))
     if len(every) > 1:
-        out.print(_table(every, take))
+        out.print(_table(every, take, told))
     tell(f"Wrote {file}")
     if draw is not None:
         make_folder(draw.parent)
         tell(f"Wrote {save(synthesis_figure(found), draw)}")
 
 
-def _table(every: Sequence[Synthesised], taken: int) -> Table:
+def _table(every: Sequence[Synthesised], taken: int, units: AnswerUnits) -> Table:
     """List all four-bars that do it, the best first."""
     from math import degrees  # noqa: PLC0415
 
     from rich.table import Table  # noqa: PLC0415
 
     title = f"{len(every)} four-bars do this; number {taken} is written, and --take gives another"
-    table = Table("", "kind", "crank, coupler, follower, ground (mm)", "transmission", "defects", title=title)
+    heading = f"crank, coupler, follower, ground ({units.label('length')})"
+    table = Table("", "kind", heading, "transmission", "defects", title=title)
     for number, one in enumerate(every, 1):
-        lengths = ", ".join(f"{1e3 * length:.4g}" for length in one.linkage.lengths)
+        lengths = ", ".join(f"{units.number(length, 'length'):.4g}" for length in one.linkage.lengths)
         defects = ", ".join(defect.split(":")[0] for defect in one.defects) or "none"
         table.add_row(
             str(number), one.linkage.kind, lengths, f"{degrees(one.transmission):.3g}\N{DEGREE SIGN}", defects
@@ -78,22 +81,22 @@ def _table(every: Sequence[Synthesised], taken: int) -> Table:
     return table
 
 
-def _summary(found: Synthesised) -> str:
+def _summary(found: Synthesised, units: AnswerUnits) -> str:
     """Write the dimensions and what the linkage is like."""
     from math import degrees  # noqa: PLC0415
 
     linkage, degree = found.linkage, "\N{DEGREE SIGN}"
     names = ("crank", "coupler", "follower", "ground")
-    lengths = ", ".join(f"{name} {1e3 * length:.5g} mm" for name, length in zip(names, linkage.lengths))
+    lengths = ", ".join(f"{name} {units.text(x, 'length', 5)}" for name, x in zip(names, linkage.lengths))
     passed = ", ".join(f"{degrees(found.course.start + one):.4g}" for one in found.course.turned[:8])
     more = " and so on" if len(found.course.turned) > 8 else ""
-    error = 0.0 if found.error < 1e-9 * max(linkage.lengths) else 1e3 * found.error
+    error = 0.0 if found.error < 1e-9 * max(linkage.lengths) else found.error
     return "\n".join(
         [
             f"{linkage.kind[:1].upper()}{linkage.kind[1:]}",
             lengths,
             f"The crank {'turns' if linkage.turns else 'swings'}, and passes {passed}{degree}{more}.",
             f"Smallest transmission angle: {degrees(found.transmission):.4g}{degree}",
-            f"Largest distance from what is asked: {error:.3g} mm",
+            f"Largest distance from what is asked: {units.text(error, 'length', 3)}",
         ]
     )

@@ -89,6 +89,20 @@ class AnswerUnits:
         """
         return value / self.known[kind][1]
 
+    def text(self, value: float, kind: str, digits: int = 4) -> str:
+        """Write a value in SI as a number with the unit of its kind.
+
+        Parameters
+        ----------
+        value
+            The value in SI.
+        kind
+            The kind, one of `KINDS`.
+        digits
+            How many digits it has.
+        """
+        return f"{self.number(value, kind):.{digits}g} {self.label(kind)}"
+
 
 def named_units(names: Sequence[str], place: str = "units") -> dict[str, tuple[str, float]]:
     """Give name and size in SI of each unit that is named, by the kind of answer that it measures.

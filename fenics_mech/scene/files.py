@@ -142,9 +142,26 @@ def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> R
     try:
         return read(data)
     except SceneError as error:
-        line = _line_of(text, error.place.split("."))
-        place = f"{file}: {error.place}" if error.place else file
-        raise SceneError(error.message, place=place, line=line, hint=error.hint) from None
+        raise _with_line(error, text, file) from None
+
+
+def located(error: SceneError, path: Path) -> SceneError:
+    """Give an error about a place in a scene with the file and the line that state it.
+
+    Parameters
+    ----------
+    error
+        The error.
+    path
+        The file of the scene.
+    """
+    return _with_line(error, text_of(path), path.name)
+
+
+def _with_line(error: SceneError, text: str, file: str) -> SceneError:
+    line = _line_of(text, error.place.partition(":")[0].split("."))
+    place = f"{file}: {error.place}" if error.place else file
+    return SceneError(error.message, place=place, line=line, hint=error.hint)
 
 
 def schema() -> dict[str, Any]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
@@ -38,6 +38,7 @@ POUND = re.compile(r"\b(lbs?|lbm|pounds?)\b")
 POUND_FORCE = re.compile(r"\b(lbf|kips?|pounds?_force)\b")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 COMMA = re.compile(r"\d,\d")
+NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
 TWO_NUMBERS = re.compile(r"\d\s+(?!1\s*/)[\d.]")  # as "1 500 g", and not "5 1/s"
 FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+|1)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
 COMMON = {  # in SI, which pint takes half a second of every start to say
@@ -192,6 +193,22 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
         return float(number)
 
     return convert
+
+
+def unit_written(texts: Sequence[str], values: Sequence[float]) -> tuple[str, float] | None:
+    """Give the unit in which numbers are written and how much of SI it is; None where they have none.
+
+    Parameters
+    ----------
+    texts
+        The numbers as they are written.
+    values
+        The same in SI.
+    """
+    for match, end in zip(map(NUMBER_AND_UNIT.fullmatch, texts), values):
+        if match and float(match[1]):
+            return match[2], end / float(match[1])
+    return None
 
 
 def _quantity(unit: str) -> Any:

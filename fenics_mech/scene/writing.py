@@ -74,7 +74,7 @@ def text_of(data: Mapping[str, Any]) -> str:
     data
         Texts, numbers, switches, lists and dictionaries of these, by key.
     """
-    above = [f"{key} = {_value(value)}" for key, value in data.items() if not isinstance(value, dict)]
+    above = [f"{key} = {literal(value)}" for key, value in data.items() if not isinstance(value, dict)]
     tables = [_table(key, value) for key, value in data.items() if isinstance(value, dict)]
     return "\n\n".join(["\n".join(above), *tables]) + "\n"
 
@@ -87,7 +87,7 @@ def _table(key: str, table: Mapping[str, Any]) -> str:
 
 
 def _headed(heading: str, table: Mapping[str, Any]) -> str:
-    return "\n".join([f"[{heading}]", *(f"{_key(key)} = {_value(value)}" for key, value in table.items())])
+    return "\n".join([f"[{heading}]", *(f"{_key(key)} = {literal(value)}" for key, value in table.items())])
 
 
 def _stated(value: Any) -> Any:
@@ -111,10 +111,16 @@ def _key(key: str) -> str:
     return key if BARE.fullmatch(key) else json.dumps(key, ensure_ascii=False)
 
 
-def _value(value: Any) -> str:
-    """Write a value in one line."""
+def literal(value: Any) -> str:
+    """Write a value in TOML, in one line.
+
+    Parameters
+    ----------
+    value
+        A text, a number, a switch, or a list or dictionary of these.
+    """
     if isinstance(value, dict):
-        return f"{{ {', '.join(f'{_key(key)} = {_value(one)}' for key, one in value.items())} }}"
+        return f"{{ {', '.join(f'{_key(key)} = {literal(one)}' for key, one in value.items())} }}"
     if isinstance(value, list):
-        return f"[{', '.join(map(_value, value))}]"
+        return f"[{', '.join(map(literal, value))}]"
     return json.dumps(value, ensure_ascii=False)  # texts, numbers, true and false are written alike in TOML

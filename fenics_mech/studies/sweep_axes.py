@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -16,10 +15,9 @@ from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.models import OF_LINKS
-from fenics_mech.scene.units import COMMA
+from fenics_mech.scene.units import COMMA, unit_written
 
 MOST_POINTS = 1_000_000  # of a grid
-QUANTITY = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
 FORM = "Write PATH=START:STOP:COUNT, such as drive.speed=10:60:200 or drive.speed='100 rpm:600 rpm:51'"
 RANGE_FORM = "Write PATH=START:STOP, such as drive.speed=10:60 or drive.speed='100 rpm:600 rpm'"
 
@@ -99,7 +97,7 @@ def axes_of(scene: Scene, values: Mapping[str, Sequence[float | str]]) -> tuple[
         if not found:
             raise SceneError("no value is given", place=path, hint="Give one or more")
         unit = unit_of(scene, path)
-        written = _written([str(value) for value in along], found) or (unit, 1.0)
+        written = unit_written([str(value) for value in along], found) or (unit, 1.0)
         axes.append(Axis(path, tuple(sorted(set(found))), unit, written))
     return _checked(axes)
 
@@ -235,15 +233,7 @@ def _parse(scene: Scene, text: str) -> Axis:
             raise SceneError(message, place=path)
         values = [round(value) for value in values]
     unit = unit_of(scene, path)
-    return Axis(path, tuple(values), unit, _written((first, last), ends) or (unit, 1.0))
-
-
-def _written(texts: Sequence[str], ends: Sequence[float]) -> tuple[str, float] | None:
-    """Give the unit in which the ends of a range are written and how much of SI it is; None where they have none."""
-    for match, end in zip(map(QUANTITY.fullmatch, texts), ends):
-        if match and float(match[1]):
-            return match[2], end / float(match[1])
-    return None
+    return Axis(path, tuple(values), unit, unit_written((first, last), ends) or (unit, 1.0))
 
 
 def _split(text: str, count: int, form: str) -> tuple[str, list[str]]:

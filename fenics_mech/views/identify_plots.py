@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fenics_mech._constants import MICRO
-from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
+from fenics_mech.studies.design.result_curves import Curve
 from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save_all
+from fenics_mech.views.study_units import number_unit
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.identify import Identified
@@ -57,31 +57,18 @@ def curve_figure(found: Identified, which: int) -> Figure:
     angle = np.degrees(one.of.angles) % 360
     order = np.argsort(angle)
     figure, (above, below) = empty_figure(rows=2, height=5.2, grid=HEIGHTS)
-    size, label = shown_in(one.of)
-    first, last = found.first[part] * size, found.fit.predicted[part] * size
-    above.plot(angle, one.values * size, ".", color="0.45", ms=4, label="measured")
-    above.plot(angle[order], first[order], "--", color=COLOURS[1], lw=1.1, label="predicted at the start")
-    above.plot(angle[order], last[order], color=COLOURS[0], label="predicted")
-    finish(above, "Prediction and measurement", label.replace(one.of.text, one.text))
-    noise = float(found.fit.noise[which]) * size
+    told = number_unit(one.of, found.explorer.trials.design)
+    first, last, measured = (v / told.size for v in (found.first[part], found.fit.predicted[part], one.values))
+    above.plot(angle, measured, ".", color="0.45", ms=4, label="measured")
+    above.plot(angle[order], first[order], "--", color=COLOURS[1], lw=1.1, label="at the start")
+    above.plot(angle[order], last[order], color=COLOURS[0], label="in the end")
+    finish(above, "Prediction and measurement", told.label(one.text))
+    noise = float(found.fit.noise[which]) / told.size
     below.axhspan(-BAND * noise, BAND * noise, color=COLOURS[0], alpha=0.15, lw=0)
-    below.plot(angle, one.values * size - last, ".", color="0.45", ms=4)
-    below.set_ylabel("difference")
+    below.plot(angle, measured - last, ".", color="0.45", ms=4)
+    below.set_ylabel(told.label("difference"))
     angle_axis(below)
     return figure
-
-
-def shown_in(of: ResultNumbers) -> tuple[float, str]:
-    """Give the factor by which a number is drawn, and its label.
-
-    Parameters
-    ----------
-    of
-        The number or curve.
-    """
-    if of.name.startswith("strain"):
-        return MICRO, f"{of.text} (\N{MICRO SIGN}m/m)"
-    return 1.0, of.text if of.unit == "1" else f"{of.text} ({of.unit})"
 
 
 def numbers_figure(found: Identified) -> Figure:

@@ -12,6 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.studies.design.result_curves import Curve
+from fenics_mech.views.study_units import number_unit, variable_unit
+from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.identify import Identified
@@ -91,15 +93,15 @@ def _listed(names: list[str]) -> str:
 
 
 def _variables(found: Identified) -> Table:
-    table = Table("variable", "start", "identified", "deviation", "95 % interval", "unit")
-    variables = found.explorer.trials.design.variables
-    for k, variable in enumerate(variables):
-        low, high = found.interval[k]
-        known = bool(found.fit.told[k])
-        interval = f"{low:.5g} to {high:.5g}" if known else f"not told: {variable.lower:.5g} to {variable.upper:.5g}"
-        deviation = f"{found.deviation[k]:.2g}" if known else "-"
-        values = f"{variable.start:.5g}", f"{found.values[k]:.5g}"
-        table.add_row(escape(variable.name), *values, deviation, interval, variable.unit)
+    table = table_of("Variables", "variable", "start", "identified", "deviation", "95 % interval", "unit")
+    design = found.explorer.trials.design
+    for k, variable in enumerate(design.variables):
+        told, known = variable_unit(variable, design.scene), bool(found.fit.told[k])
+        ends = map(told.text, found.interval[k] if known else (variable.lower, variable.upper))
+        interval = "not told: " * (not known) + " to ".join(ends)
+        deviation = told.text(found.deviation[k], 2) if known else "-"
+        values = told.text(variable.start), told.text(found.values[k])
+        table.add_row(escape(variable.name), *values, deviation, interval, told.unit)
     return table
 
 
@@ -117,11 +119,12 @@ def _correlations(found: Identified) -> list[str]:
 
 
 def _fit(found: Identified) -> Table:
-    table = Table("measured", "points", "rms difference", "noise", "unit")
+    table = table_of("Prediction and measurement", "measured", "points", "rms difference", "noise", "unit")
     for k, (one, part) in enumerate(zip(found.observations, found.parts)):
+        told = number_unit(one.of, found.explorer.trials.design)
         rms = float(np.sqrt(((one.values - found.fit.predicted[part]) ** 2).mean()))
-        noise = f"{found.fit.noise[k]:.3g}" + (" (estimated)" if math.isnan(one.deviation) else "")
-        table.add_row(escape(one.text), str(len(one.values)), f"{rms:.3g}", noise, one.of.unit)
+        noise = told.text(found.fit.noise[k], 3) + " (estimated)" * math.isnan(one.deviation)
+        table.add_row(escape(one.text), str(len(one.values)), told.text(rms, 3), noise, told.unit)
     return table
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from fenics_mech.studies.design.problem import bounds_of
 from fenics_mech.views.figures import COLOURS, angle_axis, curve, empty_figure, finish, save_all
-from fenics_mech.views.identify_plots import shown_in
+from fenics_mech.views.study_units import number_unit
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.spread import Spread
@@ -62,18 +62,18 @@ def distributions_figure(found: Spread) -> Figure:
 
 def _draw_distribution(axes: Axes, found: Spread, name: str) -> None:
     of = next(one for one in found.explorer.trials.quantities if one.text == name)
-    size, label = shown_in(of)
-    values = size * found.data["result"].sel(name=name).dropna("sample").to_numpy()
+    told = number_unit(of, found.scattered.design)
+    values = found.data["result"].sel(name=name).dropna("sample").to_numpy() / told.size
     axes.hist(values, bins="auto", color=COLOURS[5], edgecolor="white", lw=0.4)
     for share in np.quantile(values, (0.05, 0.95)) if len(values) else ():
         axes.axvline(share, color=COLOURS[0], ls="--", lw=1.1, label="5 % and 95 %")
-    axes.axvline(size * found.explorer.first.numbers[name], color="black", lw=1.2, label="at the means")
+    axes.axvline(found.explorer.first.numbers[name] / told.size, color="black", lw=1.2, label="at the means")
     for bound in bounds_of(found.scattered.design.study):
         if bound.of == name:
-            axes.axvline(size * bound.limit, color=COLOURS[1], lw=1.6, label="limit")
+            axes.axvline(bound.limit / told.size, color=COLOURS[1], lw=1.6, label="limit")
     handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
     axes.legend(handles.values(), handles.keys(), loc="best", fontsize=8)
-    axes.set_xlabel(label)
+    axes.set_xlabel(told.label(name))
     axes.set_ylabel("samples")
 
 
@@ -88,17 +88,17 @@ def band_figure(found: Spread, which: int) -> Figure:
         Which of its curves.
     """
     one = found.curves[which]
-    size, label = shown_in(one)
+    told = number_unit(one, found.scattered.design)
     theta = np.array(one.angles)
-    values = size * found.data["curve"].isel(of=which).dropna("sample", how="all").to_numpy()
+    values = found.data["curve"].isel(of=which).dropna("sample", how="all").to_numpy() / told.size
     figure, (axes,) = empty_figure()
     for low, high, dense in BANDS:
         ends = [curve(theta, row) for row in np.quantile(values, (low, high), axis=0)]
         said = f"{100 * (high - low):.0f} % of the samples at each angle"
         axes.fill_between(ends[0][0], ends[0][1], ends[1][1], color=COLOURS[0], alpha=dense, lw=0, label=said)
-    axes.plot(*curve(theta, size * one.values(found.explorer.first.numbers)), color="black", label="at the means")
+    axes.plot(*curve(theta, one.values(found.explorer.first.numbers) / told.size), color="black", label="at the means")
     angle_axis(axes)
-    finish(axes, "Scatter of a curve", label, columns=3)
+    finish(axes, "Scatter of a curve", told.label(one.text), columns=3)
     return figure
 
 

@@ -13,9 +13,11 @@ from rich.text import Text
 
 from fenics_mech.errors import percent
 from fenics_mech.studies.design.spread import statistics
-from fenics_mech.views.identify_plots import shown_in
+from fenics_mech.views.study_units import number_unit
+from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
+    from fenics_mech.studies.design.problem import Bound
     from fenics_mech.studies.design.spread import Spread
 
 ROUNDING = 1e-9  # of a number, up to which nothing but rounding scatters it
@@ -58,19 +60,19 @@ def headline(found: Spread) -> str:
 
 
 def _numbers(found: Spread) -> Table:
-    table = Table("number", "nominal", "deviation", "linear", "5 %", "95 %", "unit")
+    table = table_of("Numbers of the result", "number", "nominal", "deviation", "linear", "5 %", "95 %", "unit")
     quantities = {one.text: one for one in found.explorer.trials.quantities}
     for name in found.names:
-        size, label = shown_in(quantities[name])
-        nominal, _, deviation, linear, low, _, high = (size * value for value in statistics(found, name))
-        cells = ["-" if np.isnan(value) else f"{value:.4g}" for value in (nominal, deviation, linear, low, high)]
-        table.add_row(escape(name), *cells, label.removeprefix(name).strip(" ()") or "1")
+        told = number_unit(quantities[name], found.scattered.design)
+        nominal, _, deviation, linear, low, _, high = statistics(found, name)
+        cells = [told.text(value, 4) for value in (nominal, deviation, linear, low, high)]
+        table.add_row(escape(name), *cells, told.unit)
     return table
 
 
 def _shares(found: Spread) -> Table:
     variables = [variable.name for variable in found.scattered.design.variables]
-    table = Table("shares of the variance", "", *map(escape, variables))
+    table = table_of("Shares of the variance", "number", "estimate", *map(escape, variables))
     for name in found.names:
         rows = {"linear": ["-" if np.isnan(share) else f"{share:.2f}" for share in found.linear_shares(name)]}
         if (chaos := found.told_by_polynomials(name)) is not None:
@@ -89,7 +91,7 @@ def _notes(found: Spread) -> list[str]:
     """Say which limits are broken, where the linear estimate misleads, what failed, and where samples are too few."""
     said = []
     if len(found.passed) > 1 and found.samples:
-        said += [f"{percent(float(good.mean()), 3)} keep {limit}." for limit, good in found.passed.items()]
+        said += [f"{percent(float(good.mean()), 3)} keep {_limit(found, one)}." for one, good in found.passed.items()]
     for name in found.names if len(found.independent) > 1 else ():
         nominal, _, deviation, linear, *_ = statistics(found, name)
         scatters = deviation > ROUNDING * abs(nominal)
@@ -116,6 +118,13 @@ def _notes(found: Spread) -> list[str]:
         kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
         said.append(f"Samples that failed, and keep no limit: {kinds}.")
     return said
+
+
+def _limit(found: Spread, bound: Bound) -> str:
+    """Say in words what a limit asks for."""
+    of = next(one for one in found.explorer.trials.quantities if one.text == bound.of)
+    limit = number_unit(of, found.scattered.design).whole(bound.limit)
+    return f"{bound.of} {'at most' if bound.sign > 0 else 'at least'} {limit}"
 
 
 def _cost(found: Spread) -> str:

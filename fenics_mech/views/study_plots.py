@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fenics_mech.views.figures import COLOURS, empty_figure, save_all
+from fenics_mech.views.study_units import Told, number_unit
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.optimise import Optimum
@@ -41,7 +42,8 @@ def history_figure(found: Optimum) -> Figure:
     """Draw the first aim of every trial, and the best so far within the limits."""
     figure, (axes,) = empty_figure()
     problem, name = found.problem, found.problem.aims[0][0]
-    values = np.array([trial.numbers[name] for trial in found.history])
+    told = _told(found, name)
+    values = np.array([trial.numbers[name] for trial in found.history]) / told.size
     within = np.array([problem.rank(trial)[0] == 0 for trial in found.history])
     at = np.arange(1, len(values) + 1)
     axes.plot(at[within], values[within], ".", color=COLOURS[0], label="within the limits")
@@ -50,7 +52,8 @@ def history_figure(found: Optimum) -> Figure:
     best = sign * np.minimum.accumulate(np.where(within, sign * values, np.inf))
     axes.step(at, np.where(np.isfinite(best), best, np.nan), where="post", color="black", label="best so far")
     axes.set_xlabel("trial")
-    axes.set_ylabel(_label(found, name))
+    axes.xaxis.get_major_locator().set_params(integer=True)
+    axes.set_ylabel(told.label(name))
     axes.legend()
     return figure
 
@@ -61,20 +64,21 @@ def pareto_figure(found: Optimum) -> Figure:
     problem = found.problem
     (first, _), (second, _), *_ = problem.aims
     within = [trial for trial in found.history if not trial.failed and problem.rank(trial)[0] == 0]
-    axes.plot(*_places(within, first, second), ".", color="0.7", label="trials within the limits")
+    told = {name: _told(found, name) for name in (first, second)}
+    axes.plot(*_places(within, told), ".", color="0.7", label="trials within the limits")
     front = sorted(found.front, key=lambda trial: trial.numbers[first])
-    axes.plot(*_places(front, first, second), "o-", color=COLOURS[0], label="none is better in all aims")
-    axes.plot(*_places([problem.first], first, second), "s", color=COLOURS[1], label="start")
-    axes.set_xlabel(_label(found, first))
-    axes.set_ylabel(_label(found, second))
+    axes.plot(*_places(front, told), "o-", color=COLOURS[0], label="none is better in all aims")
+    axes.plot(*_places([problem.first], told), "s", color=COLOURS[1], label="start")
+    axes.set_xlabel(told[first].label(first))
+    axes.set_ylabel(told[second].label(second))
     axes.legend()
     return figure
 
 
-def _places(trials: Sequence[Trial], first: str, second: str) -> tuple[list[float], list[float]]:
-    return [trial.numbers[first] for trial in trials], [trial.numbers[second] for trial in trials]
+def _places(trials: Sequence[Trial], told: Mapping[str, Told]) -> list[list[float]]:
+    return [[trial.numbers[name] / one.size for trial in trials] for name, one in told.items()]
 
 
-def _label(found: Optimum, name: str) -> str:
-    unit = next(quantity.unit for quantity in found.problem.trials.quantities if quantity.text == name)
-    return name if unit == "1" else f"{name} ({unit})"
+def _told(found: Optimum, name: str) -> Told:
+    trials = found.problem.trials
+    return number_unit(next(one for one in trials.quantities if one.text == name), trials.design)

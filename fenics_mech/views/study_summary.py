@@ -12,9 +12,15 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.errors import percent
+from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.views.study_units import number_unit, variable_unit
+from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
+    from fenics_mech.scene import Scene
     from fenics_mech.studies.design.optimise import Optimum
+    from fenics_mech.studies.design.trial import Trial
 
 
 def study_summary(found: Optimum) -> Group:
@@ -35,6 +41,23 @@ def study_summary(found: Optimum) -> Group:
         kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
         parts.append(Text(f"Trials that failed, and were passed over: {kinds}."))
     return Group(*parts)
+
+
+def best_so_far(scene: Scene, best: Trial | None) -> str:
+    """Tell the numbers of the best trial so far, with a comma before them; nothing where there is none.
+
+    Parameters
+    ----------
+    scene
+        The scene with its study.
+    best
+        The best trial so far.
+    """
+    if best is None or scene.study is None:
+        return ""
+    design = Design(scene, scene.study, ())
+    told = {name: number_unit(Quantity.read(name), design) for name in best.numbers}
+    return ", best " + ", ".join(f"{name} {told[name].whole(value, 4)}" for name, value in best.numbers.items())
 
 
 def verdict(found: Optimum) -> str:
@@ -71,25 +94,26 @@ def _end(found: Optimum) -> str:
 
 
 def _variables(found: Optimum) -> Table:
-    table = Table("variable", "start", "best", "bounds", "unit")
+    table = table_of("Variables", "variable", "start", "best", "bounds", "unit")
     problem = found.problem
     for variable, start, best in zip(problem.trials.design.variables, problem.first.values, found.best.values):
-        shown = [str(v) if variable.choices else f"{v:.5g}" for v in map(variable.shown, (start, best))]
+        told = variable_unit(variable, problem.trials.design.scene)
+        shown = [str(variable.shown(v)) if variable.choices else told.text(v) for v in (start, best)]
         near = 1e-6 * (variable.upper - variable.lower)
         at = min(best - variable.lower, variable.upper - best) <= near and not variable.choices
-        bounds = f"{variable.lower:.5g} to {variable.upper:.5g}" + " (reached)" * at
-        table.add_row(variable.name, *map(escape, shown), "choice" if variable.choices else bounds, variable.unit)
+        bounds = f"{told.text(variable.lower)} to {told.text(variable.upper)}" + " (reached)" * at
+        table.add_row(variable.name, *map(escape, shown), "choice" if variable.choices else bounds, told.unit)
     return table
 
 
 def _numbers(found: Optimum) -> Table:
-    table = Table("number", "start", "best", "limit", "unit")
+    table = table_of("Numbers of the result", "number", "start", "best", "limit", "unit")
     problem = found.problem
     for quantity in problem.trials.quantities:
-        name = quantity.text
-        limits = [f"{'most' if b.sign > 0 else 'least'} {b.limit:.5g}" for b in problem.bounds if b.of == name]
-        values = [f"{trial.numbers[name]:.5g}" for trial in (problem.first, found.best)]
-        table.add_row(escape(name), *values, ", ".join(limits), quantity.unit)
+        name, told = quantity.text, number_unit(quantity, problem.trials.design)
+        limits = [f"{'most' if b.sign > 0 else 'least'} {told.text(b.limit)}" for b in problem.bounds if b.of == name]
+        values = [told.text(trial.numbers[name]) for trial in (problem.first, found.best)]
+        table.add_row(escape(name), *values, ", ".join(limits), told.unit)
     return table
 
 

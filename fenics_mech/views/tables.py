@@ -195,9 +195,9 @@ def check_table(findings: Sequence[Finding]) -> Table:
 
 
 def table_of(title: str, first: str, *others: str) -> Table:
-    """Make an empty table: its first column to the left, the others to the right."""
+    """Make an empty table: its first column to the left, with whole names, the others to the right."""
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=title, title_justify="left", title_style="bold")
-    table.add_column(first)
+    table.add_column(first, overflow="fold")
     for column in others:
         table.add_column(column, justify="right")
     return table

@@ -1,6 +1,7 @@
 """`--units` of the commands that tell numbers: each tells them in the units that are named."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.sweep import Sweep
+from tests.common import DEMOS
 
 NAMED = ("--units", "in, psi, lbf, %, rpm")
 
@@ -47,6 +49,78 @@ def test_commands_tell_numbers_in_the_units_that_are_asked_for(scene, tmp_path, 
     )
     assert "--units: 'apples' is not the unit of a printed answer" in str(refused.exception)
     assert not (tmp_path / "no").exists()
+
+
+MASSES = """
+[sections.flat]
+shape = "rectangle"
+width = "25.4 mm"  # to be found
+height = "1.6 mm"
+[study]
+minimise = ["mass[coupler]"]
+limits = [{ of = "mass[coupler]", least = "20 g" }]
+[study.variables]
+width = { numbers = ["sections.flat.width"], between = ["12 mm", "30 mm"] }
+[study.scatter]
+width = { numbers = ["sections.flat.width"], tolerance = "0.5 mm" }
+"""  # looks at masses alone, so that no trial is analysed
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    path = tmp_path_factory.mktemp("study") / "scene.toml"
+    seed = (
+        (DEMOS / "four_bar.toml")
+        .read_text()
+        .replace(
+            'section = "strip", material = "aluminium" }\nangle = "70',
+            ('section = "flat", material = "aluminium" }\nangle = "70'),
+        )
+    )
+    path.write_text(seed.replace('"periodic"', '"quasi-static"').replace("360", "24") + MASSES)
+    (path.parent / "mass.csv").write_text("number,value,deviation\nmass[coupler],0.025,0.0005\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("words", "told", "in_inches"),
+    [
+        (["optimise"], ["width 25.4 16.484 12 to 30 mm", "30.817 20 least 20 g"], ["1 0.64899 0.47244 to 1.1811 in"]),
+        (["identify", "mass.csv"], ["width 25.4 20.606 0.41", "0.5 g", "mm"], ["1 0.81124 0.016", "in"]),
+        (["spread", "-n", "8"], ["keep all limits", "30.82", " g "], ["keep all limits", "30.82", " g "]),
+    ],
+)
+def test_studies_tell_numbers_in_the_units_in_which_they_are_written(
+    study, tmp_path, monkeypatch, words, told, in_inches
+):
+    monkeypatch.chdir(study.parent)
+    for more, expected in (((), told), (("--units", "in, psi"), in_inches)):
+        call = [words[0], str(study), *words[1:], "-o", str(tmp_path / "out"), *more]
+        found = CliRunner().invoke(app, call)
+        assert found.exit_code == 0, found.output
+        text = " ".join(found.output.split())
+        for label in expected:
+            assert label in text
+    for name in {"optimise": ["best.toml"], "identify": ["identified.toml"]}.get(words[0], []):
+        lines = (tmp_path / "out" / name).read_text()
+        assert ' mm"  # to be found' in lines
+        assert load(tmp_path / "out" / name).sections["flat"].width != load(study).sections["flat"].width
+
+
+@pytest.mark.parametrize(
+    ("command", "wrong"),
+    [("optimise", '{ of = "mass[coupler]", least = "20 g"'), ("spread", '"20 g"'), ("identify", 'between = ["12 mm"')],
+)
+def test_what_is_wrong_in_a_study_is_found_in_its_line_before_any_trial(study, tmp_path, command, wrong):
+    text = study.read_text()
+    assert text.count(wrong) == 1
+    (path := tmp_path / "wrong.toml").write_text(text.replace(wrong, re.sub(r"mm|g\b(?=\")", "A", wrong)))
+    data = [str(study.parent / "mass.csv")] * (command == "identify")
+    found = CliRunner().invoke(app, [command, str(path), *data, "-o", str(tmp_path / "out")])
+    assert isinstance(found.exception, SceneError)
+    line = text[: text.index(wrong)].count("\n") + 1
+    assert re.match(rf"wrong\.toml: study\.\S+.* \(line {line}\): .*wrong unit", str(found.exception))
+    assert list((tmp_path / "out").iterdir()) == []
 
 
 def test_the_units_of_a_command_do_not_make_another_sweep(scene, tmp_path):

@@ -10,6 +10,7 @@ from typing import Any
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Study, Tied, Variable
+from fenics_mech.scene.units import unit_written
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of, value_in_si
 
 
@@ -31,6 +32,8 @@ class DesignVariable:
         SI unit, "1" where it has none.
     choices
         Values of a choice, whose variable is their index.
+    written
+        The unit in which its bounds or its start are written, and how much of SI it is; None where they have none.
     """
 
     name: str
@@ -40,6 +43,7 @@ class DesignVariable:
     start: float
     unit: str = "1"
     choices: tuple[Any, ...] = ()
+    written: tuple[str, float] | None = None
 
     def values(self, value: float) -> dict[str, Any]:
         """Give the numbers of the scene at a value of the variable, by dotted path.
@@ -272,4 +276,7 @@ def _range(scene: Scene, place: str, numbers: tuple[Tied, ...], variable: Variab
             place=place,
             hint="Give `start`, or other bounds",
         )
-    return DesignVariable(name, numbers, lower, upper, start, unit_of(scene, first.number) if plain else "1")
+    unit = unit_of(scene, first.number) if plain else "1"
+    texts = [str(value) for value in (*variable.between, variable.start)]
+    written = unit_written(texts, (lower, upper, start)) if plain else None
+    return DesignVariable(name, numbers, lower, upper, start, unit, written=written)

@@ -18,6 +18,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.explorer import Explorer
@@ -157,6 +158,7 @@ def identify(
     starts: int = 1,
     seed: int = 0,
     jobs: int = 1,
+    like: str | Path | None = None,
     progress: Callable[[int, Trial, Trial | None], None] = lambda count, trial, best: None,
 ) -> Identified:
     """Find the variables of a scene's study for which it predicts what was measured.
@@ -179,6 +181,8 @@ def identify(
         Of these starts.
     jobs
         Processes of this machine that share trials.
+    like
+        The file of the scene, whose comments and units ``identified.toml`` keeps. Without it, that has numbers in SI.
     progress
         Called with the number of trials and the last one after each.
 
@@ -206,18 +210,19 @@ def identify(
         def told(count: int, trial: Trial, best: Trial | None) -> None:
             progress(sum(len(one.history) for one in explorers) or count, trial, best)
 
+        count = len(Design.of(scene).variables)
+        measured = _noisy(observations, count)  # which says where they are too few
         for at, group in _groups(observations).items():
             explorers.append(_explorer(_placed(scene, at), group, (kept / "trials", jobs), told))
             explorers[-1].first  # noqa: B018  (it says what is wrong at the start)
-        first, count = explorers[0], len(explorers[0].trials.design.variables)
+        first = explorers[0]
         points = np.random.default_rng(seed).random((starts, count))
         points[0] = first.to_unit(first.trials.design.start)
-        measured = _noisy(observations, count)
         fits = [_fitted(explorers, observations, measured, point) for point in points]
         seconds = time.perf_counter() - begun
         found = Identified(scene, tuple(explorers), observations, min(fits, key=_misfit), seconds)
         if folder is not None:
-            _write(found, kept)
+            _write(found, kept, like)
     return found
 
 
@@ -319,7 +324,7 @@ def _misfit(found: Fit) -> float:
     return float(points + (found.weighted**2).sum() / 2)
 
 
-def _write(found: Identified, folder: Path) -> None:
+def _write(found: Identified, folder: Path, like: str | Path | None) -> None:
     """Write the variables with their confidence, and the scene with them."""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
@@ -329,4 +334,5 @@ def _write(found: Identified, folder: Path) -> None:
     for variable, value, deviation, (low, high), told in rows:
         table.writerow([variable.name, variable.unit, value, deviation, low, high, "yes" if told else "no"])
     write_whole(folder / "identified.csv", lambda temporary: temporary.write_text(text.getvalue()))
-    write_scene(found.scene, folder / "identified.toml")
+    written, values = folder / "identified.toml", found.explorer.trials.design.changes(found.values.tolist())
+    write_scene(found.scene, written) if like is None else write_like(like, values, found.scene, written)

@@ -14,10 +14,11 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
+from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.history import History
 from fenics_mech.studies.design.methods import METHODS, Ending, Search
-from fenics_mech.studies.design.problem import Problem
+from fenics_mech.studies.design.problem import Problem, bounds_of
 from fenics_mech.studies.design.trial import Trial, Trials
 
 ERRORS = {  # attribute of a result with the relative error of a number, by how its name begins
@@ -122,6 +123,7 @@ def optimise(
     starts: int = 1,
     search: Search | None = None,
     jobs: int = 1,
+    like: str | Path | None = None,
     progress: Callable[[int, Trial, Trial | None], None] = lambda count, trial, best: None,
 ) -> Optimum:
     """Search for the best values of the variables of a scene's study.
@@ -143,6 +145,8 @@ def optimise(
         How far a search goes.
     jobs
         Processes of this machine that share trials.
+    like
+        The file of the scene, whose comments and units ``best.toml`` keeps. Without it, that has numbers in SI.
     progress
         Called with the number of trials, the last and the best after each.
 
@@ -165,14 +169,15 @@ def optimise(
     begun, search = time.perf_counter(), search or Search()
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
-        trials = Trials.of(scene, folder=kept / "trials", jobs=jobs).with_fixed_effects()
+        trials = Trials.of(scene, folder=kept / "trials", jobs=jobs)
+        bounds_of(trials.design.study)  # which says what is wrong with a limit
+        name, trials = _method(Problem(trials), method), trials.with_fixed_effects()
         history = History(kept / "history.csv")
 
         def known(count: int, trial: Trial, best: Trial | None) -> None:
             history.follow(problem)
             progress(count, trial, best)
 
-        name = _method(Problem(trials), method)
         problem = Problem(trials, known, squares=name == "least-squares")
         problem.first  # noqa: B018  (it says what is wrong with the start)
         points = np.random.default_rng(search.seed).random((starts, len(problem.trials.design.variables)))
@@ -180,14 +185,21 @@ def optimise(
         endings = [METHODS[name](problem, point, search) for point in points]
         best = problem.best
         assert best is not None
+        if folder is not None:
+            history.follow(problem)
+            _write_scene(problem, best, kept / "best.toml", like)
         result = analyse(best_scene(problem, best).changed(effects=scene.effects))
         ending = min(endings, key=lambda one: one.converged)
         found = Optimum(problem, best, result, ending, time.perf_counter() - begun)
         if folder is not None:
-            history.follow(problem)
-            write_scene(found.scene, kept / "best.toml")
             found.result.save(kept / "result.nc")
     return found
+
+
+def _write_scene(problem: Problem, best: Trial, path: Path, like: str | Path | None) -> None:
+    """Write the best scene, in SI or like the file that it comes from."""
+    scene, values = best_scene(problem, best), problem.trials.design.changes(best.values)
+    write_scene(scene, path) if like is None else write_like(like, values, scene, path)
 
 
 def _method(problem: Problem, method: str | None) -> str:

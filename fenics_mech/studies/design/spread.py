@@ -21,7 +21,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.design.chaos import Chaos, polynomial_chaos
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import Truths
-from fenics_mech.studies.design.problem import bounds_of
+from fenics_mech.studies.design.problem import Bound, bounds_of
 from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
 from fenics_mech.studies.design.result_numbers import read_all
 from fenics_mech.studies.design.scatter import Scattered, drawn
@@ -138,14 +138,13 @@ class Spread:
         return chaos if chaos is not None and chaos.left < MOST_LEFT else None
 
     @cached_property
-    def passed(self) -> dict[str, Truths]:
-        """Whether each independent sample keeps each limit, by its text, ``(samples,)``; failed ones keep none."""
+    def passed(self) -> dict[Bound, Truths]:
+        """Whether each independent sample keeps each limit, ``(samples,)``; failed ones keep none."""
         found = {}
         for bound in bounds_of(self.scattered.design.study):
             numbers = np.array([trial.numbers[bound.of] for trial in self.independent])
-            sign = "at most" if bound.sign > 0 else "at least"
             with np.errstate(invalid="ignore"):
-                found[f"{bound.of} {sign} {bound.limit:.5g}"] = bound.sign * (numbers - bound.limit) <= 0
+                found[bound] = bound.sign * (numbers - bound.limit) <= 0
         return found
 
     def kept(self) -> tuple[float, float, float]:
@@ -228,6 +227,7 @@ def spread(
 def _trials(scattered: Scattered, folder: Path, jobs: int) -> Trials:
     """Prepare the trials, with the numbers and curves of the study."""
     design, study = scattered.design, scattered.design.study
+    bounds_of(study)  # which says what is wrong with a limit
     count = min(MOST_ANGLES, design.scene.analysis.sub_intervals)
     angles = 2 * np.pi * np.arange(count) / count
     looked_at: list[ResultNumbers] = [*read_all(study.names)]

@@ -1,0 +1,110 @@
+"""Units in which studies tell numbers: those that are asked for or that the study is written in, else the usual."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from fenics_mech.recovery.exports import KIND_OF
+from fenics_mech.recovery.variables import STRAINS
+from fenics_mech.scene import Scene
+from fenics_mech.scene.answer_units import USUAL, named_units
+from fenics_mech.scene.study import Study
+from fenics_mech.scene.units import unit_written
+from fenics_mech.studies.design.design_variables import Design, DesignVariable
+from fenics_mech.studies.design.result_curves import ResultNumbers
+from fenics_mech.studies.design.result_numbers import Quantity
+
+
+@dataclass(frozen=True)
+class Told:
+    """The unit in which a number is told.
+
+    Parameters
+    ----------
+    unit
+        Its name; "1" for pure numbers.
+    size
+        How much of SI it is.
+    """
+
+    unit: str = "1"
+    size: float = 1.0
+
+    def text(self, value: float, digits: int = 5) -> str:
+        """Write a value in SI as a number in this unit; "-" where there is none.
+
+        Parameters
+        ----------
+        value
+            The value in SI.
+        digits
+            How many digits it has.
+        """
+        return "-" if math.isnan(value) else f"{value / self.size:.{digits}g}"
+
+    def whole(self, value: float, digits: int = 5) -> str:
+        """Write a value in SI with the unit behind it.
+
+        Parameters
+        ----------
+        value, digits
+            As of `text`.
+        """
+        return f"{self.text(value, digits)}{self.behind}"
+
+    def label(self, name: str) -> str:
+        """Name an axis that shows the number.
+
+        Parameters
+        ----------
+        name
+            What it shows.
+        """
+        return name if self.unit == "1" else f"{name} ({self.unit})"
+
+    @property
+    def behind(self) -> str:
+        """What stands behind a number."""
+        return "" if self.unit == "1" else f" {self.unit}"
+
+
+def number_unit(of: ResultNumbers, design: Design) -> Told:
+    """Give the unit of a number of a result: one that the scene names for answers, that of its limit, or the usual one.
+
+    Parameters
+    ----------
+    of
+        The number, or the curve.
+    design
+        The scene with its study.
+    """
+    kind = "strain" if of.name in STRAINS else KIND_OF.get(of.unit, "")
+    if kind in (named := named_units(design.scene.units)):
+        return Told(*named[kind])
+    if isinstance(of, Quantity) and (written := _of_limit(of, design.study)):
+        return Told(*written)
+    return Told(*USUAL[kind]) if kind else Told(of.unit)
+
+
+def variable_unit(variable: DesignVariable, scene: Scene) -> Told:
+    """Give the unit of a variable: one that the scene names for answers, that in which it is written, or SI.
+
+    Parameters
+    ----------
+    variable
+        The variable.
+    scene
+        The scene.
+    """
+    kind, named = KIND_OF.get(variable.unit, ""), named_units(scene.units)
+    return Told(*(named.get(kind) or variable.written or (variable.unit, 1.0)))
+
+
+def _of_limit(of: Quantity, study: Study) -> tuple[str, float] | None:
+    """Give the unit in which a limit of a number is written; None where there is none."""
+    for limit in study.limits:
+        values = [value for value in (limit.most, limit.least) if value is not None]
+        if limit.of == of.text and (found := unit_written([str(v) for v in values], [of.in_si(v) for v in values])):
+            return found
+    return None
