@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from fenics_mech.scene import *
     from fenics_mech.studies.design.identify import Identified, identify
     from fenics_mech.studies.design.measured_values import Observation
+    from fenics_mech.studies.design.methods import Search
     from fenics_mech.studies.design.optimise import Optimum, optimise
     from fenics_mech.studies.design.spread import Spread, spread
     from fenics_mech.studies.follow import Branch, follow
@@ -135,6 +136,7 @@ __all__ = [
     "Scatter",
     "Scene",
     "SceneError",
+    "Search",
     "SideContact",
     "Slot",
     "SolverError",
@@ -211,6 +213,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Observation": "studies.design.measured_values",
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
+    "Search": "studies.design.methods",
     "Spread": "studies.design.spread",
     "Sweep": "studies.sweep",
     "Synthesised": "studies.synthesis.synthesise",

@@ -35,7 +35,7 @@ def together(comm: Any, work: Callable[[], Found]) -> Found:
         When another process, and not this one, ended with an error; else the error of this one.
     """
     try:
-        found, error = _tried(comm, work)
+        found, error = tried(comm, work)
     except _EndedError as ended:
         raise MechanismError(str(ended)) from None
     reports = comm.allgather((True, error and _said(error)))
@@ -77,7 +77,7 @@ def over_positions(count: int, work: Callable[[slice], Sequence[Array]]) -> Sequ
     if comm.size == 1 or count < comm.size:
         return work(slice(0, count))
     ends = [count * rank // comm.size for rank in range(comm.size + 1)]
-    found, error = _tried(comm, lambda: work(slice(*ends[comm.rank : comm.rank + 2])))
+    found, error = tried(comm, lambda: work(slice(*ends[comm.rank : comm.rank + 2])))
     reports = comm.allgather((False, error and _sendable(error)))
     for rank, (ended, other) in enumerate(reports):
         if ended:
@@ -89,8 +89,16 @@ def over_positions(count: int, work: Callable[[slice], Sequence[Array]]) -> Sequ
     return [_gathered(comm, part, ends) for part in found]
 
 
-def _tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception | None]:
-    """Give what the work finds, or its error; an interrupt ends all processes."""
+def tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception | None]:
+    """Give what the work finds, or its error; an interrupt ends all processes.
+
+    Parameters
+    ----------
+    comm
+        The processes.
+    work
+        The work.
+    """
     try:
         return work(), None
     except _EndedError:

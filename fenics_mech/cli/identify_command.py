@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import (
     OutFolder,
     SceneFile,
@@ -39,14 +39,14 @@ def identify(
     """Find the variables in the study of the scene from measured data, and say how well the data tell them.
 
     Writes identified.toml, identified.csv and plots of prediction and measurement. Finished trials are kept in the
-    folder, and not run again.
+    folder, and not run again. Under mpirun the processes share the trials.
     """
     from fenics_mech.studies.design.identify import identify as search  # noqa: PLC0415
     from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
     from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
     from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
 
-    loaded = with_units(loaded_scene(scene, strict), units)
+    first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
     with study_of(scene), progress_bar(EXPECTED * starts, alike=False) as step:
 
@@ -54,6 +54,8 @@ def identify(
             step(f"trial {count}")
 
         found = search(loaded, data or (), folder, starts=starts, seed=seed, jobs=jobs, like=scene, progress=told)
+    if not first:
+        return
     plots = plot_identified(found, folder)
     out.print(identify_summary(found))
     tell_written([Path("identified.toml"), Path("identified.csv"), *plots], folder)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import (
     OutFolder,
     SceneFile,
@@ -42,6 +42,7 @@ def optimise(
     """Search for the best values of the variables in the study of the scene: write best.toml, history.csv and plots.
 
     Trials that are finished are kept in the folder. A search that was interrupted goes on when it is started again.
+    Under mpirun the processes share the trials.
     """
     from fenics_mech.studies.design.methods import Search  # noqa: PLC0415
     from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
@@ -49,7 +50,7 @@ def optimise(
     from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
     from fenics_mech.views.study_summary import best_so_far, study_summary  # noqa: PLC0415
 
-    loaded = with_units(loaded_scene(scene, strict), units)
+    first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
     with study_of(scene), progress_bar(steps * starts, alike=False) as step:
 
@@ -66,6 +67,8 @@ def optimise(
             like=scene,
             progress=told,
         )
+    if not first:
+        return
     plots = plot_study(found, folder)
     out.print(study_summary(found))
     tell_written([Path("best.toml"), Path("history.csv"), Path("result.nc"), *plots], folder)

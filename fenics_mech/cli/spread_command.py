@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, study_of, with_units
 
 
@@ -31,13 +31,13 @@ def spread(
     """Find how results scatter with tolerances and other scatter in the study of the scene.
 
     Writes spread.csv, samples.csv, polynomials.csv and plots. Finished samples are kept in the folder, and are not run
-    again.
+    again. Under mpirun the processes share the samples.
     """
     from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
     from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
     from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
 
-    loaded = with_units(loaded_scene(scene, strict), units)
+    first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2
     with study_of(scene), progress_bar(max(samples * width, 1)) as step:
@@ -51,6 +51,8 @@ def spread(
             jobs=jobs,
             progress=lambda count: step(f"sample {count}"),
         )
+    if not first:
+        return
     plots = plot_spread(found, folder)
     out.print(spread_summary(found))
     more = {"polynomials.csv": found.chaos, "indices.csv": found.indices}

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,12 @@ from fenics_mech.studies.design.trial import Trial, Trials
 
 STEP = 1e-3  # of differences for derivatives, as a share of a variable's range
 SAME = 14  # digits by which two points are one
+
+
+def _silent(count: int, trial: Trial, best: Trial | None) -> None:
+    """Tell nobody."""
+
+
 Progress = Callable[[int, Trial, Trial | None], None]  # number of trials, the last one, and the best so far
 
 
@@ -33,10 +40,14 @@ class Explorer:
     """
 
     trials: Trials
-    progress: Progress = lambda count, trial, best: None
+    progress: Progress = _silent
     history: list[Trial] = field(default_factory=list)
     _known: dict[tuple[float, ...], Trial] = field(default_factory=dict)
     _slopes: dict[tuple[float, ...], dict[str, Array]] = field(default_factory=dict)  # at the last point
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what other processes get: its trials, and nobody who is told of them."""
+        return self.__dict__ | {"progress": _silent}
 
     @property
     def best(self) -> Trial | None:

@@ -25,6 +25,7 @@ from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
 from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
 from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.sweep_axes import value_in_si
 
 FAILED = 1e3  # of the size of the measured values: what a trial that failed predicts
@@ -150,6 +151,7 @@ class Identified:
         return upper - lower
 
 
+@led
 def identify(
     scene: Scene,
     data: Sequence[str | Path | Observation] = (),
@@ -180,7 +182,7 @@ def identify(
     seed
         Of these starts.
     jobs
-        Processes of this machine that share trials.
+        Processes of this machine that share trials. Those of `mpirun` share them too: all call this and get the same.
     like
         The file of the scene, whose comments and units ``identified.toml`` keeps. Without it, that has numbers in SI.
     progress

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.studies.design.problem import PROBLEM, Problem
 from fenics_mech.studies.design.trial import Trial
 
@@ -30,6 +29,11 @@ class Search:
         Of random numbers.
     tolerance
         Change of aim or variables, relative, at which a search ends.
+
+    Examples
+    --------
+    >>> fm.Search(generations=10).population
+    20
     """
 
     generations: int = 50
@@ -172,8 +176,6 @@ def least_squares(problem: Problem, start: Array, limits: Search) -> Ending:
     """Minimise the sum of the squares of all aims."""
     from scipy.optimize import least_squares as solve  # noqa: PLC0415
 
-    if problem.bounds:
-        raise SceneError("least squares know no limits", place="study.limits", hint="Take --method slsqp")
     found = solve(
         lambda unit: problem.aims_of(problem.run([unit])[0]),
         np.clip(start, 1e-9, 1 - 1e-9),  # its start is inside of the bounds
@@ -219,13 +221,9 @@ def nsga2(problem: Problem, start: Array, limits: Search) -> Ending:
 
     Source: Deb, Pratap, Agarwal and Meyarivan, IEEE Trans. Evol. Comput. 6 (2002) 182.
     """
-    try:
-        from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: PLC0415
-        from pymoo.core.problem import Problem as Vectorised  # noqa: PLC0415
-        from pymoo.optimize import minimize  # noqa: PLC0415
-    except ImportError as error:
-        message = "several aims need the library pymoo, which is not installed: pip install 'fenics_mech[optimise]'"
-        raise MechanismError(message) from error
+    from pymoo.algorithms.moo.nsga2 import NSGA2  # noqa: PLC0415  (slow to import)
+    from pymoo.core.problem import Problem as Vectorised  # noqa: PLC0415
+    from pymoo.optimize import minimize  # noqa: PLC0415
 
     class Study(Vectorised):  # type: ignore[misc]
         def __init__(self) -> None:

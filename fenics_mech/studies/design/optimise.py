@@ -5,13 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 from fenics_mech.scene.rewriting import write_like
@@ -20,6 +21,7 @@ from fenics_mech.studies.design.history import History
 from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem, bounds_of
 from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.lead_process import led
 
 ERRORS = {  # attribute of a result with the relative error of a number, by how its name begins
     "strain": "error_estimate",
@@ -115,6 +117,7 @@ def best_scene(problem: Problem, trial: Trial) -> Scene:
     return design.scene.changed(design.changes(trial.values) | {"study": design.study})
 
 
+@led
 def optimise(
     scene: Scene,
     folder: str | Path | None = None,
@@ -144,7 +147,7 @@ def optimise(
     search
         How far a search goes.
     jobs
-        Processes of this machine that share trials.
+        Processes of this machine that share trials. Those of `mpirun` share them too: all call this and get the same.
     like
         The file of the scene, whose comments and units ``best.toml`` keeps. Without it, that has numbers in SI.
     progress
@@ -215,4 +218,9 @@ def _method(problem: Problem, method: str | None) -> str:
         raise SceneError(f"{method} takes one aim, and there are {len(aims)}", place="study", hint="Take nsga2")
     if choices and method not in ("nsga2", "differential-evolution"):
         raise SceneError(f"{method} takes no choices", place="study", hint="Take differential-evolution or nsga2")
+    if method == "least-squares" and problem.trials.design.study.limits:
+        raise SceneError("least squares know no limits", place="study.limits", hint="Take --method slsqp")
+    if method == "nsga2" and find_spec("pymoo") is None:
+        message = "several aims need the library pymoo, which is not installed: pip install 'fenics_mech[optimise]'"
+        raise MechanismError(message)
     return method

@@ -27,6 +27,7 @@ from fenics_mech.studies.design.result_numbers import read_all
 from fenics_mech.studies.design.scatter import Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import SobolIndices, saltelli_points, sobol_indices
 from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.lead_process import led
 
 MOST_ANGLES = 180  # of a curve
 QUANTILES = (0.05, 0.5, 0.95)
@@ -161,6 +162,7 @@ class Spread:
         return float(good.mean()), float(interval.low), float(interval.high)
 
 
+@led
 def spread(
     scene: Scene,
     folder: str | Path | None = None,
@@ -189,7 +191,7 @@ def spread(
     seed
         Of random numbers.
     jobs
-        Processes of this machine that share trials.
+        Processes of this machine that share trials. Those of `mpirun` share them too: all call this and get the same.
     progress
         Called with the number of samples that are begun.
 

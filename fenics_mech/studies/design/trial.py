@@ -28,6 +28,7 @@ from fenics_mech.scene.study import Target
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.result_curves import ResultNumbers
 from fenics_mech.studies.design.result_numbers import read_all, total_mass
+from fenics_mech.studies.lead_process import leads, over_machines
 from fenics_mech.studies.sweep_axes import placed, scene_data
 from fenics_mech.studies.worker_processes import over_processes
 
@@ -96,6 +97,10 @@ class Trials:
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
     _last: dict[tuple[float, ...], Solution] = field(default_factory=dict, compare=False, repr=False)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Give what other processes get: nothing that a solver works with."""
+        return self.__dict__ | {"common": CommonParts(), "_last": {}}
+
     @classmethod
     def of(
         cls, scene: Scene, names: Sequence[str] | None = None, *, folder: Path | None = None, jobs: int = 1
@@ -161,16 +166,26 @@ class Trials:
             When a file cannot be written, or the computer has too little of something.
         """
         tasks = [self._task(point) for point in points]
-        if self.jobs > 1 and len(tasks) > 1 and self.folder is not None:
-            missing = [task for task in tasks if _known(task) is None]
-            over_processes(self.jobs, [[task] for task in missing], _run_here, _give_up, lambda task: started())
+        shared = self._share([task for task in tasks if _known(task) is None], started)
         found = []
         for task in tasks:
-            record = _known(task) or _run(task, self._analysed)
+            record = (_read(task) if task.path in shared else _known(task)) or _run(task, self._analysed)
             numbers = {name: math.nan if value is None else value for name, value in record["numbers"].items()}
             found.append(Trial(task.values, numbers, record["error"], record["message"], record["seconds"]))
             progress(found[-1])
         return found
+
+    def _share(self, missing: Sequence[_Task], started: Callable[[], None]) -> set[Path | None]:
+        """Let other processes run trials, where there are any, and give the files of those that they ran."""
+        if len(missing) <= 1 or self.folder is None:
+            return set()
+        if leads():
+            over_machines(missing, _run_there, lambda task, record: _write(task.path, record))
+        elif self.jobs > 1:
+            over_processes(self.jobs, [[task] for task in missing], _run_here, _give_up, lambda task: started())
+        else:
+            return set()
+        return {task.path for task in missing}
 
     @property
     def linearised(self) -> bool:
@@ -264,6 +279,12 @@ class _Task:
 
 def _known(task: _Task) -> Record | None:
     """Read a finished trial; None where there is none, or one that is to be tried again."""
+    record = _read(task)
+    return None if record is None or record["again"] else record
+
+
+def _read(task: _Task) -> Record | None:
+    """Read a trial that was run; None where there is none."""
     if task.path is None:
         return None
     try:
@@ -271,7 +292,7 @@ def _known(task: _Task) -> Record | None:
     except (OSError, ValueError):
         return None
     whole = isinstance(record, dict) and record.keys() >= {"numbers", "error", "message", "seconds", "again"}
-    return record if whole and not record["again"] else None
+    return record if whole else None
 
 
 def _run(task: _Task, analysed: Analysed) -> Record:
@@ -356,6 +377,11 @@ _common_here = cache(CommonParts)
 def _run_here(task: _Task) -> None:
     """Run one of the trials of a worker process."""
     _run(task, lambda scene, _: analyse(scene, common=_common_here()))
+
+
+def _run_there(task: _Task) -> Record:
+    """Run one of the trials of a process that another one leads, which keeps it."""
+    return _run(replace(task, path=None), lambda scene, _: analyse(scene, common=_common_here()))
 
 
 def _give_up(task: _Task) -> None:

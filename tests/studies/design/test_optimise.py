@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.history import History
 from fenics_mech.studies.design.methods import METHODS, Search
@@ -281,6 +281,7 @@ def test_the_history_is_written_as_trials_are_known(tmp_path):
         ({}, None, "nothing to optimise"),
         ({"minimise": ["mass"]}, "simplex", "no method 'simplex'"),
         ({"minimise": ["mass", "strain.max"]}, "slsqp", "takes one aim"),
+        ({"minimise": ["mass"], "limits": [{"of": "stress.max", "most": 1e9}]}, "least-squares", "know no limits"),
         ({"minimise": ["mass"], "limits": [{"of": "strain.max", "least": 2, "most": 1}]}, None, "Exchange"),
         ({"minimise": ["mass"], "limits": [{"of": "stress.max", "most": "1 kg"}]}, None, "wrong unit"),
     ],
@@ -290,6 +291,15 @@ def test_a_bad_study_is_one_message(study, method, said):
     with pytest.raises(SceneError) as caught:
         fm.optimise(four_bar("quasi-static", variables={"height": height}, **study), method=method)
     assert said in str(caught.value)
+
+
+def test_a_library_that_is_missing_is_said_before_a_trial(tmp_path, monkeypatch):
+    monkeypatch.setattr("fenics_mech.studies.design.optimise.find_spec", lambda name: None)
+    height = {"numbers": ["sections.coupler.height"], "between": ["1 mm", "6 mm"]}
+    scene = four_bar("quasi-static", variables={"height": height}, minimise=["mass", "strain.max"])
+    with pytest.raises(MechanismError, match="pip install"):
+        fm.optimise(scene, tmp_path)
+    assert not list(tmp_path.rglob("*.json"))
 
 
 NAMES = ["mass", "strain.max", "strain[coupler].max", "shaking_force.rms", "shaking_moment.rms", "torque.rms"]
