@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written, warn
 from fenics_mech.cli.common import (
     OutFolder,
     SceneFile,
@@ -19,6 +19,7 @@ from fenics_mech.cli.common import (
     study_of,
     with_units,
 )
+from fenics_mech.errors import MechanismError
 
 
 def optimise(
@@ -44,11 +45,13 @@ def optimise(
     Trials that are finished are kept in the folder. A search that was interrupted goes on when it is started again.
     Under mpirun the processes share the trials.
     """
+    from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
     from fenics_mech.studies.design.methods import Search  # noqa: PLC0415
     from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
     from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
+    from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
     from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
-    from fenics_mech.views.study_summary import best_so_far, study_summary  # noqa: PLC0415
+    from fenics_mech.views.study_summary import best_so_far, missed, study_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     make_folder(folder)
@@ -71,4 +74,8 @@ def optimise(
         return
     plots = plot_study(found, folder)
     out.print(study_summary(found))
-    tell_written([Path("best.toml"), Path("history.csv"), Path("result.nc"), *plots], folder)
+    front = [Path("front.csv")] if len(found.problem.aims) > 1 and not found.problem.squares else []
+    tell_written([Path("best.toml"), Path("history.csv"), *front, Path("result.nc"), *plots], folder)
+    warn([text for text in warnings_of(found.result) if text not in implausible(loaded)], strict)
+    if not found.within_limits:
+        raise MechanismError(f"no trial keeps all limits: {missed(found)}; best.toml is the nearest")

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from fenics_mech.errors import percent
 from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.problem import PROBLEM
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.views.study_units import number_unit, variable_unit
 from fenics_mech.views.tables import table_of
@@ -69,12 +70,15 @@ def verdict(found: Optimum) -> str:
         The optimum.
     """
     if not found.within_limits:
-        return "No trial keeps all limits; the best of them comes nearest. Widen the bounds, or relax a limit."
+        return f"No trial keeps all limits. In the nearest one {missed(found)}. Widen the bounds, or relax a limit."
     if found.problem.squares:
         gain = 1 - math.sqrt(found.problem.size(found.best) / found.problem.size(found.problem.first))
         return f"The root of the sum of the squares is {percent(gain, 3)} less than at the start."
     if len(found.problem.aims) > 1:
-        return f"{len(found.front)} designs are best in their own way: none is better than another in every aim."
+        several = f"{len(found.front)} designs are best in their own way: none is better than another in every aim."
+        return (
+            f"{several} The tables and best.toml hold the one with the least sum of all aims, over those of the start."
+        )
     ((name, gain),), error = found.gains().items(), found.errors()[found.problem.aims[0][0]]
     if gain <= 0:
         return f"No better design than the start was found for {name}."
@@ -84,6 +88,26 @@ def verdict(found: Optimum) -> str:
     if gain < error:
         return f"{better} This gain is below the estimated error of {percent(error)}: it may be none."
     return better + (f" Its estimated error is {percent(error)}." if error else "")
+
+
+def missed(found: Optimum) -> str:
+    """Say which limits the best trial misses, and by how much.
+
+    Parameters
+    ----------
+    found
+        The optimum.
+    """
+    problem, said = found.problem, []
+    for bound in problem.bounds:
+        number = found.best.numbers[bound.of]
+        beyond = bound.sign * (number - bound.limit)
+        if beyond > PROBLEM.within * abs(bound.limit):
+            told = number_unit(Quantity.read(bound.of), problem.trials.design)
+            far = f" ({percent(beyond / abs(bound.limit))} beyond it)" if bound.limit else ""
+            asked = f"{'at most' if bound.sign > 0 else 'at least'} {told.whole(bound.limit)} is asked"
+            said.append(f"{bound.of} is {told.whole(number)}, where {asked}{far}")
+    return ", and ".join(said)
 
 
 def _end(found: Optimum) -> str:

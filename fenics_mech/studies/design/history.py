@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import csv
+import io
+from collections.abc import Sequence
 from pathlib import Path
 
+from fenics_mech._files import write_whole
 from fenics_mech.errors import ResultError
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.trial import Trial
@@ -46,6 +49,30 @@ class History:
         except OSError as error:
             raise ResultError(f"{self.path}: cannot be written: {error.strerror}") from error
         self.written += len(new)
+
+
+def write_trials(problem: Problem, trials: Sequence[Trial], path: Path) -> None:
+    """Write trials as a table by the first aim, with their numbers in the history.
+
+    Parameters
+    ----------
+    problem
+        The problem, with its trials.
+    trials
+        Those to be written.
+    path
+        The file.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    """
+    aim, numbers = problem.aims[0][0], {id(trial): number for number, trial in enumerate(problem.history, 1)}
+    rows = [_row(problem, numbers[id(trial)], trial) for trial in sorted(trials, key=lambda one: one.numbers[aim])]
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows([_head(problem), *rows])
+    write_whole(path, lambda temporary: temporary.write_text(text.getvalue(), encoding="utf-8"))
 
 
 def _head(problem: Problem) -> list[str]:

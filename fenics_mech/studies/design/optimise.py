@@ -17,7 +17,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
-from fenics_mech.studies.design.history import History
+from fenics_mech.studies.design.history import History, write_trials
 from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem, bounds_of
 from fenics_mech.studies.design.trial import Trial, Trials
@@ -191,6 +191,8 @@ def optimise(
         if folder is not None:
             history.follow(problem)
             _write_scene(problem, best, kept / "best.toml", like)
+            if len(problem.aims) > 1 and not problem.squares:
+                write_trials(problem, problem.front, kept / "front.csv")
         result = analyse(best_scene(problem, best).changed(effects=scene.effects))
         ending = min(endings, key=lambda one: one.converged)
         found = Optimum(problem, best, result, ending, time.perf_counter() - begun)

@@ -1,20 +1,26 @@
 """Optima against closed forms and scans, and derivatives against differences of converged runs."""
 
+import csv
 import itertools
 import math
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import fenics_mech as fm
+from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.history import History
 from fenics_mech.studies.design.methods import METHODS, Search
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.views.study_plots import history_figure, pareto_figure
+from fenics_mech.views.study_summary import verdict
 
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
 
@@ -350,3 +356,38 @@ def test_a_gradient_takes_no_other_analysis(monkeypatch):
     assert sensitivity(trials, [1.6e-3])["strain.max"][0] != 0
     with pytest.raises(TypeError):
         sensitivity(trials, [1.61e-3])
+
+
+def test_a_limit_that_no_trial_keeps_is_an_error_that_names_it_and_how_far_it_is(tmp_path):
+    height = {"numbers": ["sections.coupler.height"], "between": ["1 mm", "6 mm"]}
+    limits = [{"of": "mass[coupler]", "most": "10 g"}, {"of": "mass", "most": "5 kg"}]
+    scene = four_bar("quasi-static", variables={"height": height}, minimise=["mass[coupler]"], limits=limits)
+    write_scene(scene, tmp_path / "scene.toml")
+    said = CliRunner().invoke(app, ["optimise", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")])
+    assert said.exit_code != 0
+    least = 2714 * 0.0254 * 1e-3 * 11 * 0.0254
+    told = (
+        f"mass[coupler] is {1e3 * least:.5g} g, where at most 10 g is asked ({100 * (least / 0.01 - 1):.2g} % beyond it)"
+    )
+    assert f"no trial keeps all limits: {told}; best.toml is the nearest" in str(said.exception)
+    assert told in " ".join(said.output.split())
+    assert "outside the linear theory" in said.output  # a warning of the analysis of the best
+    assert fm.load(tmp_path / "out" / "best.toml").sections["coupler"].height == pytest.approx(1e-3)
+
+
+def test_the_trade_off_is_written_and_drawn_with_the_design_that_is_kept(tmp_path):
+    pytest.importorskip("pymoo")
+    height = {"numbers": ["sections.coupler.height"], "between": ["1 mm", "6 mm"]}
+    scene = four_bar("quasi-static", variables={"height": height}, minimise=["mass[coupler]", "strain[coupler].max"])
+    found = fm.optimise(scene.changed({"analysis.sub_intervals": 24}), tmp_path, search=Search(2, 4))
+    (text,) = [path.read_text() for path in tmp_path.glob("front.csv")]
+    rows = list(csv.DictReader(text.splitlines()))
+    assert [float(row["mass[coupler]"]) for row in rows] == sorted(one.numbers["mass[coupler]"] for one in found.front)
+    history = list(csv.DictReader((tmp_path / "history.csv").read_text().splitlines()))
+    assert all(row == history[int(row["trial"]) - 1] for row in rows)
+    drawn = {line.get_label(): line.get_xydata() for line in pareto_figure(found).axes[0].lines}
+    best = [found.best.numbers["mass[coupler]"], found.best.numbers["strain[coupler].max"] / 1e-6]
+    assert drawn["best.toml"].tolist() == [best]
+    assert best in drawn["none is better in every aim"].tolist()
+    assert len(history_figure(found).axes) == 2
+    assert "least sum of all aims" in verdict(found)
