@@ -176,12 +176,11 @@ class KnownDamping:
             here = {ahead: values[min(int(part), self.parts - 1) :: self.parts] for ahead, values in alike.items()}
             found.append(through(range(-2, 4), inside + max(0.0, part - self.parts + 1), here))
         values = np.stack(found, axis=1).reshape(-1, *found[0].shape[1:])
-        if not self._few:
-            try:
-                values = np.linalg.cholesky(values).transpose(0, 2, 1)
-            except np.linalg.LinAlgError:
-                return None
-        return replace(self.factor, values=values * self.unit)
+        try:
+            factors = values if self._few else np.linalg.cholesky(values).transpose(0, 2, 1)
+        except np.linalg.LinAlgError:
+            return None
+        return replace(self.factor, values=factors * self.unit)
 
 
 def _turned_alike(scaled: Array) -> dict[int, Array]:
