@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
 
-OF_RESULTS, OF_SCENES, OF_MATRICES = (".pvd", ".mat", ".csv"), (".py",), (".mat", ".nc")
+OF_RESULTS, OF_SCENES, OF_MATRICES = (".pvd", ".mat", ".csv"), (".py", ".mbd"), (".mat", ".nc")
 OF_MODES = ("modal_coordinate", "energy_share")  # tables of the part of each mode in the motion
 SOLVING = ("kinematics", "beams", "modes", "response")  # steps of solving a scene anew
 
@@ -25,8 +25,8 @@ def export(
     files: Annotated[
         list[Path] | None,
         typer.Argument(
-            help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave, .py for Exudyn, and the table of a "
-            "variable by its name, such as stress_range.csv.",
+            help="Files to write: .pvd for ParaView, .mat for MATLAB and Octave, .py for Exudyn, .mbd for MBDyn, "
+            "and the table of a variable by its name, such as stress_range.csv.",
             show_default=False,
         ),
     ] = None,
@@ -36,7 +36,7 @@ def export(
     ] = None,
     units: Units = None,
 ) -> None:
-    """Write a result for ParaView or MATLAB, one variable as a table, matrices, or a scene as a script for Exudyn."""
+    """Write a result for ParaView or MATLAB, one variable as a table, matrices, or a scene for Exudyn or MBDyn."""
     from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.scene import load  # noqa: PLC0415
 
@@ -46,7 +46,7 @@ def export(
     if matrices is not None and matrices.suffix not in OF_MATRICES:
         raise MechanismError(f"{matrices}: matrices are written as {' or '.join(OF_MATRICES)}")
     if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
-        known = ".pvd (ParaView), .mat (MATLAB), .py (Exudyn) and .csv (table of a variable, by its name)"
+        known = ".pvd (ParaView), .mat (MATLAB), .py (Exudyn), .mbd (MBDyn) and .csv (table of a variable, by its name)"
         raise MechanismError(f"{unknown[0]}: exported are {known}")
     of_scene = source.suffix == ".toml"
     if of_scene and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
@@ -59,7 +59,7 @@ def export(
     for path in files:
         make_folder(path.parent)
         if result is None or path.suffix in OF_SCENES:
-            _write_script(scene, path)
+            _write_model(scene, path)
         else:
             _write_result(result, path, every, names)
         tell(f"Wrote {path}")
@@ -107,10 +107,11 @@ def _write_matrices(scene: Scene, path: Path) -> None:
         found.save(path)
 
 
-def _write_script(scene: Scene, path: Path) -> None:
-    """Write a scene as a script for Exudyn."""
+def _write_model(scene: Scene, path: Path) -> None:
+    """Write a scene as a script for Exudyn or an input file of MBDyn."""
     from fenics_mech._files import write_whole  # noqa: PLC0415
     from fenics_mech.studies.peers.exudyn_script import exudyn_script  # noqa: PLC0415
+    from fenics_mech.studies.peers.mbdyn_input import mbdyn_input  # noqa: PLC0415
 
-    text = exudyn_script(scene)
+    text = mbdyn_input(scene) if path.suffix == ".mbd" else exudyn_script(scene)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
