@@ -6,12 +6,15 @@ and harmonic, by every solver and whether or not multipliers are asked for.
 """
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fenics_mech import analyse
+from fenics_mech.accuracy.estimate import estimate
 from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.response.periodic import cyclic
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.stability.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
@@ -90,6 +93,18 @@ def test_where_nothing_excites_it_the_answer_is_right_or_refused(solver, mode, h
         assert np.abs(found - exact).max() < (BY_STEPS[solver] + 1e-15 * condition) * np.abs(exact).max()
     else:
         assert re.search(rf"mode {mode} \(.* harmonic {harmonic} of the drive", told)
+
+
+def test_estimates_that_rounding_stops_name_mode_and_harmonic_too(monkeypatch, critical):
+    """There is an answer here, and rounding decides whether the systems of its error can be solved."""
+
+    def strictly(*words):
+        monkeypatch.setattr(cyclic, "CYCLIC", replace(cyclic.CYCLIC, largest_residual=0.0))
+        return estimate(*words)
+
+    monkeypatch.setattr("fenics_mech.analysis.estimate", strictly)
+    with pytest.raises(SolverError, match=r"mode 2 \(.* harmonic 5 of the drive"):
+        solved(case("sub-intervals", critical[1] / 5 * (1 + 1e-9)))
 
 
 @pytest.mark.parametrize("solver", ["collocation", "harmonic-balance"])

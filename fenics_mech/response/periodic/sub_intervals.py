@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -78,11 +78,9 @@ def solve_sub_intervals(
     if boundary_load is not None:
         rise = np.roll(boundary_load, -1, axis=0) - boundary_load
         slope = np.einsum("kmi,ki->km", modes.shapes, rise) / step
-    blame = partial(of_modes, joined.transitions, modes.frequency.mean(axis=0), scene.period)
-    with blaming(blame):
-        starts = joined.starts(load, slope)
+    starts = joined.starts(load, slope)
     condition = magnification(joined.cycle, starts)
-    refuse_magnified(condition, blame)
+    refuse_magnified(condition, joined.blame)
     state = joined.middles(starts, load, slope)
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
@@ -174,10 +172,16 @@ class SubIntervals:
         Raises
         ------
         SolverError
-            When the cycle cannot be closed, as at an undamped resonance.
+            When the cycle cannot be closed, as at an undamped resonance, with mode and harmonic.
         """
         forced = self.oscillators.forced(load - slope * self.duration / 2, slope, self.duration)
-        return self.cycle.solve(self._carried(forced))
+        with blaming(self.blame):
+            return self.cycle.solve(self._carried(forced))
+
+    def blame(self) -> tuple[float, str]:
+        """Find which mode is next to resonance, as `of_modes` does."""
+        frequency = self.oscillators.omega.mean(axis=0) / (2 * np.pi)
+        return of_modes(self.transitions, frequency, float(self.duration.sum()))
 
     def answer(self, load: Array, slope: Array) -> Array:
         """Give the states at the middles under modal loads and their slopes in time.
