@@ -366,9 +366,8 @@ def test_a_limit_that_no_trial_keeps_is_an_error_that_names_it_and_how_far_it_is
     said = CliRunner().invoke(app, ["optimise", str(tmp_path / "scene.toml"), "-o", str(tmp_path / "out")])
     assert said.exit_code != 0
     least = 2714 * 0.0254 * 1e-3 * 11 * 0.0254
-    told = (
-        f"mass[coupler] is {1e3 * least:.5g} g, where at most 10 g is asked ({100 * (least / 0.01 - 1):.2g} % beyond it)"
-    )
+    beyond = f"{100 * (least / 0.01 - 1):.2g} % beyond it"
+    told = f"mass[coupler] is {1e3 * least:.5g} g, where at most 10 g is asked ({beyond})"
     assert f"no trial keeps all limits: {told}; best.toml is the nearest" in str(said.exception)
     assert told in " ".join(said.output.split())
     assert "outside the linear theory" in said.output  # a warning of the analysis of the best
