@@ -144,4 +144,6 @@ def _numbers(found: Optimum) -> Table:
 def _cost(found: Optimum) -> str:
     run, count = sum(trial.seconds for trial in found.history), len(found.history)
     said = found.ending.message.rstrip(".")
-    return f"{count} trials of {run:.0f} s in all; {found.seconds:.0f} s in this run. The search ended with: {said}."
+    cost = f"{count} trials of {run:.0f} s in all; {found.seconds:.0f} s in this run. The search ended with: {said}."
+    why = found.problem.why_differences
+    return f"{cost} Derivatives are differences of trials, as {why}." if why else cost

@@ -11,6 +11,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
 
@@ -105,6 +106,11 @@ class Explorer:
         for trial in self.trials.run(new, known):
             self._known[_key(trial.values)] = trial
         return [self._known[key] for key in keys]
+
+    @property
+    def why_differences(self) -> str:
+        """Why derivatives were differences of trials; empty where none were, or where they came from `sensitivity`."""
+        return why_differences(self.trials.design, self.trials.quantities) if self._slopes else ""
 
     def derivatives(self, unit: Array) -> dict[str, Array]:
         """Derivatives of all numbers by the variables, by name, ``(variables,)`` each.

@@ -11,7 +11,7 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +25,7 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
+from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.result_curves import ResultNumbers
 from fenics_mech.studies.design.result_numbers import read_all, total_mass
@@ -189,15 +190,8 @@ class Trials:
 
     @property
     def linearised(self) -> bool:
-        """Whether the equation about a trial's motion gives derivatives: periodic, of stated effects, without choices.
-
-        Multipliers are no numbers of that motion alone.
-        """
-        scene = self.design.scene
-        stated = scene.effects != "auto" and scene.tolerance is None and not scene.impulses
-        plain = not any(variable.choices for variable in self.design.variables)
-        judged = any(quantity.needs_stability for quantity in self.quantities)
-        return scene.analysis.method == "periodic" and stated and plain and not judged and bool(scene.members())
+        """Whether the equation about a trial's motion gives derivatives; see `why_differences`."""
+        return not why_differences(self.design, self.quantities)
 
     def solution(self, values: Sequence[float]) -> Solution:
         """Give the solution of a trial that `linearised` holds for; that of the last trial is known.
@@ -228,7 +222,7 @@ class Trials:
 
     def _task(self, point: Sequence[float]) -> _Task:
         values = tuple(float(value) for value in point)
-        data = scene_data(self.cheapest) | {"units": []}  # which change no number
+        data = self._data | {"units": []}  # which change no number
         text = json.dumps(
             [
                 __version__,
@@ -251,9 +245,14 @@ class Trials:
         values
             A value of each variable, in SI.
         """
-        return placed(scene_data(self.cheapest), self.design.changes(values))
+        return placed(self._data, self.design.changes(values))
 
-    @property
+    @cached_property
+    def _data(self) -> Record:
+        """The cheapest scene as plain data."""
+        return scene_data(self.cheapest)
+
+    @cached_property
     def cheapest(self) -> Scene:
         """The scene with the cheapest analysis that gives the numbers: no errors, and stability where it is asked."""
         scene = self.design.scene

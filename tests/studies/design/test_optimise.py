@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 import fenics_mech as fm
+from fenics_mech._console import text_of
 from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.scene.writing import write_scene
@@ -20,7 +21,7 @@ from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
 from fenics_mech.views.study_plots import history_figure, pareto_figure
-from fenics_mech.views.study_summary import verdict
+from fenics_mech.views.study_summary import study_summary, verdict
 
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
 
@@ -345,6 +346,33 @@ def test_derivatives_are_those_of_converged_runs(number, value, effects, near):
         # the runs repeat to 1e-10, which their difference divides by 2e-4; small cycles of stress begin at positions
         share = max(2e-4, 100 * near) if name == "damage" else near  # that change with the variable, which makes kinks
         assert math.isclose(found[name][0], exact, abs_tol=share * size), name
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("number", "value"), [("sections.coupler.height", 1.6e-3), ("drive.speed", 32.3)])
+def test_the_derivative_of_the_noise_is_that_of_converged_runs(number, value):
+    trials = Trials.of(with_strengths(value, number), ["noise"])
+    slopes = []
+    for h in (2e-4 * value, 1e-4 * value):
+        ahead, behind = trials.run([[value + h], [value - h]])
+        slopes.append((ahead.numbers["noise"] - behind.numbers["noise"]) / (2 * h))
+    exact = (4 * slopes[1] - slopes[0]) / 3  # Richardson
+    assert sensitivity(trials, [value])["noise"][0] == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_a_margin_of_stability_takes_differences_and_the_summary_says_so():
+    damping = {"numbers": ["damping.ratio"], "between": [0.01, 0.03]}
+    scene = four_bar("periodic", variables={"d": damping}, maximise=["stability.margin"])
+    scene = scene.changed({"effects": ("coupling",), "analysis.sub_intervals": 60, "analysis.allow_coarse": True})
+    found = fm.optimise(scene, search=Search(generations=3))
+    assert found.best.values[0] == pytest.approx(0.03)
+    # a vibration of one frequency f decays by exp(-2 pi zeta f/f_drive) in a cycle, so that the margin grows
+    slope = found.problem.derivatives(np.array([0.5]))["stability.margin"][0]
+    low, high = (Trials.of(scene).run([[ratio]])[0].numbers["stability.margin"] for ratio in (0.0199, 0.0201))
+    assert slope == pytest.approx((high - low) / 0.0002 * 0.02, rel=1e-3)  # for the whole range
+    said = " ".join(text_of(study_summary(found)).split())
+    assert "stability.margin is of disturbances, and not of the motion" in said
 
 
 @pytest.mark.slow
