@@ -15,6 +15,7 @@ from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import sentence
 
 ON_FRAME = "shaking: total on the frame; the moment is about the ground's origin"
+ROUNDING = 1e-12  # of the largest number (SI), up to which another is none
 
 
 def joints_table(result: Result, units: AnswerUnits) -> Table:
@@ -38,9 +39,11 @@ def joints_table(result: Result, units: AnswerUnits) -> Table:
         total = np.linalg.norm(values_of(result, "shaking_force", "theta", "component"), axis=-1)
         peaks += [("shaking force", total, "force"), ("shaking moment", data["shaking_moment"].to_numpy(), "moment")]
         table.caption, table.caption_justify = f"{ON_FRAME}\n", "left"
+    largest = max((float(np.abs(curve).max()) for _, curve, _ in peaks), default=0.0)
     for name, curve, kind in peaks:
         (k,) = peak_of(curve)
-        table.add_row(name, shown(curve[k], kind, units), at(result, k))
+        nothing = abs(curve[k]) < ROUNDING * largest
+        table.add_row(name, shown(0.0 if nothing else curve[k], kind, units), "" if nothing else at(result, k))
     return table
 
 

@@ -19,6 +19,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
+from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
@@ -141,7 +142,17 @@ def headline(reading: ForceReading) -> tuple[str, str]:
     where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
     rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
-    return value, f"{where}{when}{rest}."
+    return value, f"{where}{when}{rest}.{_contacts(reading)}"
+
+
+def _contacts(reading: ForceReading) -> str:
+    """Tell the largest push of a contact where it is between the positions, so that no joint force has it."""
+    efforts = [one for one in law_efforts(reading.result, reading.units) if one.between]
+    if not efforts:
+        return ""
+    most = max(efforts, key=lambda one: one.largest)
+    told = f"{short(most.largest)} {most.unit}"
+    return f" Between the positions {most.law} at joint {most.joint} exerts up to {told}."
 
 
 def _largest_force(reading: ForceReading) -> tuple[str, str]:
@@ -150,7 +161,7 @@ def _largest_force(reading: ForceReading) -> tuple[str, str]:
         return "Nothing is joined", "so that no joint has a force."
     k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
     value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
-    return value, f"in {reading.joints[n]}, at {reading.at(k)}."
+    return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_contacts(reading)}"
 
 
 def _rigid(result: Result) -> Judgement:

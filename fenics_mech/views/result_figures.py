@@ -19,6 +19,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save, save_all
 from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.frequency_plot import plot_frequencies
+from fenics_mech.views.law_figures import law_figure, open_pins, orbit_figure
 from fenics_mech.views.motion_figures import freedom_spectrum_figure, growth_figure, poincare_figure
 from fenics_mech.views.plot_marks import named
 from fenics_mech.views.plots import (
@@ -243,6 +244,8 @@ FIGURES: dict[str, Build] = {
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
     "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
     "point_paths": (lambda result: bool(path_points(result)), point_path_figure),
+    "joint_laws": (lambda result: "law_effort" in result.data, law_figure),
+    "pin_orbits": (lambda result: bool(open_pins(result)), orbit_figure),
     "freedoms": (lambda result: "freedom_place" in result.data, freedom_figure),
     "freedom_spectrum": (
         lambda result: "lyapunov_exponent" in result.data or "section_place" in result.data,

@@ -15,6 +15,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
 from fenics_mech.views.details import damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
+from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
 
@@ -99,13 +100,8 @@ def law_table(result: Result, units: AnswerUnits) -> Table:
         Units of the numbers.
     """
     table = table_of("Joint laws", "law", "joint", "kind", "largest\nin the motion")
-    in_si = str(result.data["largest_law_effort"].attrs["units"]).split(", ")
-    names, largest = result.data["law"].to_numpy(), result.data["largest_law_effort"].to_numpy()
-    for name, effort, unit in zip(map(str, names), largest, in_si * len(names)):
-        stated, _, driven = name.partition(":")
-        law = result.scene.joint_laws[stated]
-        size = shown(float(effort), "force" if unit == "N" else "moment", units)
-        table.add_row(escape(name), escape(driven or law.joint), law.kind, size)
+    for one in law_efforts(result, units):
+        table.add_row(escape(one.law), escape(one.joint), one.kind, f"{number(one.largest)} {one.unit}")
     return table
 
 

@@ -22,6 +22,7 @@ TICKS = 45  # degrees of the drive between two dots
 COLUMNS, MOST_JOINTS = 3, 9  # of a figure
 MOST_PATHS = 7  # as many as there are colours
 HEIGHT = 5.4  # inches
+ROUNDING = 1e-9  # of the largest force, up to which another is none
 SEEN = 0.002  # of the largest path, by which two curves must be apart to be seen
 
 
@@ -162,8 +163,9 @@ def force_path_figure(result: Result) -> Figure:
     """
     reading = reading_of(result)
     shaking: list[str | None] = [None] if "shaking_force" in result.data else []
-    ranked = np.argsort(-reading.force.max(axis=0), kind="stable")[: MOST_JOINTS - len(shaking)]
-    joints = shaking + [reading.joints[n] for n in sorted(ranked)]
+    size = reading.force.max(axis=0)
+    ranked = [n for n in np.argsort(-size, kind="stable") if size[n] > ROUNDING * size.max()]
+    joints = shaking + [reading.joints[n] for n in sorted(ranked[: MOST_JOINTS - len(shaking)])]
     rows = -(-len(joints) // COLUMNS)
     columns = min(COLUMNS, len(joints))
     figure, panels = empty_figure(rows, 0.4 + SIZE[0] / columns * rows, columns, shared=False)
@@ -173,6 +175,7 @@ def force_path_figure(result: Result) -> Figure:
     for n, (axes, joint) in enumerate(zip(flat, joints)):
         plot_force_path(result, joint, axes)
         title = axes.get_title("left").replace(", at most", "\nat most")
+        title = "\nat ".join(title.rsplit(" at ", 1)) if reading.in_time else title
         axes.set_title(title, fontsize=9, loc="left")
         if n % columns:
             axes.set_ylabel("")

@@ -14,6 +14,7 @@ from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.views.details import decisions, energy
 from fenics_mech.views.judgements import SOURCES, unstated_gravity
+from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import ForceReading, Reading, change_by_vibration
 from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy, running_lines
@@ -112,7 +113,18 @@ def joints(reading: ForceReading) -> Html:
     )
     live = (tag("p", lead, class_="lead"), tag("div", id="forces", class_="polar"))
     shown = tag("div", *live, class_="live") if len(reading.theta) > 1 else EMPTY
-    return tag("section", tag("h2", "Joint forces"), shown, table(head, rows), class_="card")
+    laws = _joint_laws(reading)
+    return tag("section", tag("h2", "Joint forces"), shown, table(head, rows), laws, class_="card")
+
+
+def _joint_laws(reading: ForceReading) -> Html:
+    """Tabulate the largest effort of each joint law, between the positions too; nothing where there are none."""
+    efforts = law_efforts(reading.result, reading.units)
+    if not efforts:
+        return EMPTY
+    rows = [[one.law, one.joint, one.kind, f"{short(one.largest)} {one.unit}"] for one in efforts]
+    head = ["joint law", "joint<", "kind<", "largest, between the positions too"]
+    return table(head, rows)
 
 
 def _force_cells(reading: ForceReading, k: int, force: Array) -> list[str]:
