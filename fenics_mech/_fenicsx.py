@@ -27,7 +27,7 @@ try:  # after PETSc and its MPI
     import ufl
 except ImportError as error:
     dolfinx = ufl = fem = Absent(error)  # type: ignore[assignment]
-FIRST, LAST = (0, 5), (0, 11)  # versions of dolfinx that are known to work
+KNOWN = ((0, 5), (0, 9), (0, 10), (0, 11))  # versions of dolfinx that this has been run with
 
 
 def found() -> tuple[int, ...]:
@@ -37,18 +37,19 @@ def found() -> tuple[int, ...]:
 
 @contextmanager
 def _version_named() -> Iterator[None]:
-    """Name the version of dolfinx in an error, where it is not one that is known to work."""
+    """Name the version of dolfinx in an error, where this has not been run with it."""
     try:
         yield
     except Exception as error:
         if isinstance(dolfinx, Absent):
             raise not_there(dolfinx.error) from error
-        if FIRST <= found() <= LAST:
+        if found() in KNOWN:
             raise
-        known = " to ".join(".".join(map(str, end)) for end in (FIRST, LAST))
+        *others, last = (".".join(map(str, version)) for version in KNOWN)
+        known = f"{', '.join(others)} and {last}"
         what = " ".join(str(error).split()) or type(error).__name__
         raise MechanismError(
-            f"dolfinx {dolfinx.__version__} is installed, and only the versions {known} are known to work: {what}"
+            f"dolfinx {dolfinx.__version__} is installed, and only {known} are known to work: {what}"
         ) from error
 
 
