@@ -92,7 +92,8 @@ def fed_back(
         basis.append(found / left)
     else:  # an eigenvalue that only the last basis has is by chance: the smaller answer is without it
         parts, held = min(before, parts, key=np.linalg.norm), held or held_before
-    return size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1), not held
+    answer = size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1)
+    return np.asarray(answer, dtype=np.float64), not held
 
 
 @dataclass(frozen=True)

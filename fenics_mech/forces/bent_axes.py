@@ -31,7 +31,7 @@ def by_shape_functions(displacement: Array, h: Array, xi: Array) -> tuple[Array,
         Places 0..1 in elements, ``(places,)``.
     """
     bent = scaled(displacement[..., NORMAL], h)
-    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1) / h[:, None]
+    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1, dtype=np.float64) / h[:, None]
     u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
     return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
 
@@ -50,7 +50,8 @@ def of_bent_axis(
     Parameters are those of `statics`.
     """
     h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
-    inner, of = np.outer(xi, (PLACES + 1) / 2).ravel(), np.repeat(element, len(PLACES))
+    inner = np.asarray(np.outer(xi, (PLACES + 1) / 2).ravel(), dtype=np.float64)
+    of = np.repeat(element, len(PLACES))
     nodal = system.beams.layout.hermite_dofs(v)
     slope = by_shape_functions(nodal[:, of], h[of], inner)[2]
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)

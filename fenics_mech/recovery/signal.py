@@ -109,7 +109,7 @@ def of_cycle(data: xr.Dataset, part: slice, period: float, still: xr.DataArray |
     for name, (dims, values) in found.items():
         series = harmonics(values, phase)
         variables[f"{name}_amplitude"] = (("harmonic", *dims), np.abs(series))
-        variables[f"{name}_phase"] = (("harmonic", *dims), np.angle(series))
+        variables[f"{name}_phase"] = (("harmonic", *dims), np.asarray(np.angle(series), dtype=np.float64))
     order = np.arange(len(series))
     coordinates = {"harmonic": order, "harmonic_frequency": ("harmonic", order / period)} | place
     if still is not None and "frequency" in data:

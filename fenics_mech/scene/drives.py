@@ -84,7 +84,7 @@ class Harmonics(Part):
     @property
     def orders(self) -> Array:
         """Orders n of the harmonics, ``(harmonics,)``."""
-        return np.arange(1.0, 1 + max(len(self.cosine), len(self.sine)))
+        return np.arange(1, 1 + max(len(self.cosine), len(self.sine)), dtype=np.float64)
 
     @property
     def amplitudes(self) -> NDArray[np.complex128]:

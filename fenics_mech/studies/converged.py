@@ -112,7 +112,7 @@ def at_common_angles(curves: Array, others: Array) -> tuple[Array, Array]:
         return curves, others[:: known // count]
     series = harmonics(others)
     waves = np.exp(2j * np.pi * np.outer(np.arange(count), np.arange(len(series))) / count)
-    return curves, np.tensordot(waves, series, axes=1).real
+    return curves, np.asarray(np.tensordot(waves, series, axes=1).real, dtype=np.float64)
 
 
 def extrapolated(fine: Array, coarse: Array, ratio: float, order: int = 2) -> Array:

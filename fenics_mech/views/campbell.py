@@ -139,7 +139,8 @@ def _mark_scene(panels: tuple[Axes, Axes], x: Array, rate: Array, data: xr.Datas
 def _rates(x: Array, rate: Array) -> tuple[Array, Array]:
     """Give where rates are known, and these: everywhere, where those of the points that did not fail are on a line."""
     known = np.isfinite(rate)
-    line = np.polynomial.Polynomial.fit(x[known], rate[known], min(1, known.sum() - 1), domain=x[[0, -1]])(x)
+    fitted = np.polynomial.Polynomial.fit(x[known], rate[known], min(1, known.sum() - 1), domain=x[[0, -1]])
+    line = np.asarray(fitted(x), dtype=np.float64)
     return (x, line) if np.allclose(line[known], rate[known], rtol=1e-9, atol=0) else (x[known], rate[known])
 
 

@@ -50,7 +50,7 @@ class Tableau:
             legendre = legendre - Legendre.basis(stages - 1)
         points = (np.sort(legendre.roots().real) + 1) / 2
         lagrange = [part.integ() for part in _lagrange(points)]
-        inner = np.stack([integral(points) for integral in lagrange], axis=-1)
+        inner = np.stack([integral(points) for integral in lagrange], axis=-1, dtype=np.float64)
         return cls(points, inner, np.array([integral(1) for integral in lagrange]))
 
     @classmethod
