@@ -93,55 +93,82 @@ FAST static int invert_large(double *a, long n)
     return invert(a, n);
 }
 
-/* Factors of M + h A C + h^2 A^2 K in every step; without C and K, those of M at every position (S = 1).
-   Returns the first step whose matrix is singular, or -1. */
-long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
-            const double *duration, const double *inner, const double *square, double *factors)
+/* Invert the diagonal blocks d of the steps k to k + many - 1, which stand in the lanes. Returns the first step whose block
+   is singular, or -1. */
+static long invert_lanes(lanes *d, long k, long many)
 {
     long singular = -1;
-    for (long k = 0; k < steps; k++) {
-        double *b = factors + k * p->blocks * S * S;
-        memset(b, 0, sizeof(double) * p->blocks * S * S);
-        for (long e = 0; e < p->entries; e++) {
-            double *o = b + (long)p->place[e] * S * S;
-            for (int i = 0; i < S; i++) { /* the equation at point i */
-                long at = (k * S + i) * p->entries + e;
-                o[BLOCK(i, i)] += mass[at];
-                if (!damping) continue;
-                double h = duration[k], c = h * damping[at], s = h * h * stiffness[at];
-                for (int j = 0; j < S; j++) o[BLOCK(i, j)] += inner[BLOCK(i, j)] * c + square[BLOCK(i, j)] * s;
+    double block[S * S];
+    for (long c = many - 1; c >= 0; c--) {
+        for (int i = 0; i < S * S; i++) block[i] = d[i][c];
+        if (!invert(block, S)) singular = k + c;
+        for (int i = 0; i < S * S; i++) d[i][c] = block[i];
+    }
+    return singular;
+}
+
+/* Factorise LANES steps beside each other; b holds their matrices, block by block. */
+FAST static long factorise_lanes(const pattern *p, long k, long many, lanes *b)
+{
+    long singular = -1;
+    for (long i = 0; i < p->size; i++) {
+        lanes *d = b + i * S * S;
+        long below = p->first[i + 1] - p->first[i], failed = invert_lanes(d, k, many);
+        if (failed >= 0 && (singular < 0 || failed < singular)) singular = failed;
+        for (long z = p->first[i]; z < p->first[i + 1]; z++) { /* blocks of L: times the inverse */
+            lanes *l = b + LOWER(z), row[S];
+            for (int r = 0; r < S; r++) {
+                for (int j = 0; j < S; j++) row[j] = l[BLOCK(r, j)];
+                for (int j = 0; j < S; j++) {
+                    lanes sum = row[0] * d[BLOCK(0, j)];
+                    for (int m = 1; m < S; m++) sum += row[m] * d[BLOCK(m, j)];
+                    l[BLOCK(r, j)] = sum;
+                }
             }
         }
-        for (long i = 0; i < p->size; i++) {
-            double *d = b + i * S * S;
-            long many = p->first[i + 1] - p->first[i];
-            if (!invert(d, S) && singular < 0) singular = k;
-            for (long z = p->first[i]; z < p->first[i + 1]; z++) { /* blocks of L: times the inverse */
-                double *l = b + LOWER(z), row[S];
-                for (int r = 0; r < S; r++) {
-                    for (int j = 0; j < S; j++) row[j] = l[BLOCK(r, j)];
+        const int *target = p->target + p->update[i];
+        for (long y = 0; y < below; y++) {
+            const lanes *l = b + LOWER(p->first[i] + y);
+            for (long z = 0; z < below; z++) {
+                const lanes *u = b + UPPER(p->first[i] + z);
+                lanes *o = b + (long)target[y * below + z] * S * S;
+                for (int r = 0; r < S; r++)
                     for (int j = 0; j < S; j++) {
-                        double sum = 0.0;
-                        for (int m = 0; m < S; m++) sum += row[m] * d[BLOCK(m, j)];
-                        l[BLOCK(r, j)] = sum;
+                        lanes sum = l[BLOCK(r, 0)] * u[BLOCK(0, j)];
+                        for (int m = 1; m < S; m++) sum += l[BLOCK(r, m)] * u[BLOCK(m, j)];
+                        o[BLOCK(r, j)] -= sum;
                     }
-                }
-            }
-            const int *target = p->target + p->update[i];
-            for (long y = 0; y < many; y++) {
-                const double *l = b + LOWER(p->first[i] + y);
-                for (long z = 0; z < many; z++) {
-                    const double *u = b + UPPER(p->first[i] + z);
-                    double *o = b + (long)target[y * many + z] * S * S;
-                    for (int r = 0; r < S; r++)
-                        for (int j = 0; j < S; j++) {
-                            double sum = 0.0;
-                            for (int m = 0; m < S; m++) sum += l[BLOCK(r, m)] * u[BLOCK(m, j)];
-                            o[BLOCK(r, j)] -= sum;
-                        }
-                }
             }
         }
+    }
+    return singular;
+}
+
+/* Factors of M + h A C + h^2 A^2 K in every step; without C and K, those of M at every position (S = 1).
+   work is (blocks, S, S, LANES). Returns the first step whose matrix is singular, or -1. */
+long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
+            const double *duration, const double *inner, const double *square, double *factors, double *work)
+{
+    long singular = -1, numbers = p->blocks * S * S;
+    for (long k = 0, many; k < steps; k += many) {
+        many = steps - k < LANES ? steps - k : LANES;
+        memset(work, 0, sizeof(lanes) * numbers);
+        for (long e = 0; e < p->entries; e++) {
+            double *o = work + (long)p->place[e] * S * S * LANES;
+            for (int i = 0; i < S; i++) /* the equation at point i */
+                for (long c = 0; c < many; c++) {
+                    long at = ((k + c) * S + i) * p->entries + e;
+                    o[BLOCK(i, i) * LANES + c] += mass[at];
+                    if (!damping) continue;
+                    double h = duration[k + c], by_rate = h * damping[at], by_place = h * h * stiffness[at];
+                    for (int j = 0; j < S; j++)
+                        o[BLOCK(i, j) * LANES + c] += inner[BLOCK(i, j)] * by_rate + square[BLOCK(i, j)] * by_place;
+                }
+        }
+        long failed = factorise_lanes(p, k, many, (lanes *)work);
+        if (singular < 0) singular = failed;
+        for (long c = 0; c < many; c++)
+            for (long i = 0; i < numbers; i++) factors[(k + c) * numbers + i] = work[i * LANES + c];
     }
     return singular;
 }

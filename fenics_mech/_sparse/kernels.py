@@ -18,6 +18,7 @@ from fenics_mech._compiling import compile_safely
 
 SOURCE, MARCH = (Path(__file__).with_name(name) for name in ("kernels.c", "march.h"))
 LANES = 4  # right-hand sides that are solved for at once: a register of a processor
+KINDS = {np.dtype(np.float64): "double[]", np.dtype(np.int32): "int[]", np.dtype(np.int64): "long[]"}
 DECLARED = """
 typedef struct {
     long size, entries, blocks, below_all;
@@ -35,7 +36,7 @@ typedef struct {
     const double *back_shares;
 } modal;
 long factor(const pattern *p, long steps, const double *mass, const double *damping, const double *stiffness,
-            const double *duration, const double *inner, const double *square, double *factors);
+            const double *duration, const double *inner, const double *square, double *factors, double *work);
 void multiply(const pattern *p, long positions, long many, const double *values, const double *vectors, double *result);
 void solve(const pattern *p, long positions, long many, const double *factors, double *right, double *work);
 void march(const pattern *p, long first, long last, const double *damping, const double *stiffness, const double *load,
@@ -104,5 +105,4 @@ def pointer(module: Any, array: NDArray[Any] | None) -> Any:
     """
     if array is None:
         return module.ffi.NULL
-    kind = {np.dtype(np.float64): "double", np.dtype(np.int32): "int", np.dtype(np.int64): "long"}[array.dtype]
-    return module.ffi.from_buffer(f"{kind}[]", array)
+    return module.ffi.from_buffer(KINDS[array.dtype], array)

@@ -205,8 +205,9 @@ def factorised(stack: Stack) -> Factors:
     factors = np.empty((len(stack.values), stack.pattern.elimination.blocks))
     values = np.ascontiguousarray(stack.values)
     null = module.ffi.NULL
-    record, given, made = stack.pattern.layout.of(module), pointer(module, values), pointer(module, factors)
-    singular = module.lib.factor(record, len(values), given, null, null, null, null, null, made)
+    record, work = stack.pattern.layout.of(module), np.empty(LANES * factors.shape[1])
+    given, made, beside = (pointer(module, part) for part in (values, factors, work))
+    singular = module.lib.factor(record, len(values), given, null, null, null, null, null, made, beside)
     if singular >= 0:
         raise SingularError(singular)
     return Factors(stack.pattern, factors)

@@ -53,7 +53,7 @@ class Flow:
         """The system that closes the cycle."""
         return Closing(self, self.options)
 
-    @property
+    @cached_property
     def mean_step(self) -> float:
         """Mean duration of the steps (s)."""
         return float(np.mean(self.step))
@@ -290,27 +290,32 @@ class Flow:
         accelerations: Array | None = None,
     ) -> None:
         """Call the compiled march; see there. States have `LANES` beside each other where they have a third axis."""
+        module, march, before, after, work = self._compiled[starts.ndim == 3]
+        given = None if load is None else np.ascontiguousarray(load)
+        more = None if gain is None else np.ascontiguousarray(gain)
+        march(
+            before[0],
+            first,
+            last,
+            *before[1:],
+            *(pointer(module, part) for part in (given, more)),
+            *after,
+            *(pointer(module, part) for part in (starts, ends, accelerations, work)),
+        )
+
+    @cached_property
+    def _compiled(self) -> list[tuple[Any, Any, list[Any], list[Any], Array]]:
+        """The compiled march of one state and of several: what it is called with, and numbers that it works in."""
         module, damping, stiffness, factors, modes = self._factorised
         stages, tableau = len(self.tableau.points), self.tableau
-        several = starts.ndim == 3
+        rule = self.duration, tableau.inner, tableau.weights, tableau.square, tableau.points, factors
+        before = [damping.pattern.layout.of(module), *(pointer(module, part.values) for part in (damping, stiffness))]
+        after = [*(pointer(module, part) for part in rule), modes.record if modes else module.ffi.NULL, self.mean_step]
         numbers = (2 * stages + 2) * self.size
         if modes:
             numbers += 2 * stages * modes.count + (stages + 3) * modes.seen
-        work = np.empty(numbers * LANES if several else numbers)
-        given = None if load is None else np.ascontiguousarray(load)
-        more = None if gain is None else np.ascontiguousarray(gain)
-        rule = tableau.inner, tableau.weights, tableau.square, tableau.points
-        march = module.lib.march_many if several else module.lib.march
-        march(
-            damping.pattern.layout.of(module),
-            first,
-            last,
-            *(pointer(module, part) for part in (damping.values, stiffness.values, given, more, self.duration)),
-            *(pointer(module, part) for part in (*rule, factors)),
-            modes.record if modes else module.ffi.NULL,
-            self.mean_step,
-            *(pointer(module, part) for part in (starts, ends, accelerations, work)),
-        )
+        marches = (module.lib.march, 1), (module.lib.march_many, LANES)
+        return [(module, march, before, after, np.empty(numbers * many)) for march, many in marches]
 
     @cached_property
     def _factorised(self) -> tuple[Any, Stack, Stack, Array, FewModes | None]:
@@ -326,7 +331,9 @@ class Flow:
         module = kernels(stages)
         factors = np.empty((len(self.duration), pattern.elimination.blocks, stages, stages))
         tableau, layout = self.tableau, pattern.layout.of(module)
-        parts = (mass.values, damping.values, stiffness.values, self.duration, tableau.inner, tableau.square, factors)
+        work = np.empty(LANES * factors[0].size)
+        matrix = mass.values, damping.values, stiffness.values, self.duration, tableau.inner, tableau.square
+        parts = (*matrix, factors, work)
         singular = module.lib.factor(layout, len(self.duration), *(pointer(module, part) for part in parts))
         modes = None
         if modal is not None and few and singular < 0:
