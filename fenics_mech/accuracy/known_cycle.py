@@ -43,7 +43,7 @@ def of_harmonics(solution: Solution) -> KnownCycle | None:
         return None
     steps = min(max(THEORY.fewest, THEORY.steps * highest), len(q))
     taken = {"sub_intervals": steps, "solver": "collocation", "scheme": "radau", "stages": THEORY.stages}
-    scene = solution.scene.changed(analysis=solution.scene.analysis.model_copy(update=taken))
+    scene = solution.scene.model_copy(update={"analysis": solution.scene.analysis.model_copy(update=taken)})
     order, rate = np.arange(len(amplitudes)), abs(scene.cycle_rate)
 
     def at(theta: Array) -> Array:

@@ -125,7 +125,7 @@ def _about_cycle(solution: Solution, exact: Scene, kept: float) -> Quantities:
     inside, starts = cycle.at_points(cycle.tableau), cycle.start
     if cycle.settling:
         inside, starts = cycle.stiffened(inside, *state[:2]), cycle.stiffened(starts, q, rate)
-    exact = exact.changed(analysis=analysis)
+    exact = exact.model_copy(update={"analysis": analysis})
     exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion), cycle.damped_up_to)
     top, top_starts = exactly.at_points(exactly.tableau), exactly.start
     tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))

@@ -43,7 +43,7 @@ def exact_theory(scene: Scene) -> Scene:
     needed = judged(scene.analysis.method) - {TENSION}
     if needed <= set(scene.named_effects):
         return scene
-    return scene.changed(effects=(*_beside(scene.named_effects), *sorted(needed)))
+    return scene.model_copy(update={"effects": (*_beside(scene.named_effects), *sorted(needed))})
 
 
 def _beside(effects: Sequence[str]) -> list[str]:

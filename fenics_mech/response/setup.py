@@ -374,4 +374,6 @@ def boundary_load(scene: Scene, system: System) -> Array | None:
         return None
     half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
     motion = solve_motion(scene, system.motion.theta - half, near=system.motion)
-    return moved(scene.changed(effects=()), system, motion).load  # axial forces load nothing by themselves
+    return moved(
+        scene.model_copy(update={"effects": ()}), system, motion
+    ).load  # axial forces load nothing by themselves

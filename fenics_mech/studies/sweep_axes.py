@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from copy import deepcopy
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -209,12 +209,18 @@ def placed(data: dict[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
         The plain data, which is not changed.
     values
         The other values (SI, or texts with a unit), by dotted path.
+
+    Returns
+    -------
+    dict
+        It has in common with the data what is not changed.
     """
-    data = deepcopy(data)
+    data = copy(data)
     for path, value in values.items():
         *parents, last = _keys(path)
         part: Any = data
         for key in parents:
+            part[key] = copy(part[key])
             part = part[key]
         part[last] = value
     return data
