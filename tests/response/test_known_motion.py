@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech.beams.other_mesh import elemental_on, nodal_on
 from fenics_mech.eigenmodes import solve_modes
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic import collocation, steady_state
 from fenics_mech.response.periodic.known_motion import KnownMotion
@@ -117,6 +117,15 @@ def test_newton_begins_from_the_motion_by_longer_steps(iterations, monkeypatch):
 def test_where_longer_steps_find_nothing_newton_begins_from_nothing(monkeypatch):
     monkeypatch.setattr(steady_state.KnownMotion, "of", lambda equation, orbit: None)
     assert np.isfinite(solved(scene_with(2, 360)).orbit.displacement).all()
+
+
+def test_a_motion_that_ends_at_a_share_of_the_load_is_not_sought_by_all_steps(iterations, coarse):
+    scene = scene_with(2, 360).changed(drive__speed=48.0)
+    with pytest.raises(UnresolvedError, match=r"at 0\.\d+ of the load") as failed:
+        solved(scene, coarse[2])
+    assert 0 < failed.value.found_up_to < 1
+    assert 0 < iterations.count(3 * 360) < 10  # beside the known motion alone
+    assert iterations.count(3 * 90) > 30
 
 
 def test_a_motion_goes_on_along_a_straight_line_unless_the_other_is_far(coarse):

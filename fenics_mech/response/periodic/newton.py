@@ -127,9 +127,11 @@ def solve_nonlinear(
             if accept is not None:
                 accept(equation.linearised(found.displacement, found.velocity, new_tension, factor))
             orbit, tension, done = found, new_tension, factor
-        except (SolverError, FloatingPointError):  # iterates that run away may overflow
+        except (SolverError, FloatingPointError) as error:  # iterates that run away may overflow
             rise /= 2
             if rise < NEWTON.smallest_rise or tried >= NEWTON.most_load_steps:
+                if isinstance(error, SolverError):
+                    error.found_up_to = done
                 raise
     assert orbit is not None
     return orbit

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.eigenmodes import Modes, solve_modes
-from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.impulse_work import AtImpulses
 from fenics_mech.kinematics import solve_motion
@@ -140,7 +140,7 @@ def _by_collocation(
     if cycle.settling:
         at_points = _settled(cycle, at_points)
     with cycle.determined(modes):
-        orbit = _orbit(cycle, at_points, near or _by_longer_steps(cycle))
+        orbit = _orbit(cycle, at_points, _beginnings(cycle, near))
     assert orbit.flow is not None
     cycle.keep(orbit.flow)
     if (known := KnownMotion.of(at_points, orbit)) is not None:
@@ -209,18 +209,29 @@ def condition_of(orbit: Orbit) -> float:
     return magnification(flow.cycle, flow.states(orbit.start, orbit.start_velocity), np.tile(flow.unit, 2))
 
 
-def _orbit(cycle: Cycle, at_points: Equation, near: KnownMotion | None = None) -> Orbit:
+def _beginnings(cycle: Cycle, near: KnownMotion | None) -> Iterator[KnownMotion]:
+    """Give motions from which Newton's method may begin, one after the other."""
+    if near is not None:
+        yield near
+    if (longer := _by_longer_steps(cycle)) is not None:
+        yield longer
+
+
+def _orbit(cycle: Cycle, at_points: Equation, near: Iterable[KnownMotion] = ()) -> Orbit:
     scene, steps = cycle.scene, cycle.steps
     jump, tension = velocity_jumps(scene, at_points.system, steps), rough_tension(scene, at_points.system)
     with naming_buckled(at_points, tension):
         if cycle.linear:
             return periodic_orbit(cycle.flow(cycle.tableau), jump)
-        beginning = None if near is None or at_points.system.terms.law is None else near.at(at_points)
-        return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump, beginning)
+        beginnings = () if at_points.system.terms.law is None else (motion.at(at_points) for motion in near)
+        return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump, beginnings)
 
 
 def _by_longer_steps(cycle: Cycle) -> KnownMotion | None:
-    """Give the motion by longer steps, for Newton's method to begin from; None where linear, or steps are long."""
+    """Give the motion by longer steps, for Newton's method to begin from; None where linear, or steps are long.
+
+    Where it ends at a share of the load, one by all steps does so too.
+    """
     scene, system = cycle.scene, cycle.system
     count = scene.analysis.sub_intervals // LONGER.times
     if system.terms.law is None or system.beams.reduction is not None or count < LONGER.fewest:
@@ -233,6 +244,8 @@ def _by_longer_steps(cycle: Cycle) -> KnownMotion | None:
         return KnownMotion.of(equation, _orbit(longer, equation))
     except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all steps may have one
         logger.info("no motion by longer steps: %s", error)
+        if isinstance(error, SolverError) and error.found_up_to:
+            raise
         return None
 
 

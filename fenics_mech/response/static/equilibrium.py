@@ -74,13 +74,16 @@ def naming_buckled(equation: Equation, tension: Array | None) -> Iterator[None]:
     try:
         yield
     except SolverError as error:
-        if (found := _buckled(equation.system, tension)) is None:
+        is_named = isinstance(error.__cause__, SolverError)  # by the steps of a motion to begin from
+        if is_named or (found := _buckled(equation.system, tension)) is None:
             raise
         k, link = found
-        raise type(error)(
+        named = type(error)(
             f"{error}. The straight link {link} buckles: under its axial forces the stiffness is not positive at drive "
             f"angle {np.degrees(equation.system.motion.theta[k]):.6g} deg"
-        ) from error
+        )
+        named.found_up_to = error.found_up_to
+        raise named from error
 
 
 def _buckled(system: System, tension: Array | None) -> tuple[int, str] | None:
