@@ -87,10 +87,20 @@ def compare(
     with reading_of_a_file():
         data = compared(sources)
     told = with_units(scenes[0], units)
+    _tell_speeds(files, scenes, told)
     make_folder(folder)
     written = [write_comparison(data, folder / "compare.csv"), *plot_comparison(sources, data, folder, told)]
     out.print(comparison_table(sources, data, told))
     tell_written(written, folder)
+
+
+def _tell_speeds(files: list[Path], scenes: list[Scene], told: Scene) -> None:
+    """Say so where the runs differ in speed."""
+    from fenics_mech.views.comparison import differing_speeds  # noqa: PLC0415
+
+    named = dict(zip((_label(path, files) for path in files if path.suffix != ".csv"), scenes))
+    if differing := differing_speeds(named, told):
+        tell(differing)
 
 
 def _check_files(files: list[Path], fibre: str) -> None:

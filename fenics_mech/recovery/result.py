@@ -257,7 +257,9 @@ class Result(OfScene):
 
 
 def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
-    """Interpolate linearly between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
+    """Interpolate by a cubic spline between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
+
+    Straight lines between few stations would be off by more than the strains are.
 
     Parameters
     ----------
@@ -268,9 +270,13 @@ def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
     s
         The place, 0..1, or several.
     """
-    i = np.clip(np.searchsorted(stations, s) - 1, 0, len(stations) - 2)
-    share = (s - stations[i]) / (stations[i + 1] - stations[i])
-    return (1 - share) * curves[..., i] + share * curves[..., i + 1]
+    from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import)
+
+    at = np.minimum(np.searchsorted(stations, s), len(stations) - 1)
+    if np.array_equal(stations[at], s):  # to the last bit, and no jump elsewhere along the member is felt
+        return curves[..., at]
+    spline = make_interp_spline(stations, curves, k=min(3, len(stations) - 1), axis=-1)
+    return np.asarray(spline(s))
 
 
 def stamp(scene: Scene) -> dict[str, str]:

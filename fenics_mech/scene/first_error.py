@@ -93,7 +93,7 @@ def _sentence(error: Any) -> str:
     """Say what pydantic found in words of ours."""
     if error["type"] in SENTENCES:
         message = SENTENCES[error["type"]].format(**error.get("ctx", {}))
-        return message if "tag}" in SENTENCES[error["type"]] else f"{message}, found {shortened(error['input'])}"
+        return message if "{tag" in SENTENCES[error["type"]] else f"{message}, found {shortened(error['input'])}"
     message = error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
     if error["type"].startswith("value_error") or error["type"] == "unknown_shape":
         return message

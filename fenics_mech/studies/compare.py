@@ -9,7 +9,8 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY, TURN
-from fenics_mech.studies.compared_curves import STEPS, Curves, Cycle, Quantity, along_member, at_stations, periodic
+from fenics_mech.recovery.result import at_place
+from fenics_mech.studies.compared_curves import STEPS, Curves, Cycle, Quantity, along_member, periodic
 
 COLUMNS = ("peak_reference", "peak", "difference", "rms", "shift", "rms_shifted")
 ANYWHERE = ("largest_difference", "largest_s", "largest_theta")  # along a member
@@ -75,7 +76,7 @@ def _anywhere(reference: Cycle, other: Cycle, quantity: Quantity) -> tuple[tuple
     stations = [cycle.data["s"].to_numpy() for cycle in (reference, other)]
     s, theta = min(stations, key=len), other.data["theta"].to_numpy()
     known, found = (
-        at_stations(along_member(cycle.data, quantity.kind, quantity.part), own, s)
+        at_place(along_member(cycle.data, quantity.kind, quantity.part), own, s)
         for cycle, own in zip((reference, other), stations)
     )
     off = found - periodic(reference.data["theta"].to_numpy(), known)(theta)

@@ -15,6 +15,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle, ripples, vibrating_mode
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
@@ -216,38 +217,15 @@ def _values(data: xr.Dataset, quantity: Quantity) -> Array:
     """Values of a quantity of a result, ``(angles,)``."""
     if quantity.kind == "strain":
         strain = data["strain"].sel(member=quantity.part, fibre=quantity.fibre).transpose("theta", "s")
-        return at_stations(strain.to_numpy(), data["s"].to_numpy(), quantity.s)
+        return at_place(strain.to_numpy(), data["s"].to_numpy(), quantity.s)
     if quantity.kind == "deflection":
         vectors = data["deflection"].sel(member=quantity.part).transpose("theta", "component", "s").to_numpy()
-        return np.linalg.norm(at_stations(vectors, data["s"].to_numpy(), quantity.s), axis=-1)
+        return np.linalg.norm(at_place(vectors, data["s"].to_numpy(), quantity.s), axis=-1)
     if quantity.kind == "input_torque":
         return data["input_torque"].to_numpy()
     forces = data[quantity.kind]
     forces = forces.sel(joint=quantity.part) if quantity.part else forces
     return np.linalg.norm(forces.transpose("theta", "component").to_numpy(), axis=-1)
-
-
-def at_stations(curves: Array, stations: Array, s: float | Array) -> Array:
-    """Interpolate by a cubic spline through stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
-
-    Straight lines between few stations would be told as a difference of the results.
-
-    Parameters
-    ----------
-    curves
-        Values at the stations.
-    stations
-        Ascending places along the member, 0..1.
-    s
-        The place, 0..1, or several.
-    """
-    from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import)
-
-    at = np.minimum(np.searchsorted(stations, s), len(stations) - 1)
-    if np.array_equal(stations[at], s):  # to the last bit, and no jump elsewhere along the member is felt
-        return curves[..., at]
-    spline = make_interp_spline(stations, curves, k=min(3, len(stations) - 1), axis=-1)
-    return np.asarray(spline(s))
 
 
 def curves_of_measurement(theta: Array, strain: Array, quantity: Quantity, label: str) -> Curves:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +22,12 @@ from fenics_mech.studies.compared_curves import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED
 from fenics_mech.views.reading import place_along
-from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.words import DEGREE, MINUS, in_degrees, sentence
 
 KINDS = {"deflection": "length", "joint_force": "force", "shaking_force": "force"}  # of units, by kind of quantity
 POINTS: dict[str, Any] = MEASURED | {"color": "#000000"}
+SAME_SPEED = 1e-9  # relative difference of speeds that are alike
 MOST_PANELS = 8  # in one figure
 MEANING = (
     "rms: root mean square of the difference, over the reference's peak\n"
@@ -67,6 +68,23 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) 
             table.add_row(escape(member), *("-" if rate is None else number(rate) for rate in rates))
         tables.append(table)
     return Group(*tables)
+
+
+def differing_speeds(scenes: Mapping[str, Scene], told: Scene) -> str:
+    """Say so where runs differ in speed, with the speed of each; nothing where they do not.
+
+    Parameters
+    ----------
+    scenes
+        Scenes of the runs, by their labels.
+    told
+        A scene with the units of the speeds.
+    """
+    rates = np.array([scene.cycle_rate for scene in scenes.values()])
+    if np.allclose(rates, rates[0], rtol=SAME_SPEED, atol=0):
+        return ""
+    said = "; ".join(f"{label}: {drive_of(scene, told.answer_units)}" for label, scene in scenes.items())
+    return f"The runs differ in speed, and are compared at equal drive angles. {said}."
 
 
 def _anywhere_table(found: xr.Dataset, known: dict[str, Quantity], scene: Scene) -> Table:

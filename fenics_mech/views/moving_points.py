@@ -152,7 +152,7 @@ def _on_line(shown: Moments, path: Array, member: str, s: Array) -> Array:
     """Places (m) along the bent line of a member, ``(frames, places, 2)``."""
     line = np.moveaxis(path[:, [*shown.result.scene.members()].index(member)], 1, -1)
     stations = shown.result.data["s"].to_numpy()
-    return np.stack([at_place(line, stations, float(place)) for place in s], axis=1)
+    return np.moveaxis(at_place(line, stations, s), -1, 1)
 
 
 def moving_guides(result: Result, motion: Motion, place: Callable[[list[str]], Array]) -> Array:

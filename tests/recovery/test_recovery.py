@@ -43,10 +43,21 @@ def test_a_strain_where_there_is_none_is_refused(quasi_static, place, message):
         quasi_static.strain_at(**place)
 
 
-@pytest.mark.parametrize("s", [0.0, 0.31, 0.5, 1.0])
-def test_strains_are_interpolated_between_stations(quasi_static, s):
-    expected = quasi_static.data["strain"].sel(member="coupler", fibre="-").interp(s=s)
-    assert quasi_static.strain_at("coupler", s, "-") == pytest.approx(expected.to_numpy(), rel=1e-13)
+def test_strains_are_interpolated_between_stations(quasi_static):
+    """With every second station only, the strains at the others are found again; straight lines are off by 1 %."""
+    strain = quasi_static.data["strain"].sel(member="coupler", fibre="-").transpose("theta", "s")
+    few = Result(quasi_static.data.isel(s=slice(None, None, 2)))
+    for s in (0.0, 0.5, 1.0):
+        np.testing.assert_array_equal(few.strain_at("coupler", s, "-"), strain.sel(s=s))
+    off = {
+        kind: max(np.abs(found(s) - strain.sel(s=s).to_numpy()).max() for s in strain["s"].to_numpy()[1::2])
+        / float(np.abs(strain).max())
+        for kind, found in {
+            "spline": lambda s: few.strain_at("coupler", s, "-"),
+            "lines": lambda s: few.data["strain"].sel(member="coupler", fibre="-").interp(s=s).to_numpy(),
+        }.items()
+    }
+    assert off["spline"] < 1e-3 < 5e-3 < off["lines"]
 
 
 def test_input_torque_is_the_rate_of_kinetic_energy(quasi_static):

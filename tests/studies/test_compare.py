@@ -16,6 +16,7 @@ from fenics_mech.studies.compared_curves import (
     curves_of_result,
     with_vibration,
 )
+from fenics_mech.views.comparison import differing_speeds
 from fenics_mech.views.reading import Reading
 from tests.common import response_of
 
@@ -180,6 +181,14 @@ def test_command_writes_table_and_plots(folder):
     assert float(names["peak"]) == pytest.approx(1.5 * float(names["peak_reference"]))
     forces = next(line for line in lines if line.startswith("b,joint force O"))
     assert float(dict(zip(lines[0].split(","), forces.split(",")))["rms"]) == 0
+
+
+def test_runs_that_differ_in_speed_are_told(result):
+    faster = result.scene.changed({"drive.speed": "400 rpm"})
+    assert differing_speeds({"a": result.scene, "b": result.scene}, result.scene) == ""
+    told = differing_speeds({"a": result.scene, "b": faster}, result.scene.changed(units=("rpm",)))
+    assert told.startswith("The runs differ in speed, and are compared at equal drive angles. a: joint O at 308.4 rpm")
+    assert "; b: joint O at 400 rpm" in told
 
 
 def test_comparisons_are_told_in_the_units_of_the_first_scene(folder, result):

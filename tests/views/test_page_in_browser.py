@@ -44,6 +44,10 @@ def test_it_opens_in_two_seconds_at_the_peak(window, file):
     assert window.text("#curve-title") == "Stress at the peak\N{RIGHT SINGLE QUOTATION MARK}s place"
     assert window.text("#curve-where").startswith("crank, at O, ")
     assert window.run("return document.querySelectorAll('#forces figure').length") == 5  # with that on the frame
+    ring = "return document.querySelector('#curve [data-at]').style.visibility"
+    assert window.run(ring) == "hidden"  # the value above the plot is that of the peak
+    window.choose("#position", 100)
+    assert window.run(ring) == ""
     assert window.ask("se/log", type="browser") == []
 
 
@@ -218,6 +222,10 @@ def test_hostile_names_run_nothing(window, result, tmp_path):
     assert "taken" not in window.run("return document.title").split(": report")[1]
     assert window.run("return document.images.length") == 0
     assert "onerror" in window.text("#forces figure:nth-child(2) figcaption")
+    ring = "return document.querySelector('#curve [data-at]').style.visibility"
+    assert window.run(ring) == "hidden"  # the value above the plot is that of the peak
+    window.choose("#position", 100)
+    assert window.run(ring) == ""
     assert window.ask("se/log", type="browser") == []
 
 

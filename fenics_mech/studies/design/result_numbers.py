@@ -15,6 +15,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.recovery.sound import sound
 from fenics_mech.recovery.stress_figures import fatigue
@@ -244,7 +245,8 @@ def _labelled(text: str, found: xr.DataArray, label: str) -> xr.DataArray:
         except ValueError:
             place = math.nan
         if 0 <= place <= 1:
-            return found.interp(s=place)
+            along = found.transpose(..., "s")
+            return along.isel(s=0, drop=True).copy(data=at_place(along.to_numpy(), along["s"].to_numpy(), place))
     known: list[str] = []
     for dim in (dim for dim in found.dims if dim in LABELLED):
         names = [str(name) for name in found[dim].to_numpy()]

@@ -41,7 +41,12 @@ function ring(plot, x, y, text) {
   draw("circle", { cx: plot.X(x), cy: plot.Y(y), r: 6, class: "ring" }, plot.svg);
   if (!text) return;
   const before = plot.X(x) > plot.width * .66; // beyond the ring, where the curve is not
-  draw("text", { x: plot.X(x) + (before ? -8 : 8), y: plot.Y(y) + (y < 0 ? 17 : -8), class: "value", "text-anchor": before ? "end" : "start" }, plot.svg, text);
+  draw("text", { x: plot.X(x) + (before ? -8 : 8), y: plot.Y(y) + (y < 0 ? 17 : -8), class: "value", "text-anchor": before ? "end" : "start" }, plot.svg, text).setAttribute("data-at", x);
+}
+// Hide the text of a ring where the value that is shown above the plot is that of the ring.
+function once(plot) {
+  const text = plot.svg.querySelector("text[data-at]");
+  if (text) views.push(place => { text.style.visibility = Math.abs(plot.X(along(place)) - plot.X(+text.dataset.at)) < .5 ? "hidden" : ""; });
 }
 
 // Axes over the drive angle or time, on which the place is shown and dragged.

@@ -41,6 +41,7 @@ function effort() {
   const plot = overMotion($("effort"), { y: range([values]), yName: D.effort[1] });
   curve(plot, values, { tell: D.effort[1] });
   ring(plot, D.axis[k], values[k], `${number(values[k])} at ${told(k)}`);
+  once(plot);
 }
 function freedoms() {
   if (!$("freedoms")) return;

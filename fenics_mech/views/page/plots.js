@@ -14,6 +14,7 @@ function memberPlots() {
     if (without) curve(plot, without, { still: true });
     curve(plot, values, { tell: unitName() });
     ring(plot, D.axis[k], values[k], `${number(values[k])} at ${told(k)}`);
+    once(plot);
     map(m, f, k, j);
   }
   profile(m, f, k, j, what);
