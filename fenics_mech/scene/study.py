@@ -6,6 +6,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
+from fenics_mech.errors import shortened
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.units import Angle, Length
 
@@ -190,6 +191,13 @@ class Study(Part):
     results: tuple[str, ...] = ()
     curves: tuple[str, ...] = ()
     targets: dict[Name, Target] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _names_each_aim_once(self) -> Self:
+        aims = [*self.minimise, *self.maximise]
+        if twice := next((name for name in aims if aims.count(name) > 1), ""):
+            raise ValueError(f"{shortened(twice)} is named as an aim twice: name it once")
+        return self
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -124,6 +124,8 @@ def read_observations(path: Path) -> list[Observation]:
     names = [cell.lower() for cell in header]
     first = next((k for k, name in enumerate(names) if name in (ANGLE, NUMBERS[0])), len(names))
     curves = names[first : first + 1] == [ANGLE] and len(names) > first + 1
+    if twice := next((name for name in header if header.count(name) > 1), ""):
+        raise SceneError(f"the column {twice!r} is there twice", place=str(path), line=1, hint="Leave one of them out")
     if not curves and names[first:] != NUMBERS:
         raise SceneError("the header is not one of measured data", place=str(path), line=1, hint=FORM)
     found = []

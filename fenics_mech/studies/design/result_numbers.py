@@ -95,7 +95,7 @@ class Quantity:
         allowed = {"stability": ("margin",), "mass": ("",), "noise": ("",)}.get(name, ("", *REDUCTIONS))
         if reduction not in allowed:
             near = difflib.get_close_matches(reduction, allowed, n=1, cutoff=0.4) or [part for part in allowed if part]
-            hint = f"Did you mean {name}{f'.{near[0]}' if near else ''}? " + FORM
+            hint = f"Did you mean {name}.{near[0]}? " + FORM if near else f"It is one number: leave .{reduction} out"
             raise SceneError(f"{text!r}: there is no reduction {reduction!r}", place="study", hint=hint)
         return cls(text, name, tuple(re.findall(r"\[([^\[\]]+)\]", match[2])), reduction)
 
@@ -247,6 +247,8 @@ def _labelled(text: str, found: xr.DataArray, label: str) -> xr.DataArray:
         if 0 <= place <= 1:
             along = found.transpose(..., "s")
             return along.isel(s=0, drop=True).copy(data=at_place(along.to_numpy(), along["s"].to_numpy(), place))
+        hint = "Write a share of the length, such as @0.5 for its middle"
+        raise SceneError(f"{text!r}: {label!r} is no place from 0 to 1 along a member", place="study", hint=hint)
     known: list[str] = []
     for dim in (dim for dim in found.dims if dim in LABELLED):
         names = [str(name) for name in found[dim].to_numpy()]

@@ -214,11 +214,11 @@ def spread(
     begun, scattered = time.perf_counter(), Scattered.of(scene)
     with TemporaryDirectory() as made:
         kept = Path(made if folder is None else folder)
+        points = _points(scattered, (samples, sampling, seed), indices)
         trials = _trials(scattered, kept / "trials", jobs)
         explorer = Explorer(trials)
         explorer.first  # noqa: B018  (it says what is wrong at the means)
         explorer.derivatives(explorer.to_unit(scattered.design.start))  # they are kept
-        points = _points(scattered, (samples, sampling, seed), indices)
         run = _run(trials, points.reshape(-1, points.shape[-1]), progress)
         found = Spread(scattered, explorer, tuple(run), points.shape[1], time.perf_counter() - begun)
         if folder is not None:

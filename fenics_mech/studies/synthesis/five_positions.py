@@ -57,7 +57,7 @@ class Dyad:
     pivot: complex
 
 
-def dyads_of_five(at: Complex, turns: Complex) -> list[Dyad]:
+def dyads_of_five(at: Complex, turns: Complex, place: str = "positions") -> list[Dyad]:
     """Find the pins of a body that lie on circles in five positions: none, two or four.
 
     Parameters
@@ -66,6 +66,8 @@ def dyads_of_five(at: Complex, turns: Complex) -> list[Dyad]:
         Places of the body's origin (m), as x + i y, ``(5,)``.
     turns
         Directions of its x axis, as complex numbers of size 1, ``(5,)``.
+    place
+        Key of the task that states them, for an error.
 
     Raises
     ------
@@ -85,7 +87,7 @@ def dyads_of_five(at: Complex, turns: Complex) -> list[Dyad]:
     places = (at - middle) / size
     equations = _equations(places, turns)
     found = []
-    for zero in _zeros(equations):
+    for zero in _zeros(equations, place):
         pin, pivot = complex(zero[0], zero[1]), complex(zero[2], zero[3])
         on_body = (pin - places[0]) / turns[0]
         away = np.abs(places + on_body * turns - pivot)
@@ -107,16 +109,16 @@ def _equations(at: Complex, turns: Complex) -> Array:
     return np.moveaxis(np.array(rows), 2, 0)
 
 
-def _zeros(equations: Array) -> list[Array]:
+def _zeros(equations: Array, place: str) -> list[Array]:
     """Real common zeros (x, y, u, v) that are not at infinity."""
     whole = np.zeros((len(SECOND), 4, len(THIRD), 3))
     for k in range(3):
-        for term, place in enumerate(PRODUCT[:, k]):
-            whole[term, :, place] += equations[:, k]
+        for term, column in enumerate(PRODUCT[:, k]):
+            whole[term, :, column] += equations[:, k]
     _, sizes, rows = np.linalg.svd(whole.reshape(24, 30))
     if sizes[-1] < SAME * sizes[0]:
-        message = "the five positions do not fix the pins: two are the same, or the body only turns or shifts"
-        raise SceneError(message, hint="Move one of the five a little, or give three")
+        message = "the five points do not fix the pins: two of them are the same, or the turns are in proportion"
+        raise SceneError(message, place=place, hint="Move one of the five a little, or give three")
     null = rows[24:].T.reshape(len(THIRD), 3, 6)
     by_factor = np.stack([null[PRODUCT[:, k]].reshape(-1, 6) for k in range(3)])  # 1, x or y times the second degree
     below, above = np.einsum("fk,kab->fab", FORMS, by_factor)

@@ -23,7 +23,8 @@ from fenics_mech.studies.synthesis.five_positions import Dyad, dyads_of_five
 from fenics_mech.studies.synthesis.planar_four_bar import CLOSE, Complex, FourBar, three_point_circle
 
 Found = tuple[FourBar, list[float], list[str]]  # the four-bar, its crank's angles at the points, and what is wrong
-FEW = "there are not two pins that move on circles, with links of some length between them"
+FEW = "there are not two pins that move on circles, with links between none and 1000 times the size of the points"
+LONGEST = 1000.0  # link over the size of a task with five points
 THREE = 3  # points through which there is one four-bar
 
 
@@ -48,14 +49,15 @@ def function_generators(task: FunctionTask) -> list[Found]:
     phi, psi = (np.array(one) - one[0] for one in (task.crank, task.follower))
     seen = task.ground * np.exp(-1j * phi)
     found = []
-    for dyad in dyads_of_five(seen, np.exp(1j * (psi - phi))):
+    for dyad in dyads_of_five(seen, np.exp(1j * (psi - phi)), "crank"):
         crank, follower = dyad.pivot, dyad.pin
         coupler = abs(task.ground + follower - crank)
         if min(abs(crank), abs(follower), coupler) > CLOSE * max(abs(crank), abs(follower), task.ground):
             bare = FourBar(0j, complex(task.ground), abs(crank), coupler, abs(follower), 1.0)
             pins = [(crank * cmath.exp(1j * x), task.ground + follower * cmath.exp(1j * y)) for x, y in zip(phi, psi)]
             found.append(_assembled(bare, pins, (cmath.phase(crank) + phi).tolist()))
-    return _some(found, "crank", "with these turns no pin of the follower stays at one distance from one of the crank")
+    few = "with these turns no pin of the follower stays at one distance from one of the crank"
+    return _of_some_size(found, task.ground, "crank", few)
 
 
 def _by_freudenstein(task: FunctionTask) -> Found:
@@ -101,7 +103,8 @@ def motion_generators(task: MotionTask) -> list[Found]:
     turns = np.exp(1j * np.array([pose.angle for pose in task.positions]))
     of_three = len(at) == THREE
     couples = [_dyads_of_three(task, at, turns)] if of_three else list(permutations(dyads_of_five(at, turns), 2))
-    return _some([one for couple in couples if (one := _with_coupler(couple, at, turns))], "positions", FEW)
+    found = [one for couple in couples if (one := _with_coupler(couple, at, turns))]
+    return _of_some_size(found, np.inf if of_three else _size(at), "positions", FEW)
 
 
 def _dyads_of_three(task: MotionTask, at: Complex, turns: Complex) -> tuple[Dyad, Dyad]:
@@ -148,8 +151,9 @@ def path_generators(task: PathTask) -> list[Found]:
         When no four-bar does it.
     """
     at, turns = np.array([complex(*place) for place in task.path]), np.exp(1j * np.array(task.angles))
-    couples = permutations(dyads_of_five(at, turns), 2)
-    return _some([one for couple in couples if (one := _cognate(couple, at, turns))], "path", FEW)
+    couples = permutations(dyads_of_five(at, turns, "path"), 2)
+    found = [one for couple in couples if (one := _cognate(couple, at, turns))]
+    return _of_some_size(found, _size(at), "path", FEW)
 
 
 def _cognate(couple: tuple[Dyad, Dyad], at: Complex, turns: Complex) -> Found | None:
@@ -183,11 +187,17 @@ def _assembled(bare: FourBar, pins: Sequence[tuple[complex, complex]], angles: l
     return replace(bare, side=side), angles, said
 
 
-def _some(found: list[Found], place: str, message: str) -> list[Found]:
-    """Give the four-bars, or raise where there is none."""
-    if not found:
+def _size(at: Complex) -> float:
+    """Largest distance of places from their middle (m)."""
+    return float(np.abs(at - at.mean()).max())
+
+
+def _of_some_size(found: list[Found], size: float, place: str, message: str) -> list[Found]:
+    """Give the four-bars without links that are nearly infinite beside a size (m), or raise where there is none."""
+    near = [one for one in found if max(one[0].lengths) <= LONGEST * size]
+    if not near:
         raise _none(message, place)
-    return found
+    return near
 
 
 def _none(message: str, place: str) -> SceneError:

@@ -64,6 +64,8 @@ def test_a_bad_variable_is_one_message_with_its_place(variable, said):
         ("strain.maxx", "Did you mean strain.max"),
         ("strain[cupler].max", "Did you mean coupler"),
         ("mass[cupler]", "no such link"),
+        ("mass.max", "It is one number: leave .max out"),
+        ("strain[coupler][@2][+].max", "'@2' is no place from 0 to 1 along a member"),
         ("strain", "numbers. Write strain.max"),
         ("tracer_error[P].rms", "names no target"),
         ("a b", "cannot read"),

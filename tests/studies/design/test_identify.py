@@ -180,6 +180,7 @@ def test_modulus_and_density_are_not_told_apart_by_a_frequency():
     ("text", "said"),
     [
         ("angle,strain\n0,1e-4\n", "the header is not one of measured data"),
+        ("angle_deg,torque,torque\n0,1,2\n", "the column 'torque' is there twice"),
         ("angle_deg,strian[coupler]\n0,1e-4\n", "Did you mean strain"),
         ("angle_deg,strain[coupler].max\n0,1e-4\n", "is one number, and no curve"),
         ("angle_deg,torque\n0,1\n10,x\n", "this line is not two finite numbers"),

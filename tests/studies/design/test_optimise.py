@@ -286,6 +286,7 @@ def test_the_history_is_written_as_trials_are_known(tmp_path):
     ("study", "method", "said"),
     [
         ({}, None, "nothing to optimise"),
+        ({"minimise": ["mass"], "maximise": ["mass"]}, None, "'mass' is named as an aim twice"),
         ({"minimise": ["mass"]}, "simplex", "no method 'simplex'"),
         ({"minimise": ["mass", "strain.max"]}, "slsqp", "takes one aim"),
         ({"minimise": ["mass"], "limits": [{"of": "stress.max", "most": 1e9}]}, "least-squares", "know no limits"),

@@ -213,7 +213,8 @@ def test_a_bad_distribution_is_one_message_with_its_place(scatter, said):
         ({"curves": ["mass"]}, {}, "no curve over the drive angle"),
     ],
 )
-def test_a_bad_study_is_one_message(study, options, said):
+def test_a_bad_study_is_one_message(study, options, said, tmp_path):
     with pytest.raises(SceneError) as caught:
-        fm.spread(scene_of({"rho": DENSITY}, **study), **options)
+        fm.spread(scene_of({"rho": DENSITY}, **study), tmp_path, **options)
     assert said in str(caught.value)
+    assert not list(tmp_path.iterdir())  # no trial before

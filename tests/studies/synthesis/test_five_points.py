@@ -164,6 +164,10 @@ BAD = [
         "do not fix the pins",
     ),
     (
+        lambda: fm.four_bars(fm.PathTask(path=[(k, 0) for k in range(5)], angles=[0.1 * k for k in range(5)])),
+        "links between none and 1000 times",
+    ),
+    (
         lambda: fm.four_bars(fm.MotionTask(positions=[{"at": (k % 4, k % 4), "angle": k % 4} for k in range(5)])),
         "do not fix the pins",
     ),
