@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -23,6 +22,7 @@ from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
+from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
 from fenics_mech.studies.design.trial import Trial, Trials
 from fenics_mech.studies.lead_process import led
@@ -205,8 +205,7 @@ def identify(
     '66.4 GPa, deviation 0.6 GPa'
     """
     begun, observations = time.perf_counter(), _observations(scene, data)
-    with TemporaryDirectory() as made:
-        kept = Path(made if folder is None else folder)
+    with kept_folder(folder) as kept:
         explorers: list[Explorer] = []
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:

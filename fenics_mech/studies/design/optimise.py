@@ -7,7 +7,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.history import History, write_trials
+from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem, bounds_of
 from fenics_mech.studies.design.trial import Trial, Trials
@@ -170,8 +170,7 @@ def optimise(
     10.0
     """
     begun, search = time.perf_counter(), search or Search()
-    with TemporaryDirectory() as made:
-        kept = Path(made if folder is None else folder)
+    with kept_folder(folder) as kept:
         trials = Trials.of(scene, folder=kept / "trials", jobs=jobs)
         bounds_of(trials.design.study)  # which says what is wrong with a limit
         name, trials = _method(Problem(trials), method), trials.with_fixed_effects()

@@ -9,7 +9,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import xarray as xr
@@ -21,6 +20,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.design.chaos import Chaos, polynomial_chaos
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import Truths
+from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.problem import Bound, bounds_of
 from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
 from fenics_mech.studies.design.result_numbers import read_all
@@ -212,8 +212,7 @@ def spread(
     1.1
     """
     begun, scattered = time.perf_counter(), Scattered.of(scene)
-    with TemporaryDirectory() as made:
-        kept = Path(made if folder is None else folder)
+    with kept_folder(folder) as kept:
         points = _points(scattered, (samples, sampling, seed), indices)
         trials = _trials(scattered, kept / "trials", jobs)
         explorer = Explorer(trials)

@@ -291,7 +291,8 @@ def _read(task: _Task) -> Record | None:
     except (OSError, ValueError):
         return None
     whole = isinstance(record, dict) and record.keys() >= {"numbers", "error", "message", "seconds", "again"}
-    return record if whole else None
+    numbers = record["numbers"] if whole else None
+    return record if isinstance(numbers, dict) and numbers.keys() >= {*_names(task.quantities)} else None
 
 
 def _run(task: _Task, analysed: Analysed) -> Record:

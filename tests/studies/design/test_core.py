@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.studies.design.design_variables import Design
+from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.result_numbers import Quantity, total_mass
 from fenics_mech.studies.design.trial import Trials
 
@@ -136,3 +137,25 @@ def test_a_tracer_is_as_far_from_its_target_as_that_is_moved():
     (trial,) = trials.run([trials.design.start])
     assert trial.numbers["tracer_error[P].rms"] == pytest.approx(0.1 * radius, rel=1e-5)
     assert trial.numbers["tracer_error[Q].max"] == pytest.approx(0.1 * radius, rel=2e-3)  # a polygon of 180 corners
+
+
+def test_a_folder_has_one_study_at_a_time_and_none_that_is_empty(tmp_path):
+    folder = tmp_path / "out"
+    busy = pytest.raises(ResultError, match="another study works in this folder")
+    with kept_folder(folder), busy, kept_folder(folder):
+        pytest.fail("two studies work in one folder")
+    assert not folder.exists()
+    with kept_folder(folder) as kept:  # it is free again
+        (kept / "trial.json").write_text("{}")
+    assert folder.exists()
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[1]", '{"numbers": 3', '{"numbers": {}, "error": "", "message": "", "seconds": 0}']
+)
+def test_a_trial_whose_file_was_spoilt_is_run_again(text, tmp_path):
+    trials = Trials.of(scene_of({"speed": SPEED}, minimise=["mass"]), folder=tmp_path)
+    before = trials.run([[20.0]])[0].numbers
+    (file,) = tmp_path.iterdir()
+    file.write_text(text.replace('"seconds": 0', '"seconds": 0, "again": false'))
+    assert trials.run([[20.0]])[0].numbers == before

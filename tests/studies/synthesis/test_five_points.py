@@ -164,7 +164,7 @@ BAD = [
         "do not fix the pins",
     ),
     (
-        lambda: fm.four_bars(fm.PathTask(path=[(k, 0) for k in range(5)], angles=[0.1 * k for k in range(5)])),
+        lambda: fm.four_bars(fm.PathTask(path=[(k, 0) for k in range(5)], angles=[0.01 * k for k in range(5)])),
         "links between none and 1000 times",
     ),
     (

@@ -1,0 +1,48 @@
+"""The folder in which a study keeps its trials: one study at a time works in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from fenics_mech._files import reason_of
+from fenics_mech._system import alone_in
+from fenics_mech.errors import ResultError
+
+
+@contextmanager
+def kept_folder(folder: str | Path | None) -> Iterator[Path]:
+    """Give a folder in which no other study works meanwhile.
+
+    The system lets it free with the process, however that ends.
+
+    Parameters
+    ----------
+    folder
+        The folder, which is made where it is missing; None for a temporary one.
+
+    Raises
+    ------
+    ResultError
+        When it cannot be made, or another study works in it.
+    """
+    if folder is None:
+        with TemporaryDirectory() as made:
+            yield Path(made)
+        return
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ResultError(f"{path}: cannot be used for trials: {reason_of(error)}") from error
+    try:
+        with alone_in(path) as alone:
+            if not alone:
+                said = f"{path}: another study works in this folder: wait for its end, or give another folder"
+                raise ResultError(said)
+            yield path
+    finally:
+        with suppress(OSError):  # it holds something
+            path.rmdir()
