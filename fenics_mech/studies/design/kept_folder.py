@@ -33,6 +33,7 @@ def kept_folder(folder: str | Path | None) -> Iterator[Path]:
             yield Path(made)
         return
     path = Path(folder)
+    missing = not path.exists()
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -44,5 +45,6 @@ def kept_folder(folder: str | Path | None) -> Iterator[Path]:
                 raise ResultError(said)
             yield path
     finally:
-        with suppress(OSError):  # it holds something
-            path.rmdir()
+        if missing:
+            with suppress(OSError):  # it holds something
+                path.rmdir()
