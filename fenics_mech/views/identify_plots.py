@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.design.identify import Identified
 
 BAND = 2  # standard deviations of noise, that the band of the differences has on both sides
+FAINT = 0.15  # opacity of that band
 HEIGHTS = {"height_ratios": [3, 1]}
 
 
@@ -62,9 +63,10 @@ def curve_figure(found: Identified, which: int) -> Figure:
     above.plot(angle, measured, ".", color="0.45", ms=4, label="measured")
     above.plot(angle[order], first[order], "--", color=COLOURS[1], lw=1.1, label="at the start")
     above.plot(angle[order], last[order], color=COLOURS[0], label="in the end")
+    above.plot([], [], color=COLOURS[0], alpha=FAINT, lw=8, label=f"{BAND} deviations of the noise, below")
     finish(above, "Prediction and measurement", told.label(one.text))
     noise = float(found.fit.noise[which]) / told.size
-    below.axhspan(-BAND * noise, BAND * noise, color=COLOURS[0], alpha=0.15, lw=0)
+    below.axhspan(-BAND * noise, BAND * noise, color=COLOURS[0], alpha=FAINT, lw=0)
     below.plot(angle, measured - last, ".", color="0.45", ms=4)
     below.set_ylabel(told.label("difference"))
     angle_axis(below)
