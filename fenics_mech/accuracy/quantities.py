@@ -206,17 +206,32 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     lengths = [math.dist(*scene.member_ends(label)) for label in scene.members()]
     bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest["strain"])
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
-    sliding = np.array([unit == "N" for unit in effort_units(scene.moved_joints, scene.joints)], dtype=bool)
-    arms = np.array([scene.size_at(joint) for joint in scene.moved_joints])
-    efforts = np.zeros(len(sliding))
-    for same in (sliding, ~sliding):
-        efforts[same] = largest["torque"][same].max(initial=0.0)
-    least = np.maximum(MEASURE.small_effort * force * np.where(sliding, 1.0, arms), TINY)
     return {
         **measures_of_members(largest),
         "joint_force": np.full_like(largest["joint_force"], force),
-        "torque": np.maximum(efforts, least),
+        "torque": measures_of_efforts(scene, largest["torque"], force),
     }
+
+
+def measures_of_efforts(scene: Scene, largest: Array, force: float) -> Array:
+    """Give the values that errors of efforts are relative to; see `measures`.
+
+    Parameters
+    ----------
+    scene
+        The linkage.
+    largest
+        The largest of each drive and freedom (N m, or N along a slide), ``(moved joints,)``.
+    force
+        The largest joint force (N).
+    """
+    sliding = np.array([unit == "N" for unit in effort_units(scene.moved_joints, scene.joints)], dtype=bool)
+    arms = np.array([scene.size_at(joint) for joint in scene.moved_joints])
+    arms[arms == 0] = arms.max(initial=0.0) or 1.0  # of links that have one point alone (m)
+    efforts = np.zeros(len(sliding))
+    for same in (sliding, ~sliding):
+        efforts[same] = largest[same].max(initial=0.0)
+    return np.maximum(efforts, np.maximum(MEASURE.small_effort * force * np.where(sliding, 1.0, arms), TINY))
 
 
 def measures_of_members(largest: Mapping[str, Array]) -> dict[str, Array]:

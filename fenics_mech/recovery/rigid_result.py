@@ -9,7 +9,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.accuracy.quantities import MEASURE
+from fenics_mech.accuracy.quantities import measures_of_efforts
 from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.accuracy.transient_errors import trial_of_steps
 from fenics_mech.forces.joint_forces import effort_units
@@ -151,12 +151,6 @@ def _of_powers(scene: Scene, motion: RigidMotion) -> xr.Dataset:
     return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
 
 
-def _small_effort(scene: Scene, data: xr.Dataset) -> float:
-    """Effort that the error of a smaller one is relative to (N m or N)."""
-    arms = [scene.size_at(name) for name in scene.moved_joints]
-    return MEASURE.small_effort * max([*arms, TINY]) * max(float(abs(data["joint_force"]).max()), TINY)
-
-
 def _running(scene: Scene, motion: RigidMotion, data: xr.Dataset) -> xr.Dataset:
     """How the freedoms of a motion in time run."""
     if not motion.steps:
@@ -180,10 +174,17 @@ def _errors(scene: Scene, motion: RigidMotion, data: xr.Dataset, start: StartSta
         if name not in data:
             continue
         change = share * np.abs(rough[name].to_numpy() - data[name].to_numpy())
-        by_part = np.moveaxis(change, 1, 0).reshape(change.shape[1], -1).max(axis=1)
+        by_part, largest = (_by_part(values) for values in (change, np.abs(data[name].to_numpy())))
         found[f"{name}_error"] = (("source", axis), by_part[None])
-        least = _small_effort(scene, data) if name == "drive_effort" else TINY
-        relative = float(by_part.max(initial=0.0)) / max(float(abs(data[name]).max()), least, TINY)
+        measure = np.full_like(largest, max(float(largest.max(initial=0.0)), TINY))
+        if name == "drive_effort":
+            measure = measures_of_efforts(scene, largest, float(abs(data["joint_force"]).max()))
+        relative = float((by_part / measure).max(initial=0.0))
         found[f"{name}_relative_error"] = (("source",), [relative])
         attributes[f"{name}_error_estimate"] = relative
     return xr.Dataset(found, {"source": ["time"]}, attributes)
+
+
+def _by_part(values: Array) -> Array:
+    """Give the largest over time of each joint, drive or freedom: of ``(times, parts, ...)``."""
+    return np.asarray(np.moveaxis(values, 1, 0).reshape(values.shape[1], -1).max(axis=1))

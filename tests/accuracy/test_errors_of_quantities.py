@@ -10,7 +10,7 @@ import pytest
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import MEASURE, measures, places_of
+from fenics_mech.accuracy.quantities import MEASURE, measures, measures_of_efforts, places_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.scene import Scene, schema, stated_tolerance
 from fenics_mech.scene.factories import seed_four_bar
@@ -260,6 +260,12 @@ def test_the_torque_of_what_is_balanced_is_measured_by_the_forces():
     assert data.attrs["drive_effort_error_estimate"] < 1e-3
     largest = {"strain": np.zeros(1), "deflection": np.ones(1), "joint_force": np.array([8.0]), "torque": np.zeros(1)}
     assert measures(blade(), largest)["torque"] == pytest.approx(MEASURE.small_effort * 8.0 * 0.5)
+
+
+def test_the_effort_of_a_slide_without_a_drive_is_measured_by_its_forces():
+    """The block of the demo is one point: its size measures nothing, and rounding would be an error of 1e291."""
+    block = load(DEMOS / "joint_laws" / "belt_friction.toml")
+    assert measures_of_efforts(block, np.zeros(1), 9.81) == pytest.approx(MEASURE.small_effort * 9.81)
 
 
 def test_the_summary_tells_the_quantities_apart():
