@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.linalg import eigh
-from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import ADVICE
@@ -101,17 +102,30 @@ class Matrices:
 
     @cached_property
     def growth(self) -> float:
-        """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0."""
-        among = looked_at(not_positive(self.stiffness), self.mass.size)
-        return float(np.sqrt(max([0.0, *(-self._least_square(k) for k in among)])))
+        """Bound of the rate at which a motion grows that does not turn (1/s); 0 where the stiffness is positive.
 
-    def _least_square(self, k: int) -> float:
-        """Least real part of ``omega^2`` of ``K x = omega^2 M x`` at an angle; of many, those next to 0."""
-        if self.mass.size <= MATRICES.many:
-            return float(np.linalg.eigvals(np.linalg.solve(self.mass.dense(k), self.stiffness.dense(k))).real.min())
-        factors, mass, ones = splu(self.stiffness.at(k).tocsc()), self.mass.at(k), np.ones(self.mass.size)
-        compliance = LinearOperator(mass.shape, lambda vector: factors.solve(mass @ vector), dtype=float)
-        return float((1 / eigs(compliance, MATRICES.next_to_zero, v0=ones, return_eigenvectors=False)).real.min())
+        Such a motion ``x exp(rate t)`` has ``(rate^2 M + rate C + K) x = 0``. The leading minors of this matrix are all
+        positive at rates beyond its own. Where C = 0 and K is symmetric, the bound is the rate (Sylvester).
+        """
+        among = looked_at(not_positive(self.stiffness), self.mass.size)
+        if not len(among):
+            return 0.0
+        mass, damping, stiffness = (part[among] for part in (self.mass, self.damping, self.stiffness))
+
+        def beyond(rate: float) -> bool:
+            try:
+                return bool(((mass * rate**2 + damping * rate + stiffness).factors.pivots > 0).all())
+            except SolverError:
+                return False
+
+        fastest = MATRICES.rate_ratio * float(np.sqrt(np.abs(stiffness.values).max() / np.abs(mass.values).max()))
+        rates = (fastest / MATRICES.rate_ratio**k for k in range(MATRICES.rates))
+        below = next((rate for rate in rates if not beyond(rate)), 0.0)
+        above = below * MATRICES.rate_ratio
+        while above > (1 + MATRICES.rate_error) * below:
+            middle = math.sqrt(above * below)
+            above, below = (middle, below) if beyond(middle) else (above, middle)
+        return above
 
     @cached_property
     def loss(self) -> float:

@@ -19,9 +19,11 @@ class MatrixLimits:
     """How matrices over the coordinates are looked at, and stored."""
 
     few_modes: float = 0.9  # of the coordinates, up to which modes are kept as products of their shapes
-    many: int = 300  # coordinates, above which growth is looked for at few angles and eigenvalues
+    many: int = 300  # coordinates, above which growth is looked for at few angles
     angles: int = 8  # at which it is looked for then
-    next_to_zero: int = 12  # eigenvalues that are found then
+    rate_ratio: float = 1.5  # of rates of growth that are tried, one after the other
+    rates: int = 40  # of these, from the fastest of all: slower growth is rounding
+    rate_error: float = 0.01  # relative
     rigid_damping: float = 1e10  # ratio to the stiffness; measured: 1e-3 of the strains are lost at 1e10, 1e-1 at 1e12
 
 

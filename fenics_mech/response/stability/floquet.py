@@ -14,6 +14,7 @@ Equations II, section IV.5.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -69,6 +70,8 @@ class Stability:
         Duration of a cycle (s).
     limit
         Frequency of the fastest vibration that the steps follow (Hz): faster ones are not judged.
+    steps
+        Steps of a cycle that are enough to tell what diverges from what damping ends; 0 where these are.
     """
 
     multipliers: Complex
@@ -79,6 +82,7 @@ class Stability:
     vibrates: NDArray[np.bool_]
     period: float
     limit: float
+    steps: int
 
     @property
     def growth_rate(self) -> Array:
@@ -102,7 +106,13 @@ class Stability:
             )
             steps = f"sub_intervals, as these follow up to {self.limit:.4g} Hz"
             advice = f"Change the speed or give more damping, or more {steps}"
-            if frequency > self.limit:
+            if self.steps:
+                advice = (
+                    f"The stiffness is not positive at some positions. Take more sub_intervals: {self.steps} are "
+                    "enough to tell what diverges there from what damping ends. If it stays unstable, change the "
+                    "speed or give more damping"
+                )
+            elif frequency > self.limit:
                 advice = f"Take more {steps}. If it stays unstable, change the speed or give more damping"
             raise SolverError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
@@ -172,7 +182,8 @@ def floquet(
     turned, link, vibrates = turns(axes, flow, values, states)
     frequency = np.abs(turned) / period
     names = tuple(axes.names[i] for i in link)
-    return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi))
+    needed = 0 if followed or not diverging else math.ceil(1.05 * len(flow.duration) * flow.matrices.growth / limit)
+    return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi), needed)
 
 
 def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit: float) -> tuple[Index, bool]:
