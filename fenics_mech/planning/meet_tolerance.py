@@ -339,8 +339,10 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
         for what in scene.tolerances
     )
     trials = "first trial" if rounds == 1 else f"{rounds} trials"
-    said = f"{met}, met by {', '.join(parts)} (errors: {least}; {trials})"
-    return "; ".join([said, *_others(scene, result), *_left_out(scene, result)])
+    left = _left_out(scene, result)
+    whether = "NOT met, as only steps and mesh are within it, with" if left else "met by"
+    said = f"{met}, {whether} {', '.join(parts)} (errors: {least}; {trials})"
+    return "; ".join([said, *_others(scene, result), *left])
 
 
 def _others(scene: Scene, result: Result) -> list[str]:

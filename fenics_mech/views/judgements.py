@@ -26,7 +26,7 @@ from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
 Level = Literal["bad", "warn", "good", "note"]
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
-ROUGH = "Estimates that large are rough: 0.5 to 2.5 of the truth."
+ROUGH = "Estimates that large are rough: 0.3 to 3.4 of the truth."
 SERIOUS = 0.25  # of a strain, or of the Euler load: beyond it a result without the effect is of no use
 SOURCES = {  # of errors, in words
     "time": "time steps",
