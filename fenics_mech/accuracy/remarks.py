@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fenics_mech.accuracy.transient_errors import own_steps
+from fenics_mech.effects.rotary_inertia import EFFECT as ROTARY
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.response.periodic.steps import loads_act_like_impulses
 from fenics_mech.response.solution import (
@@ -20,6 +23,7 @@ from fenics_mech.response.solution import (
 from fenics_mech.scene import Analysis
 from fenics_mech.scene.sampling import SAMPLING
 
+LITTLE = 1e-3  # of the inertia, below which what slopes change of it is not told
 NO_ESTIMATE = "all errors, as none is estimated there"  # of a point of a sweep without error estimates
 UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
 HALVED_AFTER_CONTACT = (
@@ -52,7 +56,7 @@ def not_estimated(solution: Solution) -> list[str]:
     list of str
         Phrases; empty where there is nothing to say.
     """
-    found = _of_loads(solution)
+    found = _of_loads(solution) + _of_sections(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
     if isinstance(solution, SuperposedSolution):
@@ -75,6 +79,23 @@ def _of_loads(solution: Solution) -> list[str]:
     if solution.scene.loads and isinstance(solution, CollocationSolution) and loads_act_like_impulses(solution.scene):
         found.append(f"what pulses much shorter than a step {beyond}")
     return found
+
+
+def _of_sections(solution: Solution) -> list[str]:
+    """What the sections' inertia misses where axes turn far: it is that of rotations w', and not of their arc sines.
+
+    Its share of the mass is ``(pi r/L)^2``, of which large slopes change ``w'^2/2``.
+    """
+    scene, system = solution.scene, solution.system
+    if ROTARY.name not in scene.named_effects or isinstance(solution, StaticSolution):
+        return []
+    middle = np.array([0.5])
+    sections = [(scene.rigidity(label, middle), math.dist(*scene.member_ends(label))) for label in scene.members()]
+    heaviest = max(float(part.rotary_inertia[0] / part.line_density[0]) / length**2 for part, length in sections)
+    slope = float(np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max())
+    if math.pi**2 * heaviest * slope**2 / 2 < LITTLE:
+        return []
+    return [f"what slopes of {slope:.2g} change of the inertia of the sections, which is that of small rotations"]
 
 
 def _of_start(solution: TransientSolution) -> list[str]:
