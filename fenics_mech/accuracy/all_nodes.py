@@ -43,7 +43,7 @@ def on_all_nodes(solution: Solution) -> Solution:
     Raises
     ------
     UnresolvedError
-        When members that could stretch would ring along their axes after blows, or reduced members have too many nodes.
+        When blows in time strike members of few coordinates, or reduced members have too many nodes.
     """
     own = solution.system
     if own.beams.reduction is not None and len(own.beams.mesh.cell_member) > MOST_ELEMENTS:
@@ -54,6 +54,8 @@ def on_all_nodes(solution: Solution) -> Solution:
         raise UnresolvedError(f"the members can only be reduced: {error}") from error
     if scene is solution.scene:
         return solution
+    if scene.impulses and isinstance(solution, TransientSolution):
+        raise UnresolvedError("members ring after a blow by more than the coordinates that they have")
     if isinstance(solution, MotorSolution):
         return _on_shaft(solution, scene)
     if own.transformation.held is not None and scene.impulses:

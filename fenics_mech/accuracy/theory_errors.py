@@ -16,8 +16,8 @@ from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.exact_motion import THEORY, answered, at_rest, change_between, state_of
 from fenics_mech.accuracy.known_cycle import KnownCycle, of_harmonics, of_steps
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities
-from fenics_mech.accuracy.theory_in_time import largest_change_in_time
-from fenics_mech.accuracy.theory_ladder import exact_theory, judged_by_answer
+from fenics_mech.accuracy.theory_in_time import change_anew, largest_change_in_time
+from fenics_mech.accuracy.theory_ladder import exact_theory
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import mean_tension
@@ -53,13 +53,13 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     -------
     mapping or None
         By quantity, as `Quantities.largest`; empty where the scene has these effects. Infinite where the exact equation
-        has no stable answer near the response. None where there is no estimate, see `judged_by_answer`: nor is there
-        one where nothing holds the mechanism, joints have laws, or its positions are too few.
+        has no stable answer near the response. None where there is no estimate: where nothing holds the mechanism,
+        joints have laws, positions are too few, or blows in time strike members of few coordinates.
     """
     scene = solution.scene
     if exact_theory(scene) is scene:
         return {}
-    if not judged_by_answer(scene) or _not_followed(solution) or len(solution.system.motion.free):
+    if _not_followed(solution) or len(solution.system.motion.free):
         return None
     try:
         whole, held = on_all_nodes(solution), solution.system.transformation.held is not None
@@ -92,6 +92,8 @@ def _change(solution: Solution, exact: Scene, kept: float) -> Mapping[str, Array
             return _of_free_motion(solution, exact).largest
         case PeriodicSolution():
             return _about_cycle(solution, exact, kept).largest
+        case TransientSolution() if solution.scene.impulses or solution.system.terms.law is not None:
+            return change_anew(solution, exact).largest
         case TransientSolution():
             return largest_change_in_time(solution, exact)
         case _:

@@ -14,11 +14,6 @@ LADDER = (COUPLING, TENSION, EXACT_STRAINS)  # effects that this estimate judges
 UNKNOWN = "what the theory leaves out"  # as results say it where there is no estimate
 
 
-def judged_by_answer(scene: Scene) -> bool:
-    """Whether the response of a scene can tell what its theory leaves out: not where impulses strike in time."""
-    return not (scene.impulses and scene.analysis.method == "transient")
-
-
 def released(scene: Scene) -> Scene:
     """Give the scene with all nodes of members, which can stretch, as exact strains need it; itself if it is that.
 

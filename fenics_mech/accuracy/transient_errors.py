@@ -109,11 +109,22 @@ def own_steps(petsc: Mapping[str, Any]) -> bool:
     return any(name.startswith(OWN_STEPS) for name in petsc)
 
 
-def _rough_course(solution: TransientSolution) -> Course:
-    """Integrate over the same times with a larger tolerance, and longer steps where that does not govern them."""
+def cycles_done(solution: TransientSolution) -> int:
+    """Cycles after which a motion in time ended, which settles before those that its scene asks for.
+
+    Parameters
+    ----------
+    solution
+        The motion.
+    """
     scene, time = solution.scene, solution.course.time
     lead = schedule_of(scene.analysis, scene.drives, scene.period).lead(float(time[0]))
-    cycles = max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
+    return max(1, math.ceil((len(time) - 1 - lead) / scene.analysis.sub_intervals))
+
+
+def _rough_course(solution: TransientSolution) -> Course:
+    """Integrate over the same times with a larger tolerance, and longer steps where that does not govern them."""
+    scene, cycles = solution.scene, cycles_done(solution)
     tolerance = min(ESTIMATES.rougher * scene.analysis.time_tolerance, 0.9)
     rough = scene.changed(analysis__time_tolerance=tolerance, analysis__cycles=cycles, analysis__settled=0.0)
     return course_from(

@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS, LADDER, TENSION, exact_theory, judged_by_answer
+from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS, LADDER, TENSION, exact_theory
 from fenics_mech.accuracy.validity import bow
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
@@ -94,7 +94,7 @@ def rungs(scene: Scene, common: CommonParts | None = None) -> list[Rung]:
     chosen, choices = choose(scene, common)
     sizes = {choice.effect.name: choice.size for choice in choices}
     strains, tension = sizes[EXACT_STRAINS], sizes[TENSION]
-    if strains is None or tension is None or strains > CHOICE.certain or not judged_by_answer(chosen):
+    if strains is None or tension is None or strains > CHOICE.certain:
         return [(chosen, choices)]
     linear = {name for name in chosen.named_effects if name != EXACT_STRAINS}
     linear |= {TENSION} if tension > scene.neglected / 2 else set()
