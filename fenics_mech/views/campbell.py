@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
 MOST_ORDERS = 20  # lines of a Campbell diagram
+NAME = 0.09  # half the width of a resonance's name, as a share of that of the picture
 LABEL = 0.028  # of the picture, that the name of an order takes
 LARGEST_DOT = 150  # points squared
 BOX: dict[str, Any] = {"facecolor": "white", "edgecolor": "#dddddd", "pad": 2.5}
@@ -92,9 +93,10 @@ def _draw_strains(axes: Axes, sweep: Sweep) -> None:
     shown = raised(gains(rate, amplitude), amplitude, distances(rate, low, high, amplitude.shape[2]))
     size = LARGEST_DOT * shown / (shown.max() or 1.0)
     k, order = np.nonzero(size)
-    axes.scatter(
-        along(sweep)[points][k], order * rate[k], s=size[k, order], color=COLOURS[0], alpha=0.6, zorder=3, linewidth=0
-    )
+    inside = order * rate[k] <= axes.get_ylim()[1]
+    k, order = k[inside], order[inside]
+    look: dict[str, Any] = {"color": COLOURS[0], "alpha": 0.6, "zorder": 3, "linewidth": 0, "clip_on": False}
+    axes.scatter(along(sweep)[points][k], order * rate[k], s=size[k, order], **look)
 
 
 def _name_resonances(panels: tuple[Axes, Axes], sweep: Sweep, found: list[Resonance], rate: Array) -> None:
@@ -102,20 +104,29 @@ def _name_resonances(panels: tuple[Axes, Axes], sweep: Sweep, found: list[Resona
     upper, lower = panels
     x, unit = along(sweep), written_unit(sweep.data, sweep.paths[0])
     chosen = sorted(found[: RESONANCE.most], key=lambda one: one.point)
-    for place, one in enumerate(chosen):
+    low, high = float(x.min()), float(x.max())
+    for place, one in zip(_apart([(x[one.point] - low) / (high - low) for one in chosen]), chosen):
         at = (x[one.point], one.order * rate[one.point])
-        upper.plot(
-            *at, "o", markersize=13, markerfacecolor="none", markeredgecolor="black", markeredgewidth=1.4, zorder=4
-        )
+        ring: dict[str, Any] = {"markersize": 13, "markerfacecolor": "none", "markeredgewidth": 1.4, "clip_on": False}
+        upper.plot(*at, "o", markeredgecolor="black", zorder=4, **ring)
         value = f"{short(x[one.point])} {unit}".strip()
         turns = "" if unit == "rpm" else f"\n{short(60 * rate[one.point])} rpm"
         text = f"{one.order}\N{MULTIPLICATION SIGN} meets\nmode {one.mode + 1}\n{value}{turns}"
-        share = 0.5 if len(chosen) == 1 else place / (len(chosen) - 1)
         look: dict[str, Any] = {"ha": "center", "va": "top", "fontsize": 8, "weight": "bold", "bbox": BOX, "zorder": 5}
         arrow = {"arrowstyle": "-", "color": "black", "linewidth": 0.8, "shrinkB": 7}
-        where: dict[str, Any] = {"xytext": (0.1 + 0.8 * share, 0.98), "textcoords": "axes fraction"}
+        where: dict[str, Any] = {"xytext": (place, 0.98), "textcoords": "axes fraction"}
         upper.annotate(text, at, arrowprops=arrow, **where, **look)
         lower.axvline(x[one.point], color="black", linewidth=0.8, linestyle=(0, (2, 3)))
+
+
+def _apart(places: list[float]) -> list[float]:
+    """Move ascending places, in shares of the width, as far apart as names are wide, and into the picture."""
+    found = np.clip(places, NAME, 1 - NAME) if places else np.zeros(0)
+    for i in range(1, len(found)):
+        found[i] = max(found[i], found[i - 1] + 2 * NAME)
+    for i in range(len(found) - 1, -1, -1):
+        found[i] = min(found[i], 1 - NAME - 2 * NAME * (len(found) - 1 - i))
+    return [float(one) for one in found]
 
 
 def _mark_scene(panels: tuple[Axes, Axes], x: Array, rate: Array, data: xr.Dataset) -> None:

@@ -346,7 +346,7 @@ def error(result: Result) -> Judgement:
     title, text = f"error {most}", f"{sentence(most)} of a member's largest strain, by estimate"
     if total > SCENE.neglected:
         text += f"; {error_share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}"
-        text += f", which {REMEDIES[largest]} lowers" if largest in REMEDIES else ""  # of theory `theory` says it
+        text += _remedy(result, largest)
     level: Level = "good" if total <= ACCEPTED.of_strain else "warn"
     parts = [f"{text}.", *beside_tolerance(result)]
     if wrong := too_uncertain(result):
@@ -359,6 +359,17 @@ def error(result: Result) -> Judgement:
     if data.attrs["too_coarse"]:
         return Judgement("bad", title, f"Too large: do not use these numbers. {' '.join(parts)}", "error")
     return Judgement(level, title, " ".join(parts), "error")
+
+
+def _remedy(result: Result, source: str) -> str:
+    """Say what lowers an error by its largest source; of the theory `theory` says it."""
+    if source == "effects":
+        known = json.loads(result.data.attrs["effects"])
+        if lacking := max((e for e in known if e["lacking"]), key=lambda e: e["size"] or 0.0, default=None):
+            return f", as {lacking['name']} lacks data. {lacking['lacking']}"
+        if result.scene.effects == "auto":
+            return ", which a smaller tolerance lowers"
+    return f", which {REMEDIES[source]} lowers" if source in REMEDIES else ""
 
 
 def doubtful_peaks(result: Result) -> str | None:

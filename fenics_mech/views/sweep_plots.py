@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
 RESPONSES = {"stress": "stress", "strain": "strain", "deflection": "length"}  # and the kinds of their units
+LEAST_WAVE, FEWEST_WAVES = 0.03, 5  # of the largest, up to which higher harmonics are left out; those that are kept
 HIGHEST = 0.9  # wave of a waterfall, in steps between its base lines
 
 
@@ -112,6 +113,8 @@ def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     units, waves = units_of(data), data["strain_harmonic"].sel(member=member).transpose("harmonic", ...).to_numpy()
     amplitude = waves[1:] / units.size("strain")
     largest = float(np.nanmax(amplitude)) or 1.0
+    seen = np.flatnonzero(np.nanmax(amplitude, axis=1) > LEAST_WAVE * largest)
+    amplitude = amplitude[: max(int(seen.max(initial=0)) + 1, FEWEST_WAVES)]
     figure, (axes,) = empty_figure(height=max(4.0, 1.6 + 0.24 * len(amplitude)))
     waves = np.arange(1, len(amplitude) + 1)[:, None] + HIGHEST * amplitude / largest
     for order, wave in enumerate(waves, 1):

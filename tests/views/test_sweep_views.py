@@ -14,6 +14,7 @@ from fenics_mech import load
 from fenics_mech.studies.sweep import Sweep, run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.sweep_points import TEXTS
+from fenics_mech.views.campbell import NAME, _apart
 from fenics_mech.views.judgements import theory
 from fenics_mech.views.resonances import distances, gains, raised, resonances
 from fenics_mech.views.sweep_data import theory_levels
@@ -208,6 +209,20 @@ def test_waves_of_a_waterfall_stay_below_the_next(made):
     sweep = made(SPEEDS)
     waves = [line.get_ydata() for line in waterfall_figure(sweep, "coupler").axes[0].get_lines()[:3]]
     assert all(order <= wave.min() and wave.max() < order + 1 for order, wave in enumerate(waves, 1))
+
+
+def test_a_waterfall_leaves_out_the_higher_harmonics_that_no_one_sees(made):
+    sweep = made(SPEEDS)
+    sweep.data["strain_harmonic"].loc[{"harmonic": slice(8, None)}] *= 1e-6
+    assert waterfall_figure(sweep, "coupler").axes[0].get_ylim()[1] < 9
+
+
+def test_names_of_resonances_stay_apart_and_inside():
+    found = _apart([0.0, 0.5, 0.52, 0.98, 1.0])
+    assert (np.diff(found) >= 2 * NAME - 1e-12).all()
+    assert min(found) >= NAME - 1e-12
+    assert max(found) <= 1 - NAME + 1e-12
+    assert _apart([0.3, 0.7]) == [0.3, 0.7]
 
 
 def test_orders_of_a_campbell_diagram_go_on_where_points_failed(made):
