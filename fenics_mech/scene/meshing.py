@@ -47,7 +47,7 @@ def member_nodes(scene: Scene, label: str, loads_at_nodes: bool) -> Array:
     _, member = scene.members()[label]
     nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
     distance = np.abs(nodes[:, None] - places)
-    in_need = places if loads_at_nodes else _in_need_of_nodes(scene, label)
+    in_need = places if loads_at_nodes or not len(places) else _in_need_of_nodes(scene, label)
     needed = (distance.min(axis=0, initial=1.0) < MESH.closest) | np.isin(places, in_need)
     found = np.sort(np.concatenate([nodes[distance.min(axis=1, initial=1.0) >= MESH.closest], places[needed]]))
     for place in places[~needed]:

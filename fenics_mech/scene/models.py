@@ -356,7 +356,8 @@ class Scene(Part):
         Rigidity
             EA (N), EI (N m^2), line density (kg/m) and more at these places.
         """
-        return self.sections[self.members()[label][1].section].rigidity(s, self._stock(label))
+        member = self.members()[label][1]
+        return self.sections[member.section].rigidity(s, self._stock(member))
 
     def rigidities(self, s: Array) -> list[Rigidity]:
         """Stiffness, mass and fibres of every member at places ``(places,)``, 0..1 along it.
@@ -388,10 +389,10 @@ class Scene(Part):
         SceneError
             When its material or its section does not say enough for it.
         """
-        section = self.members()[label][1].section
-        return self.sections[section].shear_stiffness(s, self._stock(label), f"sections.{section}")
+        member = self.members()[label][1]
+        return self.sections[member.section].shear_stiffness(s, self._stock(member), f"sections.{member.section}")
 
-    def _stock(self, label: str) -> Stock:
+    def _stock(self, member: Member) -> Stock:
         """What the section of a member draws on."""
-        name = self.members()[label][1].material
+        name = member.material
         return Stock(None if name is None else self.materials[name], self.materials, self.sections)
