@@ -47,7 +47,7 @@ class SearchLimits:
     most_stations: float = 4.0  # times as many in a round
     most_steps: float = 5.0  # the same of sub-intervals
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
-    order_of_peaks: float = 2.0  # with which doubts of peaks fall in the positions
+    order_of_peaks: float = 5.0  # with which doubts of peaks fall in the positions: splines have 4, and more at first
     margin: float = 1.2  # by how much more it grows than it should
 
 
@@ -115,8 +115,8 @@ def within(
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
-        doubt = max(doubts(result).values())  # of peaks between the positions
-        met = not missed and doubt < PEAK.doubtful
+        doubt = _doubt(scene, result)
+        met = not missed and doubt <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
             result, judged = judge(result, scene.analysis.allow_unstable), True
         if met:
@@ -144,6 +144,13 @@ def _missed(scene: Scene, trial: Trial) -> list[str]:
     return [
         what for what, most in scene.tolerances.items() if not sum(trial.errors[what].values()) <= SEARCH.enough * most
     ]
+
+
+def _doubt(scene: Scene, result: Result) -> float:
+    """Give the uncertainty of peaks between the positions, over what the tolerance leaves to it."""
+    return max(
+        found / min(PEAK.doubtful, scene.tolerances.get(name, PEAK.doubtful)) for name, found in doubts(result).items()
+    )
 
 
 def _periodic(scene: Scene) -> bool:
@@ -180,8 +187,8 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
 
 def _seeing_peaks(chosen: Discretisation, last: Trial, doubt: float) -> Discretisation:
     """Give choices whose positions leave no doubt of peaks between them, by what they leave in the last trial."""
-    fallen = doubt * (last.discretisation.steps / chosen.steps) ** SEARCH.order_of_peaks
-    return replace(chosen, sub_intervals=float(max(chosen.steps, PEAK.few))) if fallen >= PEAK.doubtful else chosen
+    enough = SEARCH.margin * last.discretisation.steps * doubt ** (1 / SEARCH.order_of_peaks)
+    return replace(chosen, sub_intervals=max(chosen.sub_intervals, enough)) if doubt > 1 else chosen
 
 
 def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,9 +16,14 @@ from fenics_mech.recovery.result import Result
 class PeakLimits:
     """How peaks between positions and stations are found."""
 
-    neighbours: int = 4  # positions beyond the ends of a cycle, to which a curve goes on
-    few: int = 180  # positions of a cycle: between fewer peaks are sought
-    close: int = 720  # positions at which they are sought then
+    neighbours: int = 4  # positions beyond the ends of a cycle, to which a curve of Akima goes on
+    close: int = 720  # positions of a cycle: between fewer peaks are sought, at so many at least
+    gained: float = (
+        8.0  # times that a peak of a spline is more certain than by half of the positions; measured 7 to 130
+    )
+    gained_at_corners: float = 2.0  # the same of other curves
+    smooth: float = 1e-3  # of the largest value of all: a curve that a spline foretells to it has no corners that show
+    order: float = 4.0  # with which doubts fall in the positions
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     on_the_way: int = 17  # places of a pin that travels
 
@@ -32,17 +38,17 @@ CURVES = (
 
 
 def between_positions(result: Result) -> Result:
-    """Give smooth curves of a cycle at more positions, where there are few: a peak lies between two as a rule.
+    """Give the curves of a cycle at more positions, where there are few: a peak lies between two as a rule.
 
-    The curves are Akima's: they do not swing beyond the positions at corners, as Fourier series and splines do. Where
-    positions are enough, or something jumps, the result is given as it is.
+    A curve is a cubic spline, or Akima's where that foretells each half of the positions better from the other: at
+    corners splines swing beyond them. Where positions are enough, or something jumps, the result is given as it is.
 
     Parameters
     ----------
     result
         The result.
     """
-    if not _coarse(result):
+    if not _few(result) or _jumping(result):
         return result
     curves, finer = result.data[[name for name in CURVES if name in result.data]], {}
     for name in curves:
@@ -52,11 +58,15 @@ def between_positions(result: Result) -> Result:
     return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
 
 
-def _coarse(result: Result) -> bool:
-    """Whether the positions of a cycle are few, and nothing jumps between them."""
+def _few(result: Result) -> bool:
+    """Whether the positions of a cycle are few."""
+    return result.scene.analysis.method == "periodic" and 4 <= result.data.sizes["theta"] < PEAK.close
+
+
+def _jumping(result: Result) -> bool:
+    """Whether something jumps between positions."""
     scene = result.scene
-    smooth = not scene.impulses and not any(load.jumps for load in scene.loads.values())
-    return scene.analysis.method == "periodic" and smooth and result.data.sizes["theta"] < PEAK.few
+    return bool(scene.impulses) or any(load.jumps for load in scene.loads.values())
 
 
 def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
@@ -69,14 +79,70 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     values
         At its positions, ``(angles, ...)``.
     """
-    count, theta = len(values), result.data["theta"].to_numpy()
-    if not _coarse(result):
+    theta, count = result.data["theta"].to_numpy(), len(values)
+    if not _few(result) or _jumping(result):
         return theta, values
-    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import, and few results are as coarse)
+    flat, times = values.reshape(count, math.prod(values.shape[1:])), _times(count)
+    found = _between(flat, times, _cornered(flat)).reshape(count * times, *values.shape[1:])
+    return theta[0] + (theta[1] - theta[0]) / times * np.arange(count * times), found
 
-    times, around = math.ceil(PEAK.close / count), np.arange(-PEAK.neighbours, count + PEAK.neighbours)
-    places = np.arange(count * times) / times
-    return theta[0] + (theta[1] - theta[0]) * places, Akima1DInterpolator(around, values[around % count])(places)
+
+def _times(count: int) -> int:
+    """How many times as many positions a cycle gets."""
+    return math.ceil(PEAK.close / count)
+
+
+def _between(values: Array, times: int, cornered: Array) -> Array:
+    """Give curves over a cycle, ``(positions, curves)``, at so many times the positions: `cornered` ones by Akima."""
+    found = np.empty((len(values) * times, values.shape[1]))
+    for interpolated, which in ((_by_splines, ~cornered), (_by_akima, cornered)):
+        if which.any():
+            found[:, which] = interpolated(values[:, which], times)
+    return found
+
+
+def _by_splines(values: Array, times: int) -> Array:
+    """Give cubic splines over a cycle at so many times the positions, by B-splines (Unser, 1999)."""
+    from scipy.ndimage import spline_filter1d  # noqa: PLC0415  (slow to import)
+
+    part = spline_filter1d(values, order=3, axis=0, mode="grid-wrap")
+    f = np.arange(times)[:, None] / times
+    shares = (1 - f) ** 3 / 6, (3 * f**3 - 6 * f**2 + 4) / 6, (-3 * f**3 + 3 * f**2 + 3 * f + 1) / 6, f**3 / 6
+    found = sum(share * np.roll(part, 1 - k, axis=0)[:, None] for k, share in enumerate(shares))
+    return np.asarray(found).reshape(len(values) * times, -1)
+
+
+def _by_akima(values: Array, times: int) -> Array:
+    """Give Akima's curves over a cycle at so many times the positions."""
+    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
+
+    count = len(values)
+    around, places = np.arange(-PEAK.neighbours, count + PEAK.neighbours), np.arange(count * times) / times
+    return np.asarray(Akima1DInterpolator(around, values[around % count])(places))
+
+
+def _cornered(values: Array) -> Array:
+    """Which curves, ``(curves,)``, Akima's interpolant foretells better than a spline at positions left out.
+
+    Of an odd number of positions, where not every second one can be left out, they are all.
+    """
+    if len(values) % 2:
+        return np.ones(values.shape[1], dtype=bool)
+
+    by_splines = _missed(_by_splines, values)
+    cornered = by_splines > PEAK.smooth * np.abs(values).max(initial=0.0)
+    if cornered.any():
+        cornered[cornered] = _missed(_by_akima, values[:, cornered]) < by_splines[cornered]
+    return cornered
+
+
+def _missed(interpolated: Callable[[Array, int], Array], values: Array) -> Array:
+    """By how much each half of the positions foretells curves at the other one, ``(curves,)``."""
+    even, odd = values[::2], values[1::2]
+    pairs = (even, odd), (odd, np.roll(even, -1, axis=0))
+    return np.asarray(
+        np.max([np.abs(interpolated(half, 2)[1::2] - other).max(axis=0) for half, other in pairs], axis=0)
+    )
 
 
 def doubts(result: Result) -> dict[str, float]:
@@ -87,30 +153,31 @@ def doubts(result: Result) -> dict[str, float]:
     result
         The result.
     """
-    looked_at = Result(result.data[list(PEAKS)])
-    closer = between_positions(looked_at)
-    return {name: doubt(looked_at, closer, name) for name in PEAKS}
+    return {name: doubt(result, name) for name in PEAKS}
 
 
-def doubt(result: Result, closer: Result, name: str) -> float:
-    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain, as half of the positions shows.
+def doubt(result: Result, name: str) -> float:
+    """By which share of the largest one peaks of a variable in `PEAKS` are uncertain.
 
-    Of an odd number of positions there are no halves.
+    It is estimated by the peaks that half of the positions show. Of an odd number of positions there are no halves.
 
     Parameters
     ----------
     result
         The result.
-    closer
-        What `between_positions` gives for it.
     name
         Name of the variable.
     """
-    count = result.data.sizes["theta"]
-    if result.scene.analysis.method != "periodic" or count >= PEAK.few or count % 2 or count < 4:
+    if not _few(result) or result.data.sizes["theta"] % 2:
         return 0.0
-    one = result.data[[name]]
-    halved = [between_positions(Result(one.isel(theta=slice(start, None, 2)))) for start in (0, 1)]
-    curves = (abs(found.data[name]).transpose(PEAKS[name], ...).to_numpy() for found in (closer, *halved))
-    peaks, *others = (curve.reshape(len(curve), -1).max(axis=1) for curve in curves)
-    return float(np.abs(peaks - others).max() / max(peaks.max(), np.finfo(float).tiny))
+    curve = result.data[name].transpose("theta", PEAKS[name], ...)
+    values, owners = curve.to_numpy().reshape(curve.sizes["theta"], -1), curve.sizes[PEAKS[name]]
+    found, cornered = [values, values[::2], values[1::2]], np.ones(values.shape[1], dtype=bool)
+    if not _jumping(result):
+        cornered, times = _cornered(values), _times(len(values))
+        found = [_between(part, times * len(values) // len(part), cornered) for part in found]
+    peaks, *others = (np.abs(part).max(axis=0).reshape(owners, -1) for part in found)
+    highest = cornered.reshape(peaks.shape)[np.arange(owners), peaks.argmax(axis=1)]
+    gained = np.where(highest, PEAK.gained_at_corners, PEAK.gained)
+    apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]) / gained
+    return float(apart.max() / max(peaks.max(), np.finfo(float).tiny))

@@ -24,7 +24,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAKS, between_positions, doubt
+from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
@@ -263,7 +263,7 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
     data = result.data
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
     values = _strains(result, closer, gauge)
-    values["peak_doubt"] = np.array(max(doubt(result, closer, name) for name in PEAKS))
+    values["peak_doubt"] = np.array(max(doubts(result).values()))
     values["peak_stress"] = _peak(abs(closer.data["stress"]), "member")
     values["peak_deflection"] = _peak(_length(closer.data["deflection"]), "member")
     values["peak_joint_force"] = _peak(_length(closer.data["joint_force"]), "joint")

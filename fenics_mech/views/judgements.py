@@ -384,7 +384,7 @@ def doubtful_peaks(result: Result) -> str | None:
     if max(by_strain, by_force) < PEAK.doubtful:
         return None
     return (
-        f"Peaks between the {result.data.sizes['theta']} positions are uncertain by {by_strain:.1%} of the largest "
-        f"strain and {by_force:.1%} of the largest joint force: without every second position they differ by that. "
+        f"Peaks between the {result.data.sizes['theta']} positions are uncertain by an estimated {by_strain:.1%} of "
+        f"the largest strain and {by_force:.1%} of the largest joint force, as half of the positions shows. "
         f"Take {'a smaller tolerance' if 'chosen' in result.data.attrs else 'more sub_intervals'}."
     )

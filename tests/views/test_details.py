@@ -195,7 +195,7 @@ def test_peaks_between_positions_do_not_swing_beyond_corners():
     analysis = {"solver": "collocation", "stability": False, "allow_coarse": True, "sub_intervals": 36}
     scene = seed_four_bar(effects=("coupling",), loads=press, drive__speed=5.0, analysis=analysis)
     few, many = (analyse(scene.changed(analysis__sub_intervals=count)) for count in (36, 240))
-    assert "Peaks between the 36 positions are uncertain by" in printed(details(few))
+    assert "Peaks between the 36 positions are uncertain by an" in printed(details(few))
     assert "are uncertain by" not in printed(details(many))
     for name in ("strain", "joint_force", "deflection"):
         told, exact = (abs(found.data[name]).max() for found in (between_positions(few), many))
@@ -203,11 +203,11 @@ def test_peaks_between_positions_do_not_swing_beyond_corners():
 
 
 def test_doubt_about_peaks_does_not_rest_on_the_position_at_0(result):
-    """A peak between the first two of 24 positions, 10 % of it missed, of which every second one misses no more."""
+    """A peak between the first two of 24 positions, of which 10 % are missed, and by every second one no more."""
     peak = np.exp(-4 * np.sin((result.data["theta"] - np.radians(5)) / 2) ** 2 / np.radians(15) ** 2)
     curves = {name: 1e-4 * peak * xr.ones_like(result.data[name]) for name in ("strain", "joint_force")}
     text = printed(details(Result(result.data.assign(curves))))
-    assert "Peaks between the 24 positions are uncertain by 28." in text
+    assert "Peaks between the 24 positions are uncertain by an estimated 14." in text
     assert "Take more sub_intervals" in text
     by_tolerance = result.data.assign(curves).assign_attrs(chosen="")  # which takes the positions itself
     assert "Take a smaller tolerance" in printed(details(Result(by_tolerance)))
