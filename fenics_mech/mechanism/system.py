@@ -48,7 +48,7 @@ class System:
     terms: Terms = NOTHING
 
     def once(self, what: str, make: Callable[[], Made], key: Hashable = None) -> Made:
-        """Make something from M and K without turning loads; where no axial force stiffens, once for all rates.
+        """Make something from M and K without turning loads, once; where no axial force stiffens, for all rates.
 
         Parameters
         ----------
@@ -59,11 +59,12 @@ class System:
         key
             What else it is made from.
         """
-        path = self.motion.path
-        if path is None or self.terms.axial_stiffness:
+        path, terms = self.motion.path, self.terms
+        if path is None:
             return make()
+        forces = terms.uneven if terms.stiffening is None else (terms.stiffening, *terms.uneven)
         springs = (part.tobytes() for entries in self.terms.matrices.stiffness for part in vars(entries).values())
-        return path.once(what, (self.beams, self.transformation), make, (key, *springs))
+        return path.once(what, (self.beams, self.transformation, *forces), make, (key, *springs))
 
     def with_terms(self, terms: Terms) -> System:
         """Give the same mechanism with other terms, of the same acceleration; what does not depend on them is kept."""
