@@ -47,8 +47,10 @@ class SearchLimits:
     most_stations: float = 4.0  # times as many in a round
     most_steps: float = 5.0  # the same of sub-intervals
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
-    order_of_peaks: float = 5.0  # with which doubts of peaks fall in the positions: splines have 4, and more at first
+    order_of_peaks: float = 6.0  # with which doubts of peaks fall in the positions: splines have 4, and more at first
     margin: float = 1.2  # by how much more it grows than it should
+    margin_of_peaks: float = 1.5  # the same of positions between which peaks are doubted, of which few tell little
+    fewest_after_doubt: int = 120  # of these: with fewer, peaks that were doubted may be so again
 
 
 SEARCH = SearchLimits()
@@ -187,8 +189,10 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
 
 def _seeing_peaks(chosen: Discretisation, last: Trial, doubt: float) -> Discretisation:
     """Give choices whose positions leave no doubt of peaks between them, by what they leave in the last trial."""
-    enough = SEARCH.margin * last.discretisation.steps * doubt ** (1 / SEARCH.order_of_peaks)
-    return replace(chosen, sub_intervals=max(chosen.sub_intervals, enough)) if doubt > 1 else chosen
+    if doubt <= 1:
+        return chosen
+    enough = SEARCH.margin_of_peaks * last.discretisation.steps * doubt ** (1 / SEARCH.order_of_peaks)
+    return replace(chosen, sub_intervals=max(chosen.sub_intervals, enough, SEARCH.fewest_after_doubt))
 
 
 def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:

@@ -21,8 +21,10 @@ class PeakLimits:
     gained: float = (
         8.0  # times that a peak of a spline is more certain than by half of the positions; measured 7 to 130
     )
+    gained_less: float = 4.0  # the same where half of the positions differ by more than `apart`
     gained_at_corners: float = 2.0  # the same of other curves
-    smooth: float = 1e-3  # of the largest value of all: a curve that a spline foretells to it has no corners that show
+    apart: float = 0.05  # share of the largest peak
+    smooth: float = 1e-3  # of the largest curve: a curve that splines foretell to it has no corners that show
     order: float = 4.0  # with which doubts fall in the positions
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     on_the_way: int = 17  # places of a pin that travels
@@ -130,19 +132,17 @@ def _cornered(values: Array) -> Array:
         return np.ones(values.shape[1], dtype=bool)
 
     by_splines = _missed(_by_splines, values)
-    cornered = by_splines > PEAK.smooth * np.abs(values).max(initial=0.0)
+    cornered = by_splines > PEAK.smooth * np.linalg.norm(values, axis=0).max(initial=0.0)
     if cornered.any():
         cornered[cornered] = _missed(_by_akima, values[:, cornered]) < by_splines[cornered]
     return cornered
 
 
 def _missed(interpolated: Callable[[Array, int], Array], values: Array) -> Array:
-    """By how much each half of the positions foretells curves at the other one, ``(curves,)``."""
+    """By how much halves of the positions miss curves at the others, root of the sum of squares, ``(curves,)``."""
     even, odd = values[::2], values[1::2]
-    pairs = (even, odd), (odd, np.roll(even, -1, axis=0))
-    return np.asarray(
-        np.max([np.abs(interpolated(half, 2)[1::2] - other).max(axis=0) for half, other in pairs], axis=0)
-    )
+    missed = [interpolated(even, 2)[1::2] - odd, interpolated(odd, 2)[1::2] - np.roll(even, -1, axis=0)]
+    return np.asarray(np.linalg.norm(np.concatenate(missed), axis=0))
 
 
 def doubts(result: Result) -> dict[str, float]:
@@ -178,6 +178,7 @@ def doubt(result: Result, name: str) -> float:
         found = [_between(part, times * len(values) // len(part), cornered) for part in found]
     peaks, *others = (np.abs(part).max(axis=0).reshape(owners, -1) for part in found)
     highest = cornered.reshape(peaks.shape)[np.arange(owners), peaks.argmax(axis=1)]
-    gained = np.where(highest, PEAK.gained_at_corners, PEAK.gained)
-    apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]) / gained
-    return float(apart.max() / max(peaks.max(), np.finfo(float).tiny))
+    apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]).max(axis=0)
+    apart /= max(peaks.max(), np.finfo(float).tiny)
+    gained = np.where(apart < PEAK.apart, PEAK.gained, PEAK.gained_less)
+    return float((apart / np.where(highest, PEAK.gained_at_corners, gained)).max())
