@@ -56,18 +56,19 @@ def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     assert result.data.attrs["chosen"].startswith(f"strains to {percent(tolerance)}, met by collocation")
 
 
+@pytest.mark.slow
 def test_peaks_between_positions_are_certain_too():
-    """With the fewest steps, whose error is below the tolerance, peaks between positions are off by 1 and 2 %."""
+    """With the fewest steps, joint forces between positions would be off by 0.6 %."""
     found = analysed(load(DEMOS / "four_bar.toml").changed(tolerance=1e-2))
     assert max(doubts(found).values()) < 1e-2
     assert "; 2 trials)" in found.data.attrs["chosen"]  # the first one shows that so many positions will be needed
     few = {"sub_intervals": 48, "stages": 4, "solver": "collocation", "allow_coarse": True, "stability": False}
     coarse, best = (
         between_positions(analyse(found.scene.changed(tolerance=None, analysis=few | {"sub_intervals": count}))).data
-        for count in (48, 720)
+        for count in (48, 240)
     )
     force = [np.hypot(*data["joint_force"].transpose("component", "theta", "joint")).max() for data in (coarse, best)]
-    assert abs(float(force[0] / force[1]) - 1) > 1e-2
+    assert abs(float(force[0] / force[1]) - 1) > 5e-3
 
 
 @pytest.mark.parametrize("name", [pytest.param("seed", marks=pytest.mark.slow), "slider_crank"])
