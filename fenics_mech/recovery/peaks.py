@@ -177,8 +177,10 @@ def doubt(result: Result, name: str) -> float:
         cornered, times = _cornered(values), _times(len(values))
         found = [_between(part, times * len(values) // len(part), cornered) for part in found]
     peaks, *others = (np.abs(part).max(axis=0).reshape(owners, -1) for part in found)
-    highest = cornered.reshape(peaks.shape)[np.arange(owners), peaks.argmax(axis=1)]
     apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]).max(axis=0)
     apart /= max(peaks.max(), np.finfo(float).tiny)
+    if _jumping(result):
+        return float(apart.max())
+    highest = cornered.reshape(peaks.shape)[np.arange(owners), peaks.argmax(axis=1)]
     gained = np.where(apart < PEAK.apart, PEAK.gained, PEAK.gained_less)
     return float((apart / np.where(highest, PEAK.gained_at_corners, gained)).max())
