@@ -67,21 +67,6 @@ def test_iterations_that_end_too_early_are_refused():
         periodic_orbit(flow)
 
 
-def test_a_closing_for_newtons_method_leaves_no_more_of_the_guess_than_it_may():
-    """The residual of a guess and what is left of it, by marches from both."""
-    tableau, count, enough = Tableau.of("radau", 3), 24, 1e-2
-    flow = Flow(Manufactured().matrices(places(tableau.points, count)), tableau, PERIOD / count)
-    exact = flow.cycle.solve(flow.added)[0]
-    guess = 1.1 * exact
-
-    def missed(start):
-        return np.linalg.norm(flow.cycle.unit * (flow.march(start, flow.added)[-1] - start))
-
-    found = flow.cycle.solve(flow.added, guess, enough=enough)[0]
-    assert missed(exact) < 1e-11 * missed(guess)
-    assert 1e-6 * missed(guess) < missed(found) < 1.001 * enough * missed(guess)
-
-
 def test_states_that_die_out_are_not_lost():
     """A disturbance that decays by e^-2000 in a cycle is followed to its end."""
     tableau, count = Tableau.of("gauss", 3), 2000

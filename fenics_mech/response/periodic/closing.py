@@ -78,9 +78,7 @@ class Closing:
                 growth += math.log10(max(sizes[at], TINY)) - math.log10(max(sizes[0], TINY))
         return [slice(first, last) for first, last in pairwise(begins)], growth
 
-    def solve(
-        self, right: Array, guess: Array | None = None, tolerance: float = CYCLIC.tolerance, enough: float = 0.0
-    ) -> Array:
+    def solve(self, right: Array, guess: Array | None = None, tolerance: float = CYCLIC.tolerance) -> Array:
         """Solve for the states at the starts of all steps, ``(steps, state)``, or of several cycles.
 
         Parameters
@@ -91,8 +89,6 @@ class Closing:
             A state at the start of the cycle to begin from, ``(state,)``.
         tolerance
             Residual at which iterations end, relative to what is added in the steps.
-        enough
-            Share of the guess's residual at which they end too, where the next guess will be better.
 
         Raises
         ------
@@ -108,7 +104,7 @@ class Closing:
         if "_direct" in vars(self):  # marches failed before
             return self._direct.solve(right)
         try:
-            return self._marched(right, guess, tolerance, enough)
+            return self._marched(right, guess, tolerance)
         except SolverError:
             if self._large or any(name.startswith("periodic_") for name in self.options):
                 raise
@@ -149,7 +145,7 @@ class Closing:
         """The system with its matrices, where marches round too much: a matrix rounds always alike."""
         return BlockCyclic(self.steps.transitions, self.options)
 
-    def _marched(self, right: Array, guess: Array | None, tolerance: float, enough: float) -> Array:
+    def _marched(self, right: Array, guess: Array | None, tolerance: float) -> Array:
         """Solve by marches."""
         cuts, size = self.cuts, len(self.unit)
 
@@ -165,8 +161,7 @@ class Closing:
         if guess is not None and len(cuts) == 1:
             start = guess * self.unit
         load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
-        missed = max(float(np.linalg.norm(load)), TINY)
-        reduction = max(min(tolerance * whole / missed, CYCLIC.least_reduction), enough)
+        reduction = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), CYCLIC.least_reduction)
         change, reason = krylov(
             lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": reduction}, self.options
         )
@@ -174,9 +169,7 @@ class Closing:
         parts = [self.steps.march(state, right[part], part) for state, part in zip(starts, cuts)]
         states = np.concatenate([part[:-1] for part in parts])
         residual, grows = self._residual(states, [part[-1] for part in parts], right), len(self.cuts) > 1
-        left = max(tolerance, enough * missed / max(whole, TINY))
-        allowed = max(CYCLIC.largest_residual, CYCLIC.above * left)
-        if not np.isfinite(states).all() or not residual < allowed:
+        if not np.isfinite(states).all() or not residual < max(CYCLIC.largest_residual, CYCLIC.above * tolerance):
             raise not_closed(reason, residual, grows)
         return states
 

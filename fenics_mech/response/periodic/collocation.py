@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import TINY
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
@@ -23,17 +22,6 @@ from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Beginning, Orbit, improved, solve_nonlinear
 from fenics_mech.response.periodic.tableau import Tableau
 
-
-@dataclass(frozen=True)
-class Needed:
-    """Share of a guess's residual that an iteration of Newton's method may leave: the next makes it anew."""
-
-    by_change: float = 1e-4  # of the square of the last change: far below what the iteration itself leaves
-    least: float = 1e-10
-    most: float = 1e-4
-
-
-NEEDED = Needed()
 logger = logging.getLogger(__name__)
 
 
@@ -73,47 +61,27 @@ def solve_collocation(
     if tension is None:
         return periodic_orbit(Flow(equation.linear, tableau, step, options), jump)
 
-    for near in beginnings:
-        begun = _Iterations(tableau, step, options, jump)
-        if jump is None and tableau.points[-1] == 1:  # the last point is the start of the next cycle
-            begun.guess = np.append(near.displacement[-1], np.mean(step) * near.velocity[-1])
-        else:
-            begun.change = 0.0
-        try:
-            return improved(equation, begun.solve, near)
-        except (SolverError, FloatingPointError) as error:
-            logger.info("no motion beside the known one: %s", error)
-    return solve_nonlinear(equation, _Iterations(tableau, step, options, jump).solve, tension)
-
-
-@dataclass
-class _Iterations:
-    """The linear equations of Newton's method, each closed from the state of the last, and as exactly as it needs.
-
-    Source: Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16, for how exactly.
-    """
-
-    tableau: Tableau
-    step: float | Array
-    options: Mapping[str, Any]
-    jump: Array | None
     guess: Array | None = None
-    change: float = 1.0  # of the state by the last iteration, relative
 
-    def solve(self, matrices: Matrices) -> Orbit:
-        """Give the motion of the next linear equation."""
-        flow = Flow(matrices, self.tableau, self.step, self.options)
-        enough = min(max(NEEDED.by_change * self.change**2, NEEDED.least), NEEDED.most)
-        orbit = periodic_orbit(flow, self.jump, self.guess, enough)
-        found = flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]
-        if self.guess is not None:
-            before, after = (float(np.linalg.norm(flow.cycle.unit * part)) for part in (found - self.guess, found))
-            self.change = min(before / max(after, TINY), 1.0)
-        self.guess = found
+    def solve(matrices: Matrices) -> Orbit:
+        nonlocal guess
+        flow = Flow(matrices, tableau, step, options)
+        orbit = periodic_orbit(flow, jump, guess)
+        guess = flow.states(orbit.start[:1], orbit.start_velocity[:1])[0]
         return orbit
 
+    for near in beginnings:
+        if jump is None and tableau.points[-1] == 1:  # the last point is the start of the next cycle
+            guess = np.append(near.displacement[-1], np.mean(step) * near.velocity[-1])
+        try:
+            return improved(equation, solve, near)
+        except (SolverError, FloatingPointError) as error:
+            logger.info("no motion beside the known one: %s", error)
+            guess = None
+    return solve_nonlinear(equation, solve, tension)
 
-def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = None, enough: float = 0.0) -> Orbit:
+
+def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = None) -> Orbit:
     """Solve ``M q'' + C q' + K q = f``, given at the collocation points of steps.
 
     Parameters
@@ -124,8 +92,6 @@ def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = 
         Change of q' by impulses at the starts of the steps, ``(steps, coordinates)``.
     guess
         State at the start of the cycle to begin from, ``(2n,)``.
-    enough
-        As of `Closing.solve`.
 
     Raises
     ------
@@ -136,7 +102,7 @@ def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = 
     if jump is not None:
         added = added.copy()
         added[:, flow.size :] += flow.mean_step * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
-    return replace(orbit_of(flow, flow.cycle.solve(added, guess, enough=enough), flow.matrices.load), flow=flow)
+    return replace(orbit_of(flow, flow.cycle.solve(added, guess), flow.matrices.load), flow=flow)
 
 
 def orbit_of(flow: Flow, states: Array, load: Array) -> Orbit:
