@@ -23,7 +23,8 @@ from fenics_mech._progress import heard
 from fenics_mech.errors import MechanismError, printable
 
 PAUSE = 5  # seconds between two lines of progress
-OFTEN = 0.05  # seconds between two pictures of a bar, and the share of a step from which its time left is told
+OFTEN = 0.05  # seconds between two pictures of a bar
+LEAST_SHARE = 0.05  # of a motion, by which the time that it took is divided at least
 PAGE_WIDTH = 90  # columns of a text on a page
 PAGE = '<pre style="white-space:pre;overflow-x:auto;line-height:normal;font-family:monospace">{code}</pre>'
 
@@ -146,7 +147,8 @@ class _Bar:
 
     def step(self, name: str) -> None:
         """Begin a step."""
-        self.total += not self.alike and name in self.names  # what is tried again is one step more
+        if not self.alike and name in self.names:  # what is tried again is one step more
+            self.total += 1
         self.done, self.share, self.motion = self.done + 1, 1.0, 0
         self.names.append(name)
         self.progress.update(self.task, description=name, completed=self.done, total=self.total)
@@ -161,7 +163,7 @@ class _Bar:
         self.share = share
         if now - self.shown < OFTEN and share < 1:
             return
-        self.shown, name, left = now, self.names[-1], (now - self.began) * (1 - share) / max(share, OFTEN)
+        self.shown, name, left = now, self.names[-1], (now - self.began) * (1 - share) / max(share, LEAST_SHARE)
         if not self.alike and share < 1:
             name += f", motion {self.motion}:" * (self.motion > 1) + f" {100 * share:.0f} %"
             name += f", about {left:.0f} s left" * (left >= 1 and self.motion == 1)

@@ -43,7 +43,7 @@ def on_all_nodes(solution: Solution) -> Solution:
     Raises
     ------
     UnresolvedError
-        When blows in time strike members of few coordinates, or reduced members have too many nodes.
+        When blows in time strike reduced members, or these have too many nodes.
     """
     own = solution.system
     if own.beams.reduction is not None and len(own.beams.mesh.cell_member) > MOST_ELEMENTS:
@@ -55,7 +55,7 @@ def on_all_nodes(solution: Solution) -> Solution:
     if scene is solution.scene:
         return solution
     if scene.impulses and isinstance(solution, TransientSolution):
-        raise UnresolvedError("members ring after a blow by more than the coordinates that they have")
+        raise UnresolvedError("reduced members cannot follow the ringing after a blow")
     if isinstance(solution, MotorSolution):
         return _on_shaft(solution, scene)
     if own.transformation.held is not None and scene.impulses:

@@ -54,7 +54,7 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     mapping or None
         By quantity, as `Quantities.largest`; empty where the scene has these effects. Infinite where the exact equation
         has no stable answer near the response. None where there is no estimate: where nothing holds the mechanism,
-        joints have laws, positions are too few, or blows in time strike members of few coordinates.
+        joints have laws, positions are too few, or blows in time strike reduced members.
     """
     scene = solution.scene
     if exact_theory(scene) is scene:

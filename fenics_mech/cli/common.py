@@ -82,7 +82,8 @@ def study_of(path: Path) -> Iterator[None]:
     try:
         yield
     except SceneError as error:
-        raise (located(error, path) if error.place.startswith("study") else error) from None
+        of_study = error.place.startswith("study") and not Path(error.place).is_file()  # such as study.csv
+        raise (located(error, path) if of_study else error) from None
 
 
 def with_units(scene: Scene, units: str | None) -> Scene:

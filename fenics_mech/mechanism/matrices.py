@@ -122,6 +122,10 @@ class Matrices:
         rates = (fastest / MATRICES.rate_ratio**k for k in range(MATRICES.rates))
         below = next((rate for rate in rates if not beyond(rate)), 0.0)
         above = below * MATRICES.rate_ratio
+        for _ in range(MATRICES.rates):  # light coordinates may grow faster than the largest entries tell
+            if not below or beyond(above):
+                break
+            below, above = above, above * MATRICES.rate_ratio
         while above > (1 + MATRICES.rate_error) * below:
             middle = math.sqrt(above * below)
             above, below = (middle, below) if beyond(middle) else (above, middle)

@@ -25,7 +25,6 @@ class PeakLimits:
     gained_at_corners: float = 2.0  # the same of other curves
     apart: float = 0.05  # share of the largest peak
     smooth: float = 1e-3  # of the largest curve: a curve that splines foretell to it has no corners that show
-    order: float = 4.0  # with which doubts fall in the positions
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     on_the_way: int = 17  # places of a pin that travels
 

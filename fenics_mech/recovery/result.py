@@ -257,9 +257,10 @@ class Result(OfScene):
 
 
 def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
-    """Interpolate by a cubic spline between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
+    """Interpolate by Akima's curve between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
 
-    Straight lines between few stations would be off by more than the strains are.
+    Straight lines between few stations would be off by more than the strains are. A spline would carry the jump of a
+    moment and the corner of a force along the whole member.
 
     Parameters
     ----------
@@ -270,13 +271,13 @@ def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
     s
         The place, 0..1, or several.
     """
-    from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import)
+    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
 
     at = np.minimum(np.searchsorted(stations, s), len(stations) - 1)
     if np.array_equal(stations[at], s):  # to the last bit, and no jump elsewhere along the member is felt
         return curves[..., at]
-    spline = make_interp_spline(stations, curves, k=min(3, len(stations) - 1), axis=-1)
-    return np.asarray(spline(s))
+    found = np.asarray(Akima1DInterpolator(stations, np.moveaxis(curves, -1, 0))(s))
+    return np.moveaxis(found, 0, -1) if np.ndim(s) else found
 
 
 def stamp(scene: Scene) -> dict[str, str]:

@@ -57,9 +57,9 @@ def write_like(file: str | Path, values: Mapping[str, Any], scene: Scene, path: 
     True
     """
     path, text = Path(path), text_in(Path(file))
-    with suppress(SceneError):  # of a path that the text does not have
+    with suppress(SceneError, tomllib.TOMLDecodeError):  # of a path that the text does not have, or of a changed text
         data = tomllib.loads(text)
-        if "drawing" not in data:
+        if "drawing" not in data and _alike(parse(text).changed(dict(values)), scene):
             moved = {
                 f"measurements.{k}.file": os.path.relpath(one.file, path.parent)
                 for k, one in enumerate(scene.measurements)
@@ -70,6 +70,12 @@ def write_like(file: str | Path, values: Mapping[str, Any], scene: Scene, path: 
             write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
             return path
     return write_scene(scene, path)
+
+
+def _alike(one: Scene, other: Scene) -> bool:
+    """Whether scenes are the same but for what does not come from values: names, units of answers, files, effects."""
+    apart = {"name", "units", "measurements", "effects"}
+    return one.model_dump_json(exclude=apart) == other.model_dump_json(exclude=apart)
 
 
 def rewritten(text: str, values: Mapping[str, Any]) -> str:

@@ -142,17 +142,17 @@ def headline(reading: ForceReading) -> tuple[str, str]:
     where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
     rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
-    return value, f"{where}{when}{rest}.{_contacts(reading)}"
+    return value, f"{where}{when}{rest}.{_between_positions(reading)}"
 
 
-def _contacts(reading: ForceReading) -> str:
-    """Tell the largest push of a contact where it is between the positions, so that no joint force has it."""
+def _between_positions(reading: ForceReading) -> str:
+    """Tell the largest force and moment of joint laws where they are between the positions: no joint force has them."""
     efforts = [one for one in law_efforts(reading.result, reading.units) if one.between]
     if not efforts:
         return ""
-    most = max(efforts, key=lambda one: one.largest)
-    told = f"{short(most.largest)} {most.unit}"
-    return f" Between the positions {most.law} at joint {most.joint} exerts up to {told}."
+    most = {one.unit: one for one in sorted(efforts, key=lambda one: one.largest)}  # of forces, and of moments
+    told = [f"{one.law} at joint {one.joint} exerts up to {short(one.largest)} {unit}" for unit, one in reversed(most.items())]
+    return f" Between the positions {' and '.join(told)}."
 
 
 def _largest_force(reading: ForceReading) -> tuple[str, str]:
@@ -161,7 +161,7 @@ def _largest_force(reading: ForceReading) -> tuple[str, str]:
         return "Nothing is joined", "so that no joint has a force."
     k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
     value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
-    return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_contacts(reading)}"
+    return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_between_positions(reading)}"
 
 
 def _rigid(result: Result) -> Judgement:

@@ -99,10 +99,10 @@ def missed(found: Optimum) -> str:
         The optimum.
     """
     problem, said = found.problem, []
-    for bound in problem.bounds:
+    for bound, excess in zip(problem.bounds, problem.excess_of(found.best)):
         number = found.best.numbers[bound.of]
         beyond = bound.sign * (number - bound.limit)
-        if beyond > PROBLEM.within * abs(bound.limit):
+        if excess > PROBLEM.within:
             told = number_unit(Quantity.read(bound.of), problem.trials.design)
             far = f" ({percent(beyond / abs(bound.limit))} beyond it)" if bound.limit else ""
             asked = f"{'at most' if bound.sign > 0 else 'at least'} {told.whole(bound.limit)} is asked"

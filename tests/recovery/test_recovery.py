@@ -6,6 +6,7 @@ import xarray as xr
 
 from fenics_mech import Result, analyse
 from fenics_mech.errors import ResultError
+from fenics_mech.recovery.result import at_place
 from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
@@ -53,11 +54,18 @@ def test_strains_are_interpolated_between_stations(quasi_static):
         kind: max(np.abs(found(s) - strain.sel(s=s).to_numpy()).max() for s in strain["s"].to_numpy()[1::2])
         / float(np.abs(strain).max())
         for kind, found in {
-            "spline": lambda s: few.strain_at("coupler", s, "-"),
+            "curve": lambda s: few.strain_at("coupler", s, "-"),
             "lines": lambda s: few.data["strain"].sel(member="coupler", fibre="-").interp(s=s).to_numpy(),
         }.items()
     }
-    assert off["spline"] < 1e-3 < 5e-3 < off["lines"]
+    assert off["curve"] < 2e-3 < 5e-3 < off["lines"]
+
+
+def test_a_jump_along_a_member_is_felt_between_its_two_stations_alone():
+    """The moment of a couple at s = 0.42: a spline was off by 15 % of the jump in the next interval."""
+    stations, places = np.linspace(0, 1, 21), np.array([0.175, 0.375, 0.475, 0.525, 0.775])
+    found = at_place((stations > 0.42) - stations, stations, places)
+    assert found == pytest.approx((places > 0.42) - places, abs=1e-12)
 
 
 def test_input_torque_is_the_rate_of_kinetic_energy(quasi_static):

@@ -302,6 +302,13 @@ def test_growth_without_turning_is_bounded_by_what_damping_leaves_of_it():
         assert rate < found < 1.02 * rate
 
 
+def test_a_light_coordinate_grows_faster_than_the_heaviest_tells():
+    """Of M = diag(1, 1e-4) and K = diag(1, -1) the second coordinate grows by 100 1/s."""
+    mass, stiffness = np.diag([1.0, 1e-4])[None], np.diag([1.0, -1.0])[None]
+    found = Matrices.of_full(mass, np.zeros((1, 2, 2)), stiffness, np.zeros((1, 2))).growth
+    assert 100 <= found < 105
+
+
 class RoundedFlow:
     """A cycle that multiplies states by known numbers, and rounds single states and several ones differently."""
 

@@ -35,6 +35,14 @@ def test_what_the_file_does_not_state_is_added():
     assert 'speed = "30 rad/s"' in found
 
 
+def test_a_file_that_has_changed_meanwhile_is_not_taken(tmp_path):
+    (file := tmp_path / "seed.toml").write_text(SEED)
+    scene = load(file).changed({"damping.ratio": 0.03})
+    for text in (SEED.replace("32.3 rad/s", "132.3 rad/s"), "no TOML ["):
+        file.write_text(text)
+        assert load(write_like(file, {"damping.ratio": 0.03}, scene, tmp_path / "best.toml")) == scene
+
+
 def test_the_name_and_the_files_of_measurements_are_those_of_the_scene(tmp_path):
     (tmp_path / "gauge.csv").write_text("angle_deg,strain\n0,1e-6\n90,2e-6\n")
     data = '[[measurements]]\nfile = "gauge.csv"\nmember = "coupler"\n'

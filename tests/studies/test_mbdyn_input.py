@@ -64,6 +64,8 @@ def test_what_a_file_has_no_words_for_is_refused(tmp_path):
         mbdyn_input(scene.changed(gravity=(0, -9.81)))
     with pytest.raises(SceneError, match="damping: without damping"):
         mbdyn_input(scene.changed(damping={}))
+    with pytest.raises(SceneError, match="damping: with so little damping MBDyn would need"):
+        mbdyn_input(scene.changed(damping={"ratio": 1e-4}))
     done = CliRunner().invoke(app, ["export", str(DEMOS / "quick_return.toml"), str(tmp_path / "no.mbd")])
     assert isinstance(done.exception, SceneError)
     assert not list(tmp_path.iterdir())

@@ -70,8 +70,8 @@ class Stability:
         Duration of a cycle (s).
     limit
         Frequency of the fastest vibration that the steps follow (Hz): faster ones are not judged.
-    steps
-        Steps of a cycle that are enough to tell what diverges from what damping ends; 0 where these are.
+    enough_steps
+        Steps of a cycle that are enough to tell what diverges from what damping ends; 0 where the present ones are.
     """
 
     multipliers: Complex
@@ -82,7 +82,7 @@ class Stability:
     vibrates: NDArray[np.bool_]
     period: float
     limit: float
-    steps: int
+    enough_steps: int
 
     @property
     def growth_rate(self) -> Array:
@@ -106,10 +106,10 @@ class Stability:
             )
             steps = f"sub_intervals, as these follow up to {self.limit:.4g} Hz"
             advice = f"Change the speed or give more damping, or more {steps}"
-            if self.steps:
+            if self.enough_steps:
                 advice = (
-                    f"The stiffness is not positive at some positions. Take more sub_intervals: {self.steps} are "
-                    "enough to tell what diverges there from what damping ends. If it stays unstable, change the "
+                    f"The stiffness is not positive at some positions. Take more sub_intervals: {self.enough_steps} "
+                    "are enough to tell what diverges there from what damping ends. If it stays unstable, change the "
                     "speed or give more damping"
                 )
             elif frequency > self.limit:

@@ -118,7 +118,14 @@ def _cycles(linkage: BeamLinkage) -> int:
     """Give the number of cycles: twice the time in which vibration of the softest beam on two pins dies away."""
     slowest = min((math.pi / beam.length) ** 2 * math.sqrt(beam.bending / beam.line_density) for beam in linkage.beams)
     rate = linkage.retardation * slowest**2 / 2
-    return min(max(math.ceil(-2 * math.log(DECAY) / (rate * linkage.period)), FEWEST), MOST)
+    count = max(math.ceil(-2 * math.log(DECAY) / (rate * linkage.period)), FEWEST)
+    if count > MOST:
+        raise SceneError(
+            f"with so little damping MBDyn would need {count} cycles to come to the steady motion; {MOST} is the most",
+            place="damping",
+            hint="State more damping",
+        )
+    return count
 
 
 def _label(number: int, place: int) -> int:

@@ -23,7 +23,7 @@ from fenics_mech.studies.synthesis.five_positions import Dyad, dyads_of_five
 from fenics_mech.studies.synthesis.planar_four_bar import CLOSE, Complex, FourBar, three_point_circle
 
 Found = tuple[FourBar, list[float], list[str]]  # the four-bar, its crank's angles at the points, and what is wrong
-FEW = "there are not two pins that move on circles, with links between none and 1000 times the size of the points"
+FEW = "fewer than two pins move on circles, or a link has no length or 1000 times that between the points"
 LONGEST = 1000.0  # link over the size of a task with five points
 THREE = 3  # points through which there is one four-bar
 

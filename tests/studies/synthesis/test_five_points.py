@@ -165,7 +165,7 @@ BAD = [
     ),
     (
         lambda: fm.four_bars(fm.PathTask(path=[(k, 0) for k in range(5)], angles=[0.01 * k for k in range(5)])),
-        "links between none and 1000 times",
+        "a link has no length or 1000 times",
     ),
     (
         lambda: fm.four_bars(fm.MotionTask(positions=[{"at": (k % 4, k % 4), "angle": k % 4} for k in range(5)])),
@@ -187,7 +187,7 @@ def test_positions_without_two_pins_on_circles_are_said():
         at, angles = random.normal(size=(5, 2)), random.uniform(0, TURN, 5)
         if not dyads_of_five(at @ [1, 1j], np.exp(1j * angles)):
             none = [{"at": tuple(place), "angle": angle} for place, angle in zip(at, angles)]
-    with pytest.raises(SceneError, match="positions: no four-bar does this: there are not two pins"):
+    with pytest.raises(SceneError, match="positions: no four-bar does this: fewer than two pins"):
         fm.four_bars(fm.MotionTask(positions=none))
 
 
