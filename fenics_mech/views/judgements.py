@@ -151,8 +151,8 @@ def _between_positions(reading: ForceReading) -> str:
     if not efforts:
         return ""
     most = {one.unit: one for one in sorted(efforts, key=lambda one: one.largest)}  # of forces, and of moments
-    told = [f"{one.law} at joint {one.joint} exerts up to {short(one.largest)} {unit}" for unit, one in reversed(most.items())]
-    return f" Between the positions {' and '.join(told)}."
+    told = [f"{one.law} at joint {one.joint} exerts up to {short(one.largest)} {one.unit}" for one in most.values()]
+    return f" Between the positions {' and '.join(reversed(told))}."
 
 
 def _largest_force(reading: ForceReading) -> tuple[str, str]:

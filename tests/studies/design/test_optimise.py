@@ -3,6 +3,7 @@
 import csv
 import itertools
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,6 +14,7 @@ import fenics_mech as fm
 from fenics_mech._console import text_of
 from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.recovery import peaks
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.history import History
@@ -333,7 +335,9 @@ def with_strengths(value, number):
     [("sections.coupler.height", 1.6e-3), ("drive.speed", 32.3), ("ground.points.C.0", 0.254), ("damping.ratio", 0.02)],
 )
 @pytest.mark.parametrize(("effects", "near"), [((), 1e-6), (("large-rotations",), 5e-6)])
-def test_derivatives_are_those_of_converged_runs(number, value, effects, near):
+def test_derivatives_are_those_of_converged_runs(number, value, effects, near, monkeypatch):
+    # where another of the closer positions is the largest, a largest value has a kink
+    monkeypatch.setattr(peaks, "PEAK", replace(peaks.PEAK, close=180))
     # with exact strains axial stiffness rounds the accelerations that forces are made from
     trials = Trials.of(with_strengths(value, number).changed(effects=("coupling", *effects)), NAMES)
     found, slopes = sensitivity(trials, [value]), []
