@@ -119,13 +119,12 @@ class Matrices:
                 return False
 
         fastest = MATRICES.rate_ratio * float(np.sqrt(np.abs(stiffness.values).max() / np.abs(mass.values).max()))
-        rates = (fastest / MATRICES.rate_ratio**k for k in range(MATRICES.rates))
-        below = next((rate for rate in rates if not beyond(rate)), 0.0)
+        lower, higher = (fastest * MATRICES.rate_ratio ** (sign * np.arange(MATRICES.rates)) for sign in (-1, 1))
+        below = next((float(rate) for rate in lower if not beyond(rate)), 0.0)
         above = below * MATRICES.rate_ratio
-        for _ in range(MATRICES.rates):  # light coordinates may grow faster than the largest entries tell
-            if not below or beyond(above):
-                break
-            below, above = above, above * MATRICES.rate_ratio
+        if below == fastest:  # light coordinates may grow faster than heavy ones; without mass there is no bound
+            above = next((float(rate) for rate in higher[1:] if beyond(rate)), above)
+            below = above / MATRICES.rate_ratio
         while above > (1 + MATRICES.rate_error) * below:
             middle = math.sqrt(above * below)
             above, below = (middle, below) if beyond(middle) else (above, middle)
