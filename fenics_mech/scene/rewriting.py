@@ -1,4 +1,7 @@
-"""The text of a scene file with other values, which keeps its comments and the units in which it is written."""
+"""The text of a scene file with other values, which keeps the units in which it is written.
+
+Comments stay where the file states all these values; one that it does not state is added, and they are lost.
+"""
 
 from __future__ import annotations
 

@@ -184,7 +184,8 @@ def identify(
     jobs
         Processes of this machine that share trials. Those of `mpirun` share them too: all call this and get the same.
     like
-        The file of the scene, whose comments and units ``identified.toml`` keeps. Without it, that has numbers in SI.
+        The file of the scene, whose units ``identified.toml`` keeps, and its comments if it states all values.
+        Without it, that has numbers in SI.
     progress
         Called with the number of trials and the last one after each.
 

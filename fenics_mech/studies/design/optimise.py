@@ -149,7 +149,8 @@ def optimise(
     jobs
         Processes of this machine that share trials. Those of `mpirun` share them too: all call this and get the same.
     like
-        The file of the scene, whose comments and units ``best.toml`` keeps. Without it, that has numbers in SI.
+        The file of the scene, whose units ``best.toml`` keeps, and its comments where it states all values.
+        Without it, that has numbers in SI.
     progress
         Called with the number of trials, the last and the best after each.
 
