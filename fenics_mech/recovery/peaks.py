@@ -51,6 +51,15 @@ def between_positions(result: Result) -> Result:
     """
     if not _few(result) or _jumping(result):
         return result
+    kept = vars(result)  # as every plot and table asks for them
+    if kept.get("closer", (None,))[0] is not result.data:
+        kept["closer"] = result.data, _closer(result)
+    found: Result = kept["closer"][1]
+    return found
+
+
+def _closer(result: Result) -> Result:
+    """Give the curves of a cycle at more positions."""
     curves, finer = result.data[[name for name in CURVES if name in result.data]], {}
     for name in curves:
         curve = curves[name].transpose("theta", ...)
