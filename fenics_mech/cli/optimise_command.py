@@ -74,7 +74,7 @@ def optimise(
         return
     plots = plot_study(found, folder)
     out.print(study_summary(found))
-    front = [Path("front.csv")] if len(found.problem.aims) > 1 and not found.problem.squares else []
+    front = [Path("front.csv")] if found.problem.trades_off else []
     tell_written([Path("best.toml"), Path("history.csv"), *front, Path("result.nc"), *plots], folder)
     warn([text for text in warnings_of(found.result) if text not in implausible(loaded)], strict)
     if not found.within_limits:

@@ -61,7 +61,7 @@ def distributions_figure(found: Spread) -> Figure:
 
 
 def _draw_distribution(axes: Axes, found: Spread, name: str) -> None:
-    of = next(one for one in found.explorer.trials.quantities if one.text == name)
+    of = found.explorer.trials.quantity(name)
     told = number_unit(of, found.scattered.design)
     values = found.data["result"].sel(name=name).dropna("sample").to_numpy() / told.size
     axes.hist(values, bins="auto", color=COLOURS[5], edgecolor="white", lw=0.4)

@@ -122,9 +122,9 @@ def _notes(found: Spread) -> list[str]:
 
 def _limit(found: Spread, bound: Bound) -> str:
     """Say in words what a limit asks for."""
-    of = next(one for one in found.explorer.trials.quantities if one.text == bound.of)
+    of = found.explorer.trials.quantity(bound.of)
     limit = number_unit(of, found.scattered.design).whole(bound.limit)
-    return f"{bound.of} {'at most' if bound.sign > 0 else 'at least'} {limit}"
+    return f"{bound.of} {bound.words} {limit}"
 
 
 def _cost(found: Spread) -> str:

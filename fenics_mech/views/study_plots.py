@@ -40,7 +40,7 @@ def plot_study(found: Optimum, folder: str | Path) -> list[Path]:
         When a file cannot be written.
     """
     figures = {"history": history_figure(found)}
-    if len(found.problem.aims) > 1 and not found.problem.squares:
+    if found.problem.trades_off:
         figures["pareto"] = pareto_figure(found)
     return save_all(figures, folder)
 
@@ -98,4 +98,4 @@ def _places(trials: Sequence[Trial], told: Mapping[str, Told]) -> list[list[floa
 
 def _told(found: Optimum, name: str) -> Told:
     trials = found.problem.trials
-    return number_unit(next(one for one in trials.quantities if one.text == name), trials.design)
+    return number_unit(trials.quantity(name), trials.design)

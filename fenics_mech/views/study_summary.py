@@ -105,7 +105,7 @@ def missed(found: Optimum) -> str:
         if excess > PROBLEM.within:
             told = number_unit(Quantity.read(bound.of), problem.trials.design)
             far = f" ({percent(beyond / abs(bound.limit))} beyond it)" if bound.limit else ""
-            asked = f"{'at most' if bound.sign > 0 else 'at least'} {told.whole(bound.limit)} is asked"
+            asked = f"{bound.words} {told.whole(bound.limit)} is asked"
             said.append(f"{bound.of} is {told.whole(number)}, where {asked}{far}")
     return ", and ".join(said)
 

@@ -191,7 +191,7 @@ def optimise(
         if folder is not None:
             history.follow(problem)
             _write_scene(problem, best, kept / "best.toml", like)
-            if len(problem.aims) > 1 and not problem.squares:
+            if problem.trades_off:
                 write_trials(problem, problem.front, kept / "front.csv")
         result = analyse(best_scene(problem, best).changed(effects=scene.effects))
         ending = min(endings, key=lambda one: one.converged)

@@ -48,6 +48,11 @@ class Bound:
     limit: float
     sign: float
 
+    @property
+    def words(self) -> str:
+        """What is asked of the number."""
+        return "at most" if self.sign > 0 else "at least"
+
     def excess(self, number: float, scale: float) -> float:
         """By how much the number is beyond the limit, in units of the scale."""
         if self._of_sizes:
@@ -107,6 +112,11 @@ class Problem(Explorer):
         """Names of the aims, with 1 for those that are minimised and -1 for those that are maximised."""
         study = self.trials.design.study
         return (*((name, 1.0) for name in study.minimise), *((name, -1.0) for name in study.maximise))
+
+    @property
+    def trades_off(self) -> bool:
+        """Whether there are several aims, of which each counts for itself."""
+        return len(self.aims) > 1 and not self.squares
 
     @cached_property
     def bounds(self) -> tuple[Bound, ...]:

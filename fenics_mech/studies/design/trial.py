@@ -125,6 +125,16 @@ class Trials:
         design = Design.of(scene)
         return cls(design, read_all(design.study.names if names is None else names), folder, jobs)
 
+    def quantity(self, name: str) -> ResultNumbers:
+        """Give the number of a name.
+
+        Parameters
+        ----------
+        name
+            Its name, as the study states it.
+        """
+        return next(one for one in self.quantities if one.text == name)
+
     def with_fixed_effects(self) -> Trials:
         """Give the trials with the effects that the scene calls for at the start of the variables.
 
