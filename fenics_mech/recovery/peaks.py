@@ -124,11 +124,29 @@ def _by_splines(values: Array, times: int) -> Array:
 
 def _by_akima(values: Array, times: int) -> Array:
     """Give Akima's curves over a cycle at so many times the positions."""
+    count = len(values)
+    return akima_over_cycle(np.arange(float(count)), values, count, PEAK.neighbours)(np.arange(count * times) / times)
+
+
+def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -> Callable[[Array], Array]:
+    """Give Akima's curves through values over a cycle, which do not swing beyond them at corners.
+
+    Parameters
+    ----------
+    at
+        Ascending places of the values in the cycle, ``(places,)``.
+    values
+        Values there, ``(places, ...)``.
+    period
+        Length of the cycle, in units of the places.
+    neighbours
+        Places beyond its ends, to which the curves go on.
+    """
     from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
 
-    count = len(values)
-    around, places = np.arange(-PEAK.neighbours, count + PEAK.neighbours), np.arange(count * times) / times
-    return np.asarray(Akima1DInterpolator(around, values[around % count])(places))
+    turns, which = np.divmod(np.arange(-neighbours, len(at) + neighbours), len(at))
+    curve = Akima1DInterpolator(at[which] + period * turns, values[which])
+    return lambda places: np.asarray(curve(places))
 
 
 def _cornered(values: Array) -> Array:

@@ -14,7 +14,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import PEAK, akima_over_cycle, between_positions
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle, ripples, vibrating_mode
 from fenics_mech.response.setup import CommonParts
@@ -308,10 +308,6 @@ def periodic(theta: Array, values: Array) -> Callable[[Array], Array]:
     values
         Values there, ``(angles, ...)``.
     """
-    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
-
     angle, first = np.unique(np.mod(theta, TURN), return_index=True)
-    values, around = values[first], min(4, len(angle))
-    knots = np.concatenate([angle[-around:] - TURN, angle, angle[:around] + TURN])
-    curve = Akima1DInterpolator(knots, np.concatenate([values[-around:], values, values[:around]]))
-    return lambda wanted: np.asarray(curve(np.mod(wanted, TURN)))
+    curve = akima_over_cycle(angle, values[first], TURN, min(PEAK.neighbours, len(angle)))
+    return lambda wanted: curve(np.mod(wanted, TURN))

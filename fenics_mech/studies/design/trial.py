@@ -126,13 +126,7 @@ class Trials:
         return cls(design, read_all(design.study.names if names is None else names), folder, jobs)
 
     def quantity(self, name: str) -> ResultNumbers:
-        """Give the number of a name.
-
-        Parameters
-        ----------
-        name
-            Its name, as the study states it.
-        """
+        """Give the number with a name, as the study states it."""
         return next(one for one in self.quantities if one.text == name)
 
     def with_fixed_effects(self) -> Trials:
