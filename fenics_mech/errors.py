@@ -91,6 +91,10 @@ class SolverError(MechanismError):
     found_up_to: float = 0.0
 
 
+class DerivativeError(SolverError):
+    """A motion has no derivatives, or they do not follow from the equation linearised about it."""
+
+
 class UnresolvedError(SolverError):
     """Steps or a mesh too coarse for an answer, or for an accurate one: finer ones may give it."""
 

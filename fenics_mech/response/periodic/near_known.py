@@ -7,14 +7,14 @@ the known one, so that central differences do not see it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, times
 from fenics_mech._sparse import Stack
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.elastic_response import ElasticResponse, ModalDamping, response_at
@@ -25,6 +25,8 @@ from fenics_mech.response.modal_damping import through
 from fenics_mech.response.mode_shapes import every, held
 
 NEXT = 1e-3  # relative distance of squared frequencies, from which a small change does not mix their modes
+State = tuple[Array, Array]  # q and q', ``(positions, coordinates)`` each
+Path = tuple[Array, Array, Array]  # q, q' and q'', ``(positions, coordinates)`` each
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,6 +156,35 @@ class BesideKnown:
         forces, tension = self._of_modes(q, rate)
         return found + forces if tension is None else found + forces + self._on_bent_axis(tension, q)
 
+    def tangents(self, state: State, paths: Sequence[Path]) -> list[Array]:
+        """Give what small disturbances of a state add to what it leaves over, ``(positions, coordinates)`` each.
+
+        Parameters
+        ----------
+        state
+            q and q' of the state.
+        paths
+            The disturbances.
+        """
+        found = tangents_of_links(self._plain, state, paths)
+        if self.change is None:
+            return found
+        return [part + added for part, added in zip(found, self._tangents_of_modes(state, paths))]
+
+    def _tangents_of_modes(self, state: State, paths: Sequence[Path]) -> list[Array]:
+        """What small disturbances add to the forces of the damping of modes, ``(positions, coordinates)`` each."""
+        if (law := self.system.terms.law) is None:
+            return [self._of_modes(q, rate)[0] for q, rate, _ in paths]
+        (v, w), (_, tension), found = self._straining_links(*state), self._of_modes(*state), []
+        assert tension is not None
+        for q, rate, _ in paths:
+            v_more, w_more = self._straining_links(q, rate)
+            bending = np.sum(law.gradient(v_more) * w[:, law.dofs] + law.gradient(v) * w_more[:, law.dofs], axis=-1)
+            forces, added = self._of_strains(q, rate, bending)
+            assert added is not None
+            found.append(forces + self._on_bent_axis(added, state[0]) + self._on_bent_axis(tension, q))
+        return found
+
     def response(self, q: Array, rate: Array, near: Array) -> ElasticResponse:
         """Give the response from its coordinates and their rates.
 
@@ -182,15 +213,25 @@ class BesideKnown:
 
         See `ModalForces` and `NonlinearModalForces`, whose products they are.
         """
+        if (law := self.system.terms.law) is None:
+            return self._of_strains(q, rate, None)
+        v, w = self._straining_links(q, rate)
+        return self._of_strains(q, rate, np.sum(law.gradient(v) * w[:, law.dofs], axis=-1))
+
+    def _straining_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
+        """Displacement of the links and the rate at which they strain, ``(positions, links' coordinates)`` each."""
+        p, forward = self.system.values, self.system.transformation.forward
+        return forward(p, q), forward(p, rate) + forward(self._plain.turned, q)
+
+    def _of_strains(self, q: Array, rate: Array, bending: Array | None) -> tuple[Array, Array | None]:
+        """Those forces and that tension, with the rate by which bending adds to the elements' elongation."""
         system, law, factor = self.system, self.system.terms.law, self.known.modal_damping
         assert isinstance(factor, FullFactor)
         assert self.change is not None
         p, transformation = system.values, system.transformation
         turned = transformation.forward(self._plain.turned, q)
         right = transformation.backward(p, _times(system.link_stiffness, turned))
-        if law is not None:
-            gradient = law.gradient(transformation.forward(p, q))
-            bending = np.sum(gradient * (transformation.forward(p, rate) + turned)[:, law.dofs], axis=-1)
+        if law is not None and bending is not None:
             line = (law.rigidity * bending)[..., None] * law.stretching.line
             right += transformation.backward_at(p, law.dofs, line)
         straining = rate + self._strained(right)
@@ -227,8 +268,45 @@ def residual_of_links(equation: Equation, q: Array, rate: Array, second: Array) 
     q, rate, second
         Coordinates and their first two time derivatives, ``(positions, coordinates)``.
     """
+    system, p, state = equation.system, equation.jets[0], equation.in_links(q, rate)
+    found = _linear_of_links(equation, (q, rate, second), state) - system.load
+    for law in (system.terms.law, system.rotation_forces):
+        if law is not None:
+            found += system.transformation.backward_at(p, law.dofs, law.force(*state))
+    return found
+
+
+def tangents_of_links(equation: Equation, state: State, paths: Sequence[Path]) -> list[Array]:
+    """Give what small disturbances of a state add to that residual, ``(positions, coordinates)`` each.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion.
+    state
+        q and q' of the state.
+    paths
+        The disturbances.
+    """
+    system, p = equation.system, equation.jets[0]
+    about, moved = equation.in_links(*state), [equation.in_links(*path[:2]) for path in paths]
+    found = [_linear_of_links(equation, path, own) for path, own in zip(paths, moved)]
+    (law, forces), parts = (system.terms.law, system.rotation_forces), []
+    if law is not None:
+        parts.append((law.dofs, law.linearised(*about, law.tension(*about))[1:]))
+    if forces is not None:
+        parts.append((forces.dofs, forces.linearised(*about)[1:]))
+    for dofs, (by_v, by_rate) in parts:
+        for k, (v, v_rate) in enumerate(moved):
+            added = times(by_v, v[:, dofs]) + times(by_rate, v_rate[:, dofs])
+            found[k] += system.transformation.backward_at(p, dofs, added)
+    return found
+
+
+def _linear_of_links(equation: Equation, path: Path, state: State) -> Array:
+    """Give the linear forces of q, q' and q'', with v and v' of the links, ``(positions, coordinates)``."""
     system, terms, transformation = equation.system, equation.system.terms, equation.system.transformation
-    (p, first, second_jet), (v, v_rate) = equation.jets, equation.in_links(q, rate)
+    (q, rate, second), (v, v_rate), (p, first, second_jet) = path, state, equation.jets
     inertia = transformation.forward(p, second) + terms.damping.drag * v_rate
     if first is not None and second_jet is not None:
         inertia += 2 * transformation.forward(first, rate) + transformation.forward(second_jet, q)
@@ -240,11 +318,7 @@ def residual_of_links(equation: Equation, q: Array, rate: Array, second: Array) 
     for entries, by in ((system.added_stiffness, v), (terms.matrices.damping, v_rate)):
         for part in map(system.on_links, entries):
             forces += part.times(by)
-    found = transformation.backward(p, forces) - system.load
-    for law in (terms.law, system.rotation_forces):
-        if law is not None:
-            found += transformation.backward_at(p, law.dofs, law.force(v, v_rate))
-    return found
+    return transformation.backward(p, forces)
 
 
 def _times(matrix: sp.csr_matrix, vectors: Array) -> Array:

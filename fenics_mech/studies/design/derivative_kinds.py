@@ -19,10 +19,8 @@ def why_differences(design: Design, quantities: Sequence[ResultNumbers]) -> str:
         The numbers that are looked at.
     """
     scene = design.scene
-    judged = [quantity.text for quantity in quantities if quantity.needs_stability]
     reasons = {
         f"the method is {scene.analysis.method!r}": scene.analysis.method != "periodic",
-        f"{', '.join(judged)} is of disturbances, and not of the motion": judged,
         "effects are chosen for each trial": scene.effects == "auto",
         "a tolerance chooses the mesh of each trial": scene.tolerance is not None,
         "impulses act": scene.impulses,

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
@@ -45,6 +45,7 @@ class Explorer:
     history: list[Trial] = field(default_factory=list)
     _known: dict[tuple[float, ...], Trial] = field(default_factory=dict)
     _slopes: dict[tuple[float, ...], dict[str, Array]] = field(default_factory=dict)  # at the last point
+    _without: list[str] = field(default_factory=list)  # why trials had no derivatives of their own
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what other processes get: its trials, and nobody who is told of them."""
@@ -110,7 +111,9 @@ class Explorer:
     @property
     def why_differences(self) -> str:
         """Why derivatives were differences of trials; empty where none were, or where they came from `sensitivity`."""
-        return why_differences(self.trials.design, self.trials.quantities) if self._slopes else ""
+        if not self._slopes:
+            return ""
+        return why_differences(self.trials.design, self.trials.quantities) or next(iter(self._without), "")
 
     def derivatives(self, unit: Array) -> dict[str, Array]:
         """Derivatives of all numbers by the variables, by name, ``(variables,)`` each.
@@ -129,16 +132,19 @@ class Explorer:
             self._slopes[key] = found
         return self._slopes[key]
 
-    def _by_sensitivity(self, unit: Array) -> dict[str, Array] | None:
-        """Derivatives from the linearised equation; None where it does not give them."""
+    def _by_sensitivity(self, unit: Array) -> dict[str, Array]:
+        """Derivatives from the linearised equation; none where it does not give them."""
         trial = self.run([unit])[0]
         if trial.failed or not self.trials.linearised:
-            return None
+            return {}
         try:
             found = sensitivity(self.trials, trial.values)
+        except DerivativeError as error:
+            self._without.append(str(error))
+            return {}
         except MechanismError:  # a neighbour that fails; differences are one-sided there
-            return None
-        return None if found is None else {name: slopes * self._ranges[1] for name, slopes in found.items()}
+            return {}
+        return {name: slopes * self._ranges[1] for name, slopes in found.items()}
 
     def _by_differences(self, unit: Array) -> dict[str, Array]:
         """Derivatives by central differences of trials; NaN where both neighbours failed."""

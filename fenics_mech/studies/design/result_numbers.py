@@ -119,6 +119,7 @@ class Quantity:
         """Variables of the result that the number is made from; those of a path stand for all that a result has."""
         made_from = {
             "mass": (),
+            "stability": ("multiplier",),
             "damage": ("stress",),
             "noise": ("deflection", "position"),
             "tracer_error": ("point_position_bent",),

@@ -1,10 +1,11 @@
 """Derivatives of the numbers of a periodic result by the variables of a study, without another search for a motion.
 
 The equation of motion ``R(q, q', q'', x) = 0`` is linearised about the solution. One more periodic problem for each
-variable, ``M dq'' + C dq' + K dq = -dR/dx``, is solved by the steps that carried the motion, with their factors.
+variable, ``M dq'' + C dq' + K dq = -dR/dx``, is solved by the same steps, all with the same factors.
 The derivative of R by x is a central difference at the motion as it is, of the links' forces in their own axes. So are
 those of the numbers, at the motion and its change: of a largest value it is that at the peak. The damping of modes and
-the natural frequencies change as the matrices of the links do, without other modes.
+the natural frequencies change as the matrices of the links do, without other modes. Floquet multipliers change by what
+the linearised equation leaves over of their disturbances.
 
 Source: Haug and Arora, Applied Optimal Design, 1979, chapter 4 (direct differentiation).
 """
@@ -12,7 +13,7 @@ Source: Haug and Arora, Applied Optimal Design, 1979, chapter 4 (direct differen
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,29 +21,36 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.eigenmodes import Modes, solve_modes
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import DerivativeError, SolverError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.fields import recover
+from fenics_mech.response.periodic.collocation import between as inside_steps
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle, system_at_places
 from fenics_mech.response.periodic.cyclic import CYCLIC
-from fenics_mech.response.periodic.near_known import BesideKnown, KnownModes, between, modes_beside
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.near_known import BesideKnown, KnownModes, Path, State, between, modes_beside
 from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import CollocationSolution
+from fenics_mech.response.stability.floquet import Stability
+from fenics_mech.response.stability.multiplier_changes import Disturbances
 from fenics_mech.scene import Scene
 from fenics_mech.studies.design.trial import Trials, read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 Held = tuple[Stack, Stack]  # M and K of the mechanism held at its positions
 SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
+SHARE = 1e-2  # of a step, that multipliers take: their angles change far more than other numbers
+LARGEST = 0.99  # of the largest multiplier: a margin of stability looks at no smaller ones
 
 
-def sensitivity(trials: Trials, values: Sequence[float]) -> dict[str, Array] | None:
+def sensitivity(trials: Trials, values: Sequence[float]) -> dict[str, Array]:
     """Give the derivatives of all numbers of a trial by the variables.
 
     Parameters
@@ -54,21 +62,24 @@ def sensitivity(trials: Trials, values: Sequence[float]) -> dict[str, Array] | N
 
     Returns
     -------
-    dict or None
-        By name, by each variable in SI, ``(variables,)``. None where the motion is not one by collocation, or its axial
-        forces settle apart from it.
+    dict
+        By name, by each variable in SI, ``(variables,)``.
 
     Raises
     ------
+    DerivativeError
+        When the motion is not one by collocation, its axial forces settle apart from it, or multipliers have no
+        derivatives.
     MechanismError
         When the analysis fails.
     """
     solution = trials.solution(values)
-    if type(solution) is not CollocationSolution or solution.cycle.settling:
-        return None
+    if type(solution) is not CollocationSolution:
+        raise DerivativeError("the motion is not found by collocation alone")
+    if solution.cycle.settling:
+        raise DerivativeError("axial forces of the response act")
     here, known = np.array(values, dtype=float), _Known(trials, solution)
-    flow = solution.orbit.flow
-    assert flow is not None
+    flow = known.flow
     near = [_Neighbours.of(known, here, k) for k in range(len(here))]
     loads = [one.load() for one in near]
     added = np.stack([flow.added_by(load) for load in loads], axis=-1)
@@ -91,6 +102,7 @@ class _Known:
 
     trials: Trials
     solution: CollocationSolution
+    _modes: dict[Tableau, KnownModes] = field(default_factory=dict)
 
     @property
     def cycle(self) -> Cycle:
@@ -106,6 +118,38 @@ class _Known:
     def at_points(self) -> Equation:
         """The equation at the collocation points."""
         return self.cycle.at_points(self.cycle.tableau)
+
+    @cached_property
+    def flow(self) -> Flow:
+        """The steps of the equation linearised about the motion."""
+        orbit, flow = self.solution.orbit, self.solution.orbit.flow
+        assert flow is not None
+        if self.cycle.linear:
+            return flow
+        # Newton's last tangents are those of the motion before, which differs by more than derivatives may
+        return replace(flow, matrices=self.at_points.about(orbit.displacement, orbit.velocity))
+
+    @cached_property
+    def gauss(self) -> Tableau:
+        """Collocation points by which stability is judged."""
+        return Tableau.of("gauss", self.solution.scene.analysis.stages)
+
+    @cached_property
+    def disturbances(self) -> Disturbances | None:
+        """Disturbances that numbers are made from; None where stability is not looked at."""
+        judged = [quantity for quantity in self.trials.quantities if quantity.needs_stability]
+        stability = self.solution.stability
+        if not judged or stability is None:
+            return None
+        share = LARGEST if all(quantity.name == "stability" for quantity in judged) else 0.0
+        same = self.gauss == self.cycle.tableau
+        flow = self.flow if same else self.cycle.flow(self.gauss, self.cycle.motion(self.solution.orbit))
+        return Disturbances.find(flow, stability, share)
+
+    @cached_property
+    def state_at_gauss(self) -> State:
+        """State q and q' at the points by which stability is judged, ``(points, coordinates)`` each."""
+        return self.cycle.motion(self.solution.orbit)(self.gauss.points)
 
     @cached_property
     def state(self) -> tuple[Array, Array]:
@@ -126,21 +170,27 @@ class _Known:
         return whole and isinstance(self.solution.scene.damping.ratio, float)
 
     @cached_property
-    def modes(self) -> tuple[KnownModes, KnownModes | None]:
-        """Damped modes at the starts of the sub-intervals, and at the points where damping is not interpolated."""
-        smooth = self.cycle.damped_by_starts
-        return KnownModes.of(self.solution.system), None if smooth else KnownModes.of(self.at_points.system)
+    def modes(self) -> KnownModes:
+        """Damped modes at the starts of the sub-intervals."""
+        return KnownModes.of(self.solution.system)
 
-    def damping_changes(self, ahead: _Side, behind: _Side) -> tuple[Array | None, Array | None]:
-        """Give half the difference of the damping of modes on both sides, at the starts and at the points."""
+    def damping_change(self, ahead: _Side, behind: _Side) -> Array | None:
+        """Give half the difference of the damping of modes on both sides, at the starts of the sub-intervals."""
         if not self.damped_alike:
-            return None, None
-        (at_starts, at_points), cycle = self.modes, self.cycle
-        start = _damping_change(at_starts, cycle.start, (ahead, behind), (ahead.held, behind.held))
-        if at_points is None:
-            return start, between(start, cycle.tableau.points)
-        there = ahead.at_points().held_matrices(), behind.at_points().held_matrices()
-        return start, _damping_change(at_points, self.at_points, (ahead, behind), there)
+            return None
+        return _damping_change(self.modes, self.cycle.start, (ahead, behind), (ahead.held, behind.held))
+
+    def damping_change_at(self, tableau: Tableau, start: Array | None, sides: tuple[_Side, _Side]) -> Array | None:
+        """Give it at collocation points: by that at the starts, where damping is interpolated too."""
+        if start is None:
+            return None
+        if self.cycle.damped_by_starts:
+            return between(start, tableau.points)
+        equation = self.cycle.at_points(tableau)
+        if tableau not in self._modes:
+            self._modes[tableau] = KnownModes.of(equation.system)
+        ahead, behind = (side.at_points(tableau).held_matrices() for side in sides)
+        return _damping_change(self._modes[tableau], equation, sides, (ahead, behind))
 
 
 def _damping_change(
@@ -180,10 +230,10 @@ class _Side:
         """M and K at the starts of the sub-intervals."""
         return self.cycle.system.held_matrices()
 
-    def at_points(self) -> System:
-        """The mechanism at the collocation points; many variables would keep much of it."""
+    def at_points(self, tableau: Tableau) -> System:
+        """The mechanism at collocation points; many variables would keep much of it."""
         cycle = self.cycle
-        return system_at_places(cycle.scene, cycle.system, cycle.steps, cycle.tableau.points)
+        return system_at_places(cycle.scene, cycle.system, cycle.steps, tableau.points)
 
     @cached_property
     def assembled(self) -> bool:
@@ -197,9 +247,20 @@ class _Side:
         state = orbit.displacement, k * orbit.velocity, k**2 * orbit.acceleration
         if self.assembled:
             return self.cycle.at_points(self.cycle.tableau).residual(*state)
-        return BesideKnown(known.at_points, self.at_points(), change).residual(*state)
+        return BesideKnown(known.at_points, self.at_points(self.cycle.tableau), change).residual(*state)
 
-    def numbers(self, shift: tuple[Array, Array], change: Array | None) -> dict[str, float]:
+    def tangents(self, shift: State, paths: Sequence[Path], change: Array | None) -> list[Array]:
+        """What disturbances of the known motion with a change of its own pace leave over, ``(points, coordinates)``."""
+        known, k, gauss = self.known, self.faster, self.known.gauss
+        state = known.state_at_gauss[0] + shift[0], k * (known.state_at_gauss[1] + shift[1])
+        there = [(q, k * rate, k**2 * second) for q, rate, second in paths]
+        if self.assembled:
+            matrices = self.cycle.at_points(gauss).about(*state)
+            self.cycle.forget(gauss)
+            return [matrices.left(*path) for path in there]
+        return BesideKnown(known.cycle.at_points(gauss), self.at_points(gauss), change).tangents(state, there)
+
+    def numbers(self, shift: State, change: Array | None, stability: Stability | None) -> dict[str, float]:
         """Recover the numbers of the known motion with a change of q and q' of its own pace, and nothing else."""
         (q, rate), known, cycle, k = self.known.state, self.known, self.cycle, self.faster
         q, rate = q + shift[0], k * (rate + shift[1])
@@ -211,6 +272,7 @@ class _Side:
         other = replace(  # the equation is not replaced, as nothing is recovered from it
             known.solution, scene=cycle.scene, system=cycle.system, response=response, modes=self._modes(), cycle=cycle
         )
+        other = replace(other, stability=stability)
         result = collect(other, recover(other), None, names=known.names)
         return read_numbers(known.trials.quantities, result, known.trials.design.study.targets)
 
@@ -234,15 +296,14 @@ class _Neighbours:
         The mechanisms.
     step
         Distance of their values from the known one.
-    at_starts, at_points
-        Half the difference of their damping of modes; None where there is none.
+    at_starts
+        Half the difference of their damping of modes at the starts of the sub-intervals; None where there is none.
     """
 
     ahead: _Side
     behind: _Side
     step: float
     at_starts: Array | None
-    at_points: Array | None
 
     @classmethod
     def of(cls, known: _Known, here: Array, k: int) -> _Neighbours:
@@ -251,20 +312,44 @@ class _Neighbours:
         span = variable.upper - variable.lower
         step = STEP * min(span, max(abs(here[k]), SMALL * span))
         ahead, behind = (_side(known, here + sign * step * np.eye(len(here))[k]) for sign in (1.0, -1.0))
-        return cls(ahead, behind, step, *known.damping_changes(ahead, behind))
+        return cls(ahead, behind, step, known.damping_change(ahead, behind))
+
+    def _damping_change_at(self, tableau: Tableau) -> tuple[Array | None, Array | None]:
+        """Changes of the damping of modes on both sides, at collocation points."""
+        change = self.ahead.known.damping_change_at(tableau, self.at_starts, (self.ahead, self.behind))
+        return change, _minus(change)
 
     def load(self) -> Array:
         """Give minus the derivative of the residual, ``(points, coordinates)``."""
-        more, less = self.ahead.residual(self.at_points), self.behind.residual(_minus(self.at_points))
+        changes = self._damping_change_at(self.ahead.known.cycle.tableau)
+        more, less = (side.residual(change) for side, change in zip((self.ahead, self.behind), changes))
         return -(more - less) / (2 * self.step)
 
     def derivatives(self, change: Orbit) -> dict[str, float]:
         """Give the derivatives of all numbers by that of the motion."""
         regular = self.ahead.known.cycle.steps.regular
         q, rate = self.step * change.start[regular], self.step * change.start_velocity[regular]
-        more = self.ahead.numbers((q, rate), self.at_starts)
-        less = self.behind.numbers((-q, -rate), _minus(self.at_starts))
-        return {name: (more[name] - less[name]) / (2 * self.step) for name in more}
+        ahead, behind = self._stability(change)
+        more = self.ahead.numbers((q, rate), self.at_starts, ahead)
+        less = self.behind.numbers((-q, -rate), _minus(self.at_starts), behind)
+        quantities = self.ahead.known.trials.quantities
+        share = {name: SHARE if one.needs_stability else 1.0 for one in quantities for name in one.names}
+        return {name: (more[name] - less[name]) / (2 * self.step * share[name]) for name in more}
+
+    def _stability(self, change: Orbit) -> tuple[Stability | None, Stability | None]:
+        """Multipliers at a share of the step to both sides; None where no number is made from them."""
+        known = self.ahead.known
+        if (disturbances := known.disturbances) is None:
+            return None, None
+        cycle, gauss, parts = known.cycle, known.gauss, disturbances.parts
+        q, rate = (self.step * part for part in inside_steps(change, cycle.tableau, cycle.steps.duration, gauss.points))
+        paths = [(part.displacement, part.velocity, part.acceleration) for part in parts]
+        more, less = self._damping_change_at(gauss)
+        ahead = self.ahead.tangents((q, rate), paths, more)
+        behind = self.behind.tangents((-q, -rate), paths, less)
+        changes = SHARE * disturbances.changes([(a - b) / 2 for a, b in zip(ahead, behind)])
+        faster = [1 + SHARE * (side.faster - 1) for side in (self.ahead, self.behind)]
+        return disturbances.changed(changes, faster[0]), disturbances.changed(-changes, faster[1])
 
 
 def _side(known: _Known, values: Array) -> _Side:

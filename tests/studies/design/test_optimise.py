@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import fenics_mech as fm
 from fenics_mech._console import text_of
 from fenics_mech.cli import app
-from fenics_mech.errors import MechanismError, SceneError
+from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.recovery import peaks
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
@@ -315,6 +315,7 @@ def test_a_library_that_is_missing_is_said_before_a_trial(tmp_path, monkeypatch)
 NAMES = ["mass", "strain.max", "strain[coupler].max", "shaking_force.rms", "shaking_moment.rms", "torque.rms"]
 NAMES += ["deflection.max", "joint_force[B].max", "frequency[1].min", "transmission_angle.min"]
 NAMES += ["utilisation.max", "damage", "tracer_error[P].rms"]
+OF_DISTURBANCES = ["stability.margin", "multiplier[1].max", "growth_rate[1].max", "multiplier_frequency[1].max"]
 
 
 def with_strengths(value, number):
@@ -339,18 +340,50 @@ def test_derivatives_are_those_of_converged_runs(number, value, effects, near, m
     # where another of the closer positions is the largest, a largest value has a kink
     monkeypatch.setattr(peaks, "PEAK", replace(peaks.PEAK, close=180))
     # with exact strains axial stiffness rounds the accelerations that forces are made from
-    trials = Trials.of(with_strengths(value, number).changed(effects=("coupling", *effects)), NAMES)
-    found, slopes = sensitivity(trials, [value]), []
-    base = trials.run([[value]])[0].numbers
-    for h in (4e-4 * value, 2e-4 * value, 1e-4 * value):  # of more the least frequency is at another position
-        ahead, behind = trials.run([[value + h], [value - h]])
-        slopes.append(np.array([(ahead.numbers[name] - behind.numbers[name]) / (2 * h) for name in NAMES]))
-    once, twice = ((4 * near - far) / 3 for far, near in pairwise(slopes))  # Richardson
-    for name, exact in zip(NAMES, (16 * twice - once) / 15):
-        size = max(abs(exact), 1e-3 * abs(base[name]) / value)
+    scene = with_strengths(value, number).changed(effects=("coupling", *effects))
+    found, exact, base = derivatives(scene, [*NAMES, *OF_DISTURBANCES], value)
+    for name, slope in exact.items():
+        size = max(abs(slope), 1e-3 * abs(base[name]) / value)
         # the runs repeat to 1e-10, which their difference divides by 2e-4; small cycles of stress begin at positions
         share = max(2e-4, 100 * near) if name == "damage" else near  # that change with the variable, which makes kinks
-        assert math.isclose(found[name][0], exact, abs_tol=share * size), name
+        assert math.isclose(found[name], slope, abs_tol=share * size), name
+
+
+def derivatives(scene, names, value):
+    """Derivatives of numbers by the one variable of a study, by differences of runs too, and the numbers."""
+    trials, slopes = Trials.of(scene, names), []
+    base = trials.run([[value]])[0].numbers
+    found = {name: slope[0] for name, slope in sensitivity(trials, [value]).items()}
+    for h in (4e-4 * value, 2e-4 * value, 1e-4 * value):  # of more the least frequency is at another position
+        ahead, behind = trials.run([[value + h], [value - h]])
+        slopes.append(np.array([(ahead.numbers[name] - behind.numbers[name]) / (2 * h) for name in names]))
+    once, twice = ((4 * near - far) / 3 for far, near in pairwise(slopes))  # Richardson
+    return found, dict(zip(names, (16 * twice - once) / 15)), base
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("demo", "number", "value", "effects"),
+    [
+        ("four_bar", "sections.strip.area", 4.06e-5, ("coupling", "large-rotations")),
+        ("slider_crank", "sections.strip.height", 0.003, ("coupling",)),
+        ("slider_crank", "drive.speed", 60.0, ("coupling", "large-rotations")),
+        ("pulsating_column", "sections.strip.height", 0.002, ("geometric-stiffness",)),
+        ("pulsating_column", "drive.speed", 195.0, ("geometric-stiffness",)),
+        ("pulsating_column", "loads.pulse.force.1", -32.5, ("coupling", "large-rotations")),
+    ],
+)
+def test_multipliers_have_the_derivatives_of_converged_runs(demo, number, value, effects):
+    variable = {"numbers": [number], "between": sorted([0.9 * value, 1.1 * value])}
+    changes = {"study": {"variables": {"x": variable}}, "effects": effects}
+    changes |= {"drive.speed": 195.0} if demo == "pulsating_column" else {}  # where it is not stable
+    changes |= {number: value}
+    changes["analysis.sub_intervals"] = 360 if demo == "four_bar" else 90  # Newton ends sooner from longer steps
+    found, exact, _ = derivatives(fm.load(f"demos/{demo}.toml").changed(changes), OF_DISTURBANCES, value)
+    size = max(map(abs, exact.values()))  # a multiplier turns far more than it grows
+    for name, slope in exact.items():
+        near = 5e-6 if "large-rotations" in effects else 1e-6  # members are stiff along their axes
+        assert math.isclose(found[name], slope, rel_tol=near, abs_tol=1e-7 * size), name
 
 
 @pytest.mark.slow
@@ -366,7 +399,8 @@ def test_the_derivative_of_the_noise_is_that_of_converged_runs(number, value):
 
 
 @pytest.mark.slow
-def test_a_margin_of_stability_takes_differences_and_the_summary_says_so():
+def test_a_margin_of_stability_is_searched_by_its_gradient(monkeypatch):
+    monkeypatch.setattr("fenics_mech.studies.design.explorer.Explorer._by_differences", None)
     damping = {"numbers": ["damping.ratio"], "between": [0.01, 0.03]}
     scene = four_bar("periodic", variables={"d": damping}, maximise=["stability.margin"])
     scene = scene.changed({"effects": ("coupling",), "analysis.sub_intervals": 60, "analysis.allow_coarse": True})
@@ -376,8 +410,20 @@ def test_a_margin_of_stability_takes_differences_and_the_summary_says_so():
     slope = found.problem.derivatives(np.array([0.5]))["stability.margin"][0]
     low, high = (Trials.of(scene).run([[ratio]])[0].numbers["stability.margin"] for ratio in (0.0199, 0.0201))
     assert slope == pytest.approx((high - low) / 0.0002 * 0.02, rel=1e-3)  # for the whole range
-    said = " ".join(text_of(study_summary(found)).split())
-    assert "stability.margin is of disturbances, and not of the motion" in said
+    assert "Derivatives are differences" not in text_of(study_summary(found))
+
+
+@pytest.mark.slow
+def test_the_summary_says_which_multipliers_have_no_derivatives(monkeypatch):
+    def alike(*words):
+        raise DerivativeError("the multiplier 0.5 is one of several that are alike")
+
+    monkeypatch.setattr("fenics_mech.response.stability.multiplier_changes._disturbance", alike)
+    damping = {"numbers": ["damping.ratio"], "between": [0.01, 0.03]}
+    scene = four_bar("periodic", variables={"d": damping}, maximise=["stability.margin"])
+    scene = scene.changed({"effects": ("coupling",), "analysis.sub_intervals": 60, "analysis.allow_coarse": True})
+    said = " ".join(text_of(study_summary(fm.optimise(scene, search=Search(generations=2)))).split())
+    assert "Derivatives are differences of trials, as the multiplier 0.5 is one of several that are alike" in said
 
 
 @pytest.mark.slow
