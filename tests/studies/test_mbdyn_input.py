@@ -12,7 +12,7 @@ from fenics_mech import analyse, load
 from fenics_mech.cli import app
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.meshing import with_elements
-from fenics_mech.studies.peers.beam_linkage import beam_linkage, with_material_damping
+from fenics_mech.studies.peers.beam_linkage import beam_linkage, exported_linkage, with_material_damping
 from fenics_mech.studies.peers.mbdyn_input import ANGLES, ELEMENTS, mbdyn_input
 from tests.common import DEMOS
 from tests.studies.test_exudyn_script import FINE
@@ -39,7 +39,7 @@ def middle_strain(table, linkage):
 
 def test_the_file_holds_the_machine():
     scene = load(DEMOS / "slider_crank.toml")
-    linkage, text = beam_linkage(with_material_damping(scene)), mbdyn_input(scene)
+    linkage, text = exported_linkage(scene), mbdyn_input(scene)
     nodes, bodies, beams, joints = (lines_of(text, kind) for kind in ("structural", "body", "beam3", "joint"))
     stated = dict(re.findall(r"    (structural nodes|rigid bodies|beams|joints): (\d+);", text))
     assert [int(number) for number in stated.values()] == [len(nodes), len(bodies), len(beams), len(joints)]

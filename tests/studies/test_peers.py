@@ -12,7 +12,7 @@ from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar, slider_crank
-from fenics_mech.studies.peers.beam_linkage import beam_linkage, with_material_damping
+from fenics_mech.studies.peers.beam_linkage import beam_linkage, exported_linkage, with_material_damping
 from fenics_mech.studies.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
 from tests.common import DEMOS
 from tests.data.seed_exact import SEED_RETARDATION, exact_seed, refined, write_curves
@@ -118,7 +118,7 @@ def test_a_slow_crank_bends_its_links_as_the_linear_theory_says():
     # 32.3 rad/s), and so is what it changes of the bending. Signs, axes and fibres must then be the program's.
     pytest.importorskip("exudyn")
     scene = seed_four_bar(drive__speed="2 rad/s", analysis__method="quasi-static")
-    exact = steady_cycle(beam_linkage(with_material_damping(scene)), Integration(8, (1440, 1440), 1e-8), 360)
+    exact = steady_cycle(exported_linkage(scene), Integration(8, (1440, 1440), 1e-8), 360)
     linear = analyse(scene)
     for i, member in enumerate(scene.members()):
         expected = np.stack([linear.strain_at(member, fibre=fibre) for fibre in "+-"], axis=-1)
@@ -145,7 +145,7 @@ def test_forces_of_a_slow_machine_are_those_of_rigid_links(scene):
     # Joints by name, bodies, components and signs. Exudyn starts with links that are not bent: 1 ms steps of the
     # four-bar damp their vibration to 8e-4 of its forces, and those of the others to 4e-5.
     pytest.importorskip("exudyn")
-    linkage = beam_linkage(with_material_damping(scene))
+    linkage = exported_linkage(scene)
     exact = steady_cycle(linkage, Integration(4, (1440, 1440), 1e-8), 120, forces=True)
     rigid = analyse(scene.changed(effects=(), analysis={"method": "quasi-static", "sub_intervals": 120})).data
     forces = rigid["joint_force"].sel(joint=list(linkage.joints)).transpose("theta", "joint", "component").to_numpy()

@@ -214,6 +214,9 @@ def _failure(equation: Equation, orbit: Orbit, factor: float, weight: Array, ite
     theta = np.degrees(equation.system.motion.theta[worst])
     bent = equation.system.bent_most(worst, orbit.displacement[worst, : equation.system.size])
     left = np.linalg.norm(left_over / weight) / np.linalg.norm(equation.linear.load / weight)
+    remains = f"The relative residual is {left:.1e}, largest"
+    if not np.isfinite(left):
+        remains = "It grew beyond all numbers, first"
     if np.any(orbit.velocity):
         kind, sought = UnresolvedError, "motion"
         hint = "Give more damping, a lower speed or more sub_intervals, or method = 'transient'"
@@ -222,6 +225,6 @@ def _failure(equation: Equation, orbit: Orbit, factor: float, weight: Array, ite
         hint = "Lower the load: an axis may turn by less than 90 degrees from its straight line"
     return kind(
         f"no {sought} found: Newton's method stopped after {iterations} "
-        f"iterations at {factor:.3g} of the load. The relative residual is {left:.1e}, largest at drive angle "
+        f"iterations at {factor:.3g} of the load. {remains} at drive angle "
         f"{theta:.6g} deg, where link {bent} bends most. {hint}"
     )

@@ -130,6 +130,24 @@ def with_material_damping(scene: Scene) -> Scene:
     return scene.changed(damping={"material": damping.material + 2 * ratio / slowest})
 
 
+def exported_linkage(scene: Scene) -> BeamLinkage:
+    """Give a scene as beams between joints, with the damping that other programs have too.
+
+    Parameters
+    ----------
+    scene
+        A scene as `beam_linkage` takes it. A damping ratio becomes that of the material, by `with_material_damping`.
+
+    Raises
+    ------
+    SceneError
+        When no link bends, or the scene has what other programs are not given.
+    """
+    if not scene.members():
+        raise SceneError("no link has a member, and other programs are given links that bend", place="links")
+    return beam_linkage(with_material_damping(scene))
+
+
 def beam_linkage(scene: Scene) -> BeamLinkage:
     """Give a scene as beams between joints.
 

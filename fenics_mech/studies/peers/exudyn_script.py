@@ -6,9 +6,8 @@ import pprint
 from pathlib import Path
 from typing import Any
 
-from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.studies.peers.beam_linkage import Beam, BeamLinkage, beam_linkage, with_material_damping
+from fenics_mech.studies.peers.beam_linkage import Beam, BeamLinkage, exported_linkage
 
 BODY = Path(__file__).with_name("exudyn_body.txt")
 HEAD = '''"""{name}: the steady cycle by Exudyn. Written by fenics_mech {version} from a scene file.
@@ -27,7 +26,7 @@ def exudyn_script(scene: Scene) -> str:
     Parameters
     ----------
     scene
-        A scene as `beam_linkage` takes it. A damping ratio becomes that of the material, by `with_material_damping`.
+        A scene as `exported_linkage` takes it.
 
     Returns
     -------
@@ -47,9 +46,7 @@ def exudyn_script(scene: Scene) -> str:
     """
     from fenics_mech._version import __version__  # noqa: PLC0415
 
-    if not scene.members():
-        raise SceneError("no link has a member, and the script is of links that bend", place="links")
-    linkage = beam_linkage(with_material_damping(scene))
+    linkage = exported_linkage(scene)
     name = ascii(scene.name)[1:-1].replace('"', "'")
     head = HEAD.format(name=name, version=__version__, retardation=linkage.retardation)
     tables = [f"{key} = {pprint.pformat(value, width=110, sort_dicts=False)}" for key, value in _data(linkage).items()]

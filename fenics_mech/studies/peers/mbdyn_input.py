@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.studies.peers.beam_linkage import Beam, BeamLinkage, End, beam_linkage, with_material_damping
+from fenics_mech.studies.peers.beam_linkage import Beam, BeamLinkage, End, exported_linkage
 
 ELEMENTS = 16  # of three nodes, of each beam; an even number, so that mid-span is at a node
 STEPS, ANGLES = 1440, 120  # steps of a cycle, and how many of them are written
@@ -66,7 +66,7 @@ def mbdyn_input(scene: Scene) -> str:
     Parameters
     ----------
     scene
-        A scene as `beam_linkage` takes it. A damping ratio becomes that of the material, by `with_material_damping`.
+        A scene as `exported_linkage` takes it.
 
     Returns
     -------
@@ -86,9 +86,7 @@ def mbdyn_input(scene: Scene) -> str:
     """
     from fenics_mech._version import __version__  # noqa: PLC0415
 
-    if not scene.members():
-        raise SceneError("no link has a member, and the file is of links that bend", place="links")
-    linkage = beam_linkage(with_material_damping(scene))
+    linkage = exported_linkage(scene)
     if not linkage.retardation:
         raise SceneError("without damping no motion of MBDyn becomes periodic", place="damping")
     nodes, bodies, beams, joints = (list(part(linkage)) for part in (_nodes, _bodies, _elements, _joints))
