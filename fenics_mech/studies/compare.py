@@ -10,7 +10,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.recovery.result import at_place
-from fenics_mech.studies.compared_curves import STEPS, Curves, Cycle, Quantity, along_member, periodic
+from fenics_mech.studies.compared_curves import STEPS, ComparedCycle, Curves, Quantity, along_member, periodic
 
 COLUMNS = ("peak_reference", "peak", "difference", "rms", "shift", "rms_shifted")
 ANYWHERE = ("largest_difference", "largest_s", "largest_theta")  # along a member
@@ -68,7 +68,9 @@ def compare(sources: Sequence[Curves]) -> xr.Dataset:
     return data.assign_coords(unit=("quantity", [first.unit(quantity) for quantity in quantities]))
 
 
-def _anywhere(reference: Cycle, other: Cycle, quantity: Quantity) -> tuple[tuple[float, float, float], str]:
+def _anywhere(
+    reference: ComparedCycle, other: ComparedCycle, quantity: Quantity
+) -> tuple[tuple[float, float, float], str]:
     """Largest difference along a member, the place 0..1 and the drive angle (rad) where it is, and its side.
 
     Both are taken at the stations of the result that has fewer.

@@ -59,7 +59,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class Cycle:
+class ComparedCycle:
     """One cycle of a result.
 
     Parameters
@@ -105,7 +105,7 @@ class Curves:
     curve: Callable[[Quantity], tuple[Array, Array]]
     unit: Callable[[Quantity], str]
     vibration: Mapping[str, float] = field(default_factory=dict)
-    cycle: Cycle | None = None
+    cycle: ComparedCycle | None = None
 
     def has(self, quantity: Quantity) -> bool:
         """Whether it has a quantity: a result at any place of a member, a measurement at its own place.
@@ -166,7 +166,7 @@ def curves_of_result(result: Result, label: str, place: tuple[float, str] | None
     return Curves(label, tuple(names), curve, unit, vibration, _cycle_of(result, cycle, data.isel(theta=part)))
 
 
-def _cycle_of(result: Result, cycle: xr.Dataset, coarse: xr.Dataset) -> Cycle:
+def _cycle_of(result: Result, cycle: xr.Dataset, coarse: xr.Dataset) -> ComparedCycle:
     """Give the cycle of a result, with its strain without vibration at the positions that were computed."""
     still = None
     if "strain_quasi_static" in coarse:
@@ -174,7 +174,7 @@ def _cycle_of(result: Result, cycle: xr.Dataset, coarse: xr.Dataset) -> Cycle:
     elif result.scene.analysis.method == "quasi-static" and "strain" in coarse:
         still = coarse[["strain"]]
     frequency = coarse["frequency"].transpose("theta", "mode").to_numpy() if "frequency" in coarse else None
-    return Cycle(cycle, result.scene.period, still, frequency)
+    return ComparedCycle(cycle, result.scene.period, still, frequency)
 
 
 def largest_at(cycle: xr.Dataset, kind: str, member: str) -> tuple[float, str]:
