@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, at_places
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad
 from fenics_mech.forces.inertia import inertia_of, scaled
@@ -57,10 +58,35 @@ def of_bent_axis(
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
     if law is None:
         return change, np.zeros_like(change)
+    refuse_turned(system, of, slope)
     shear, arm = statics(system, response, ends, loads, of, inner)[1], _arm(slope)
     longer = law.on_elements.shortening(v)[:, element]  # of whole elements
     change += _up_to(shear * arm, h[element] * xi) - ends[:, element, 2] * _arm(nodal[:, element, 2])
     return change, _up_to(arm, h[element] * xi) + longer * xi
+
+
+def refuse_turned(system: System, element: Index, sine: Array) -> None:
+    """Refuse axes that turn by 90 degrees or more inside elements: mesh, steps or theory do not suffice.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    element
+        Element of each place, ``(places,)``.
+    sine
+        Sines of the rotations, ``(angles, places)``.
+
+    Raises
+    ------
+    UnresolvedError
+        It names the first angle, and the member.
+    """
+    if (beyond := np.argwhere(np.abs(sine) >= 1)).size:
+        k, place = beyond[0]
+        mesh = system.beams.mesh
+        name = mesh.members[mesh.cell_member[element[place]]]
+        raise UnresolvedError(system.turned_too_far(k, f"axis of member {name}"))
 
 
 def _up_to(values: Array, length: Array) -> Array:

@@ -27,7 +27,7 @@ from fenics_mech.beams.shapes import (
 )
 from fenics_mech.beams.variable_sections import between_ends, shape_corrections
 from fenics_mech.effects.given_axial_forces import AxialForces
-from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis
+from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis, refuse_turned
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import balanced, element_tension, uneven_tension
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad
@@ -113,6 +113,7 @@ def recover_members(
         arms, shorter = of_bent_axis(system, response, ends, loads, element, xi)
         moment, u = moment + tension[:, element] * (w - displacement[..., 1]) + arms, u + shorter
     if tension is not None and system.terms.law is not None:
+        refuse_turned(system, element, slope)
         along = np.sqrt(1 - slope**2)
         axial, shear, rotation = axial * along - shear * slope, shear * along + axial * slope, np.arcsin(slope)
     elif tension is not None:

@@ -225,11 +225,7 @@ class Equation:
         constant, *tangents = linearised
         if not np.isfinite(constant).all():
             k, place, _ = np.argwhere(~np.isfinite(constant))[0]
-            raise SolverError(
-                f"at drive angle {np.degrees(self.system.motion.theta[k]):.6g} deg the {name(place)} would turn by 90 "
-                "degrees or more from its straight line, where strains end. Lower loads or speed, or take stiffer "
-                "members"
-            )
+            raise SolverError(self.system.turned_too_far(k, name(place)))
         damping, stiffness = self._tangents(dofs, *tangents)
         if damping is not None:
             matrices = replace(matrices, damping=matrices.damping + damping.on(matrices.damping.pattern))

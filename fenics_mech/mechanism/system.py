@@ -259,6 +259,13 @@ class System:
         turned, of_link = self.nodes_at(k, q)[:, 2], self.beams.mesh.node_link
         return self.motion.links[int(np.argmax([np.ptp(turned[of_link == i]) for i in range(of_link.max() + 1)]))]
 
+    def turned_too_far(self, k: int, axis: str) -> str:
+        """Say that an axis has no strains at angle number k."""
+        return (
+            f"at drive angle {np.degrees(self.motion.theta[k]):.6g} deg the {axis} would turn by 90 degrees or more "
+            "from its straight line, where strains end. Lower loads or speed, or take stiffer members"
+        )
+
     def assembled(self, ends: Array) -> Array:
         """Sum forces on the elements' ends ``(angles, elements, 6)`` to nodal forces ``(angles, nodal dofs)``.
 

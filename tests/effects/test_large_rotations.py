@@ -8,7 +8,9 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -180,6 +182,15 @@ def test_an_axis_that_turns_beyond_the_theory_is_refused():
         analyse(cantilever(force).changed(analysis__allow_large=False))
     with pytest.raises(SolverError, match=r"an axis may turn by less than 90 degrees|would turn by 90 degrees or more"):
         analyse(cantilever(20 * force))
+
+
+def test_an_axis_that_turns_too_far_between_its_nodes_is_refused():
+    system, moved = mechanism(cantilever(1.0)), 0.3 * strips.L
+    up_and_down = np.resize([0.0, moved, 0.0, 0.0, -moved, 0.0], (1, system.size))  # nodes without a rotation
+    still = np.zeros((1, 3 * len(system.beams.mesh.node_name)))
+    response = ElasticResponse(up_and_down, inertia=still, velocity=still)
+    with pytest.raises(UnresolvedError, match=r"the axis of member beam would turn by 90 degrees or more"):
+        recover_members(system, response, np.linspace(0, 1, 5), [])
 
 
 @pytest.mark.slow
