@@ -26,8 +26,11 @@ from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.recovery.dataset import collect
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
+from fenics_mech.recovery.peaks import CURVES
+from fenics_mech.recovery.result import stamp
 from fenics_mech.response.periodic.collocation import between as inside_steps
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle, system_at_places
@@ -262,6 +265,15 @@ class _Side:
 
     def numbers(self, shift: State, change: Array | None, stability: Stability | None) -> dict[str, float]:
         """Recover the numbers of the known motion with a change of q and q' of its own pace, and nothing else."""
+        known = self.known
+        if stability is not None and known.names == {"multiplier"}:
+            result = Result(of_stability(stability).assign_attrs(stamp(self.cycle.scene)))
+        else:
+            result = self._recovered(shift, change, stability)
+        return read_numbers(known.trials.quantities, result, known.trials.design.study.targets)
+
+    def _recovered(self, shift: State, change: Array | None, stability: Stability | None) -> Result:
+        """Recover what numbers are made from."""
         (q, rate), known, cycle, k = self.known.state, self.known, self.cycle, self.faster
         q, rate = q + shift[0], k * (rate + shift[1])
         if self.assembled:
@@ -273,8 +285,10 @@ class _Side:
             known.solution, scene=cycle.scene, system=cycle.system, response=response, modes=self._modes(), cycle=cycle
         )
         other = replace(other, stability=stability)
-        result = collect(other, recover(other), None, names=known.names)
-        return read_numbers(known.trials.quantities, result, known.trials.design.study.targets)
+        data = collect(other, recover(other), None, names=known.names).data
+        unused = [name for name in CURVES if name in data and name not in known.names]
+        few = not known.names.isdisjoint(CURVES)  # peaks between positions are sought of all curves that there are
+        return Result(data.drop_vars(unused)) if few else Result(data)
 
     def _modes(self) -> Modes:
         """Natural modes there, as far as numbers are made from them."""
