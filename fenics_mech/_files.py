@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import logging
 import os
 import stat
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from fenics_mech._system import READ
@@ -72,3 +74,23 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         raise ResultError(f"{path}: cannot be written: {error.strerror or error}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def write_table(path: Path, rows: Sequence[Sequence[object]]) -> None:
+    """Write a CSV file as a whole.
+
+    Parameters
+    ----------
+    path
+        The file.
+    rows
+        Its lines, the names of the columns first.
+
+    Raises
+    ------
+    ResultError
+        When it cannot be written; nothing is left behind.
+    """
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    write_whole(path, lambda temporary: temporary.write_text(text.getvalue(), encoding="utf-8"))

@@ -101,7 +101,11 @@ def alone_in(folder: Path) -> Iterator[bool]:
     if fcntl is None:
         yield True
         return
-    handle = os.open(folder, os.O_RDONLY)
+    try:
+        handle = os.open(folder, os.O_RDONLY)
+    except OSError:  # a folder whose files nobody may list
+        yield True
+        return
     try:
         yield _lock(handle)
     finally:

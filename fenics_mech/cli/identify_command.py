@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech._console import one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import (
     OutFolder,
     SceneFile,
@@ -47,7 +47,6 @@ def identify(
     from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
-    make_folder(folder)
     with study_of(scene), progress_bar(EXPECTED * starts, alike=False) as step:
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:

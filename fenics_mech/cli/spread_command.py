@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, one_voice, out, progress_bar, tell_written
+from fenics_mech._console import one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, study_of, with_units
 
 
@@ -38,7 +38,6 @@ def spread(
     from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
-    make_folder(folder)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2
     with study_of(scene), progress_bar(max(samples * width, 1)) as step:
         found = scattered(

@@ -14,13 +14,13 @@ from fenics_mech.scene.bodies import Point
 from fenics_mech.scene.files import read_toml, text_of
 from fenics_mech.scene.units import Angle, AngularSpeed, Length
 
-POINTS = 3, 5  # precision points for which there is a closed form
+THREE, FIVE = 3, 5  # precision points for which there is a closed form
 
 
 def _exact(count: int, what: str) -> None:
     """Raise where so many precision points have no closed form."""
-    if count not in POINTS:
-        raise ValueError(f"there are {count} {what}: give {POINTS[0]} or {POINTS[1]}")
+    if count not in (THREE, FIVE):
+        raise ValueError(f"there are {count} {what}: give {THREE} or {FIVE}")
 
 
 class Task(Part):
@@ -117,9 +117,9 @@ class MotionTask(Task):
     def _knows_two_pins(self) -> Self:
         stated = (self.moving is not None) + (self.fixed is not None)
         _exact(len(self.positions), "positions")
-        if len(self.positions) == POINTS[1] and stated:
+        if len(self.positions) == FIVE and stated:
             raise ValueError("five positions leave no pin open: state neither `moving` nor `fixed`")
-        if len(self.positions) == POINTS[0] and stated != 1:
+        if len(self.positions) == THREE and stated != 1:
             raise ValueError("three positions leave two pins open: state either `moving` or `fixed`")
         return self
 
@@ -151,14 +151,14 @@ class PathTask(Task):
     def _has_as_many_angles(self) -> Self:
         if self.angles and len(self.angles) != len(self.path):
             raise ValueError(f"there are {len(self.path)} places and {len(self.angles)} angles: give as many")
-        if len(self.path) == POINTS[1] and not self.angles:
+        if len(self.path) == FIVE and not self.angles:
             raise ValueError("five places need `angles`: give them, or six places or more")
         return self
 
     @property
     def exact(self) -> bool:
         """Whether the places are met exactly."""
-        return len(self.path) == POINTS[1]
+        return len(self.path) == FIVE
 
 
 TASKS: dict[str, type[FunctionTask | MotionTask | PathTask]] = {

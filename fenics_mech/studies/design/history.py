@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_table
 from fenics_mech.errors import ResultError
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.trial import Trial
@@ -70,9 +69,7 @@ def write_trials(problem: Problem, trials: Sequence[Trial], path: Path) -> None:
     """
     aim, numbers = problem.aims[0][0], {id(trial): number for number, trial in enumerate(problem.history, 1)}
     rows = [_row(problem, numbers[id(trial)], trial) for trial in sorted(trials, key=lambda one: one.numbers[aim])]
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows([_head(problem), *rows])
-    write_whole(path, lambda temporary: temporary.write_text(text.getvalue(), encoding="utf-8"))
+    write_table(path, [_head(problem), *rows])
 
 
 def _head(problem: Problem) -> list[str]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -14,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_table
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.rewriting import write_like
@@ -328,13 +326,13 @@ def _misfit(found: Fit) -> float:
 
 def _write(found: Identified, folder: Path, like: str | Path | None) -> None:
     """Write the variables with their confidence, and the scene with them."""
-    text = io.StringIO()
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(["variable", "unit", "value", "deviation", "low", "high", "told"])
     variables = found.explorer.trials.design.variables
-    rows = zip(variables, found.values, found.deviation, found.interval, found.fit.told)
-    for variable, value, deviation, (low, high), told in rows:
-        table.writerow([variable.name, variable.unit, value, deviation, low, high, "yes" if told else "no"])
-    write_whole(folder / "identified.csv", lambda temporary: temporary.write_text(text.getvalue()))
+    of_each = zip(variables, found.values, found.deviation, found.interval, found.fit.told)
+    rows = [
+        [variable.name, variable.unit, value, deviation, low, high, "yes" if told else "no"]
+        for variable, value, deviation, (low, high), told in of_each
+    ]
+    head = ["variable", "unit", "value", "deviation", "low", "high", "told"]
+    write_table(folder / "identified.csv", [head, *rows])
     written, values = folder / "identified.toml", found.explorer.trials.design.changes(found.values.tolist())
     write_scene(found.scene, written) if like is None else write_like(like, values, found.scene, written)

@@ -33,7 +33,7 @@ def kept_folder(folder: str | Path | None) -> Iterator[Path]:
             yield Path(made)
         return
     path = Path(folder)
-    missing = not path.exists()
+    missing = [one for one in (path, *path.parents) if not one.exists()]
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -45,6 +45,6 @@ def kept_folder(folder: str | Path | None) -> Iterator[Path]:
                 raise ResultError(said)
             yield path
     finally:
-        if missing:
-            with suppress(OSError):  # it holds something
-                path.rmdir()
+        with suppress(OSError):  # one holds something
+            for one in missing:
+                one.rmdir()

@@ -60,6 +60,7 @@ class Ending:
 
 Method = Callable[[Problem, Array, Search], Ending]
 SHRINK, LEAST_BOX = 0.2, 1e-3  # of move limits: their factor where a search is lost, and the least, as shares of ranges
+LAST, SETTLED = 0.2, 0.01  # share of generations, in which a trade-off that is found grows by less than the other
 PATIENCE = 8, 2  # trials in a row without progress, and for each variable, after which a search is lost
 
 
@@ -237,9 +238,26 @@ def nsga2(problem: Problem, start: Array, limits: Search) -> Ending:
 
     first = np.random.default_rng(limits.seed).random((limits.population, len(start)))
     first[0] = start
-    algorithm = NSGA2(pop_size=limits.population, sampling=first)
+    algorithm, begun = NSGA2(pop_size=limits.population, sampling=first), len(problem.history)
     minimize(Study(), algorithm, ("n_gen", limits.generations), seed=limits.seed, verbose=False)
-    return Ending(f"{limits.generations} generations of {limits.population}", False)
+    last = math.ceil((1 - LAST) * (len(problem.history) - begun))
+    grown = 1 - _covered(problem, begun + last) / (_covered(problem, len(problem.history)) or 1.0)
+    said = f"{limits.generations} generations of {limits.population}"
+    return Ending(f"{said}, in the last {LAST:.0%} of which the trade-off grew by {grown:.1%}", grown < SETTLED)
+
+
+def _covered(problem: Problem, count: int) -> float:
+    """Give what the first trials are better than, as a volume over the aims up to the worst of the trade-off.
+
+    Source: Zitzler and Thiele, IEEE Trans. Evol. Comput. 3 (1999) 257.
+    """
+    from pymoo.indicators.hv import HV  # noqa: PLC0415  (slow to import)
+
+    aims = np.array([problem.aims_of(trial) for trial in problem.front])
+    if not len(aims):
+        return 0.0
+    known = [problem.aims_of(trial) for trial in problem.history[:count] if problem.rank(trial)[0] == 0]
+    return float(HV(aims.max(axis=0) + LAST * np.ptp(aims, axis=0))(np.array(known))) if known else 0.0
 
 
 METHODS: dict[str, Method] = {

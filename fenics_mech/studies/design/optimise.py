@@ -193,12 +193,22 @@ def optimise(
             _write_scene(problem, best, kept / "best.toml", like)
             if problem.trades_off:
                 write_trials(problem, problem.front, kept / "front.csv")
-        result = analyse(best_scene(problem, best).changed(effects=scene.effects))
+        result = _analysed_whole(best_scene(problem, best).changed(effects=scene.effects), folder)
         ending = min(endings, key=lambda one: one.converged)
         found = Optimum(problem, best, result, ending, time.perf_counter() - begun)
         if folder is not None:
             found.result.save(kept / "result.nc")
     return found
+
+
+def _analysed_whole(best: Scene, folder: str | Path | None) -> Result:
+    """Analyse the best scene with estimates of errors, which may refuse what trials do not look at."""
+    try:
+        return analyse(best)
+    except MechanismError as error:
+        where = "" if folder is None else f", {Path(folder) / 'best.toml'},"
+        message = f"the best scene{where} was found, and its whole analysis with estimates of errors fails: {error}"
+        raise MechanismError(message) from error
 
 
 def _write_scene(problem: Problem, best: Trial, path: Path, like: str | Path | None) -> None:

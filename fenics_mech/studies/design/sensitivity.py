@@ -44,7 +44,8 @@ from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.stability.multiplier_changes import Disturbances
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.trial import Trials, read_numbers
+from fenics_mech.studies.design.trial import Trials
+from fenics_mech.studies.design.trial_tasks import read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 Held = tuple[Stack, Stack]  # M and K of the mechanism held at its positions

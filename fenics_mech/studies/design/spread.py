@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -14,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_table
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.studies.design.chaos import Chaos, polynomial_chaos
@@ -253,7 +251,7 @@ def _points(scattered: Scattered, how: tuple[int, str, int], indices: bool) -> A
 
 
 def _run(trials: Trials, points: Array, progress: Callable[[int], None]) -> list[Trial]:
-    """Run the samples; where processes share them, they count as they begin."""
+    """Run the samples, and count them."""
     counted = 0
 
     def count() -> None:
@@ -261,32 +259,30 @@ def _run(trials: Trials, points: Array, progress: Callable[[int], None]) -> list
         counted += 1
         progress(counted)
 
-    if trials.jobs > 1:
-        return trials.run(points.tolist(), started=count)
-    return trials.run(points.tolist(), lambda trial: count())
+    return trials.run(points.tolist(), counted=count)
 
 
 def _write(found: Spread, folder: Path) -> None:
     """Write the statistics, the samples and the indices."""
     design = found.scattered.design
     rows = [[name, *statistics(found, name)] for name in found.names]
-    _table(folder / "spread.csv", [["number", *STATISTICS], *rows])
+    write_table(folder / "spread.csv", [["number", *STATISTICS], *rows])
     samples = [[*one.values, *(one.numbers[name] for name in found.names), one.error] for one in found.independent]
-    _table(folder / "samples.csv", [[*(one.name for one in design.variables), *found.names, "error"], *samples])
+    write_table(folder / "samples.csv", [[*(one.name for one in design.variables), *found.names, "error"], *samples])
     if found.chaos:
         rows = [
             [name, variable.name, one.first[k], one.total[k], one.degree, one.left]
             for name, one in found.chaos.items()
             for k, variable in enumerate(design.variables)
         ]
-        _table(folder / "polynomials.csv", [["number", "variable", "first", "total", "degree", "left"], *rows])
+        write_table(folder / "polynomials.csv", [["number", "variable", "first", "total", "degree", "left"], *rows])
     if found.indices:
         shares = [
             [name, variable.name, one.first[k], one.doubt[0, k], one.total[k], one.doubt[1, k]]
             for name, one in found.indices.items()
             for k, variable in enumerate(design.variables)
         ]
-        _table(folder / "indices.csv", [["number", "variable", "first", "doubt", "total", "doubt"], *shares])
+        write_table(folder / "indices.csv", [["number", "variable", "first", "doubt", "total", "doubt"], *shares])
 
 
 STATISTICS = ("nominal", "mean", "deviation", "linear deviation", *(f"{100 * share:g} %" for share in QUANTILES))
@@ -308,9 +304,3 @@ def statistics(found: Spread, name: str) -> list[float]:
     moments = [float(values.mean()), float(values.std(ddof=1))] if enough else [np.nan, np.nan]
     quantiles = np.quantile(values, QUANTILES).tolist() if enough else [np.nan] * len(QUANTILES)
     return [found.explorer.first.numbers[name], *moments, linear, *quantiles]
-
-
-def _table(path: Path, rows: Sequence[Sequence[object]]) -> None:
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    write_whole(path, lambda temporary: temporary.write_text(text.getvalue()))

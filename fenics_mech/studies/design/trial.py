@@ -8,34 +8,38 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from fenics_mech._files import write_whole
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse, solved
-from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
-from fenics_mech.scene.study import Target
 from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.result_curves import ResultNumbers
-from fenics_mech.studies.design.result_numbers import read_all, total_mass
+from fenics_mech.studies.design.result_numbers import read_all
+from fenics_mech.studies.design.trial_tasks import (
+    Record,
+    Task,
+    give_up,
+    known,
+    names_of,
+    read,
+    run_here,
+    run_task,
+    run_there,
+    write,
+)
 from fenics_mech.studies.lead_process import leads, over_machines
 from fenics_mech.studies.sweep_axes import placed, scene_data
 from fenics_mech.studies.worker_processes import over_processes
-
-LOST = "LostProcess"  # error of a trial whose process was ended from outside
-Record = dict[str, Any]
-Analysed = Callable[[Scene, tuple[float, ...]], Result]  # of a scene, and the values of its variables
 
 
 @dataclass(frozen=True)
@@ -150,7 +154,7 @@ class Trials:
         self,
         points: Sequence[Sequence[float]],
         progress: Callable[[Trial], None] = lambda trial: None,
-        started: Callable[[], None] = lambda: None,
+        counted: Callable[[], None] = lambda: None,
     ) -> list[Trial]:
         """Run trials, or read those that are finished.
 
@@ -160,8 +164,8 @@ class Trials:
             Values of the variables, in SI: one list for each trial.
         progress
             Called with each trial as it is known, in order.
-        started
-            Called as each trial begins that other processes run.
+        counted
+            Called once for each trial: as another process of this machine begins it, or as it is known.
 
         Raises
         ------
@@ -171,23 +175,30 @@ class Trials:
             When a file cannot be written, or the computer has too little of something.
         """
         tasks = [self._task(point) for point in points]
-        shared = self._share([task for task in tasks if _known(task) is None], started)
+        shared = self._share([task for task in tasks if known(task) is None], counted)
         found = []
         for task in tasks:
-            record = (_read(task) if task.path in shared else _known(task)) or _run(task, self._analysed)
+            record = (read(task) if task.path in shared else known(task)) or run_task(task, self._analysed)
             numbers = {name: math.nan if value is None else value for name, value in record["numbers"].items()}
             found.append(Trial(task.values, numbers, record["error"], record["message"], record["seconds"]))
             progress(found[-1])
+            if task.path not in shared:
+                counted()
         return found
 
-    def _share(self, missing: Sequence[_Task], started: Callable[[], None]) -> set[Path | None]:
+    def _share(self, missing: Sequence[Task], counted: Callable[[], None]) -> set[Path | None]:
         """Let other processes run trials, where there are any, and give the files of those that they ran."""
         if len(missing) <= 1 or self.folder is None:
             return set()
+
+        def kept(task: Task, record: Record) -> None:
+            write(task.path, record)
+            counted()
+
         if leads():
-            over_machines(missing, _run_there, lambda task, record: _write(task.path, record))
+            over_machines(missing, run_there, kept)
         elif self.jobs > 1:
-            over_processes(self.jobs, [[task] for task in missing], _run_here, _give_up, lambda task: started())
+            over_processes(self.jobs, [[task] for task in missing], run_here, give_up, lambda task: counted())
         else:
             return set()
         return {task.path for task in missing}
@@ -224,7 +235,7 @@ class Trials:
             self._last[point], result = solved(scene, common=self.common)
         return result
 
-    def _task(self, point: Sequence[float]) -> _Task:
+    def _task(self, point: Sequence[float]) -> Task:
         values = tuple(float(value) for value in point)
         data = self._data | {"units": []}  # which change no number
         text = json.dumps(
@@ -232,14 +243,14 @@ class Trials:
                 __version__,
                 data,
                 self.design.changes(values),
-                _names(self.quantities),
+                names_of(self.quantities),
                 {name: target.model_dump() for name, target in self.design.study.targets.items()},
             ],
             sort_keys=True,
         )
         name = f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
         path = None if self.folder is None else self.folder / name
-        return _Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
+        return Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
 
     def data_at(self, values: Sequence[float]) -> Record:
         """Give the scene of a trial as plain data.
@@ -266,131 +277,3 @@ class Trials:
         if scene.tolerance is None:
             changes["analysis.error_estimates"] = False
         return scene.changed(changes)
-
-
-@dataclass(frozen=True)
-class _Task:
-    """What a process needs for one trial."""
-
-    path: Path | None
-    values: tuple[float, ...]
-    scene: Record
-    changes: Record
-    quantities: tuple[ResultNumbers, ...]
-    targets: Mapping[str, Target]
-
-
-def _known(task: _Task) -> Record | None:
-    """Read a finished trial; None where there is none, or one that is to be tried again."""
-    record = _read(task)
-    return None if record is None or record["again"] else record
-
-
-def _read(task: _Task) -> Record | None:
-    """Read a trial that was run; None where there is none."""
-    if task.path is None:
-        return None
-    try:
-        record = json.loads(task.path.read_text())
-    except (OSError, ValueError):
-        return None
-    whole = isinstance(record, dict) and record.keys() >= {"numbers", "error", "message", "seconds", "again"}
-    numbers = record["numbers"] if whole else None
-    return record if isinstance(numbers, dict) and numbers.keys() >= {*_names(task.quantities)} else None
-
-
-def _run(task: _Task, analysed: Analysed) -> Record:
-    """Run one trial and keep it."""
-    start = time.perf_counter()
-    record: Record = {"numbers": dict.fromkeys(_names(task.quantities)), "error": "", "message": ""}
-    record["again"] = False
-    try:
-        record["numbers"] = numbers_of(task, analysed)
-    except SceneError as error:
-        if error.place.startswith("study"):  # a name that no trial can give
-            raise
-        record |= {"error": type(error).__name__, "message": str(error)}
-    except (OSError, MemoryError) as error:  # of the computer, not of the trial
-        raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
-    except Exception as error:  # what a trial may end with is not known, and must not end the study
-        record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
-    record |= {"values": task.values, "seconds": time.perf_counter() - start}
-    _write(task.path, record)
-    return record
-
-
-def numbers_of(task: _Task, analysed: Analysed) -> dict[str, float]:
-    """Analyse the scene of a trial, unless its mass is all that is asked for, and give its numbers by name.
-
-    Parameters
-    ----------
-    task
-        The trial.
-    analysed
-        Analyses a scene, whose variables have these values.
-
-    Raises
-    ------
-    MechanismError
-        When the analysis fails, or a number is not finite.
-    """
-    scene = Scene.read(placed(task.scene, task.changes))
-    if all(quantity.name == "mass" for quantity in task.quantities):
-        return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
-    result = analysed(scene, task.values)
-    found = read_numbers(task.quantities, result, task.targets)
-    if missing := [name for name, value in found.items() if not math.isfinite(value)]:
-        raise MechanismError(f"{', '.join(missing)} has no value in this result")
-    return found
-
-
-def read_numbers(
-    quantities: Sequence[ResultNumbers], result: Result, targets: Mapping[str, Target]
-) -> dict[str, float]:
-    """Give the numbers of all quantities of a result, by name.
-
-    Parameters
-    ----------
-    quantities
-        The quantities.
-    result
-        The result.
-    targets
-        Paths that points are to follow, by name.
-    """
-    found: dict[str, float] = {}
-    for quantity in quantities:
-        found |= quantity.numbers(result, targets)
-    return found
-
-
-def _names(quantities: Sequence[ResultNumbers]) -> list[str]:
-    return [name for quantity in quantities for name in quantity.names]
-
-
-def _write(path: Path | None, record: Record) -> None:
-    if path is not None:
-        text = json.dumps(record)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_whole(path, lambda temporary: temporary.write_text(text))
-
-
-_common_here = cache(CommonParts)
-
-
-def _run_here(task: _Task) -> None:
-    """Run one of the trials of a worker process."""
-    _run(task, lambda scene, _: analyse(scene, common=_common_here()))
-
-
-def _run_there(task: _Task) -> Record:
-    """Run one of the trials of a process that another one leads, which keeps it."""
-    return _run(replace(task, path=None), lambda scene, _: analyse(scene, common=_common_here()))
-
-
-def _give_up(task: _Task) -> None:
-    """Write that the process of a trial was lost; the trial is run again by the next study."""
-    said = "the process of this trial was ended from outside: there may be too little memory"
-    numbers = dict.fromkeys(_names(task.quantities))
-    record = {"numbers": numbers, "error": LOST, "message": said, "seconds": 0.0, "again": True, "values": task.values}
-    _write(task.path, record)

@@ -23,7 +23,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.studies.synthesis.planar_four_bar import Complex
+from fenics_mech.studies.synthesis.planar_four_bar import Complex, middle_and_size
 
 
 def _sorted(*numbers: int) -> tuple[int, ...]:
@@ -82,8 +82,7 @@ def dyads_of_five(at: Complex, turns: Complex, place: str = "positions") -> list
     >>> sorted(round(abs(one.pin), 9) for one in found)[0] == 0  # the pin of the crank is the origin
     True
     """
-    middle = at.mean()
-    size = float(np.abs(at - middle).max()) or 1.0
+    middle, size = middle_and_size(at, place)
     places = (at - middle) / size
     equations = _equations(places, turns)
     found = []

@@ -13,7 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene import PathTask
-from fenics_mech.studies.synthesis.planar_four_bar import TURN, Complex, FourBar
+from fenics_mech.studies.synthesis.planar_four_bar import TURN, Complex, FourBar, middle_and_size
 
 DIMENSIONS = 9  # place of the crank's pivot, angle of the ground, logarithms of four lengths, and the coupler's point
 LARGEST = 20.0  # length over the size of the path, and the reverse of the smallest one
@@ -167,8 +167,7 @@ def fits(task: PathTask, starts: int, seed: int) -> Iterator[Fitted]:
         Of the starts.
     """
     places = np.array([complex(*place) for place in task.path], dtype=np.complex128)
-    middle = places.mean()
-    size = float(np.abs(places - middle).max())
+    middle, size = middle_and_size(places, "path")
     random = np.random.default_rng(seed)
     given = np.array(task.angles) if task.angles else None
     found: list[tuple[float, int, PathFit, Array]] = []

@@ -9,10 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError
 
 Complex = NDArray[np.complex128]
 TURN = 2 * np.pi
 CLOSE = 1e-9  # of the longest link: smaller differences are rounding
+SMALLEST = 1e-150  # m, of places: the squares of smaller ones are lost
 COURSE = 721  # angles of a course at which it is looked whether links can be assembled
 
 
@@ -187,3 +189,25 @@ def three_point_circle(points: Sequence[complex]) -> complex | None:
     if abs(across) <= CLOSE * max(abs(u), abs(v)) ** 2:
         return None
     return first + 1j * (v * abs(u) ** 2 - u * abs(v) ** 2) / (-2 * across)
+
+
+def middle_and_size(places: Complex, key: str) -> tuple[complex, float]:
+    """Give the middle of places and the largest distance from it (m), or 1 m where they are one.
+
+    Parameters
+    ----------
+    places
+        The places (m), as x + i y, ``(places,)``.
+    key
+        Key of the task that states them, for an error.
+
+    Raises
+    ------
+    SceneError
+        When they are so near to each other that numbers do not tell them apart.
+    """
+    middle = complex(places.mean())
+    size = float(np.abs(places - middle).max())
+    if 0 < size < SMALLEST:
+        raise SceneError(f"these places are {size:.3g} m apart", place=key, hint="Give them in SI, or with a unit")
+    return middle, size or 1.0

@@ -19,13 +19,13 @@ import numpy as np
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import FunctionTask, MotionTask, PathTask
+from fenics_mech.scene.synthesis_tasks import THREE
 from fenics_mech.studies.synthesis.five_positions import Dyad, dyads_of_five
 from fenics_mech.studies.synthesis.planar_four_bar import CLOSE, Complex, FourBar, three_point_circle
 
 Found = tuple[FourBar, list[float], list[str]]  # the four-bar, its crank's angles at the points, and what is wrong
 FEW = "fewer than two pins move on circles, or a link has no length or 1000 times that between the points"
 LONGEST = 1000.0  # link over the size of a task with five points
-THREE = 3  # points through which there is one four-bar
 
 
 def function_generators(task: FunctionTask) -> list[Found]:

@@ -140,11 +140,11 @@ def test_a_tracer_is_as_far_from_its_target_as_that_is_moved():
 
 
 def test_a_folder_has_one_study_at_a_time_and_none_that_is_empty(tmp_path):
-    folder = tmp_path / "out"
+    folder = tmp_path / "of" / "mine" / "out"
     busy = pytest.raises(ResultError, match="another study works in this folder")
     with kept_folder(folder), busy, kept_folder(folder):
         pytest.fail("two studies work in one folder")
-    assert not folder.exists()
+    assert not list(tmp_path.iterdir())
     with kept_folder(folder) as kept:  # it is free again
         (kept / "trial.json").write_text("{}")
     assert folder.exists()

@@ -257,7 +257,11 @@ def test_several_aims_have_the_trade_offs_of_the_closed_form():
     pytest.importorskip("pymoo")  # the extra `test` installs it: 5 MB to load, 28 MB on disk
     problem = Problem(formula(0.5, minimise=["mass", "torque.rms"]))
     problem.first  # noqa: B018
-    METHODS["nsga2"](problem, np.array([0.5, 0.5]), Search(generations=40))
+    ending = METHODS["nsga2"](problem, np.array([0.5, 0.5]), Search(generations=40))
+    assert ending.converged
+    assert ending.message.startswith("40 generations of 20, in the last 20% of which the trade-off grew by 0.")
+    few = METHODS["nsga2"](Problem(formula(0.5, minimise=["mass", "torque.rms"])), np.ones(2), Search(generations=3))
+    assert not few.converged
     # the front is the way from (0.3, 0.6) down the gradient (1, 0.4) of the mass
     for trial in problem.front:
         x, y = trial.values

@@ -218,3 +218,24 @@ def test_a_bad_study_is_one_message(study, options, said, tmp_path):
         fm.spread(scene_of({"rho": DENSITY}, **study), tmp_path, **options)
     assert said in str(caught.value)
     assert not list(tmp_path.iterdir())  # no trial before
+
+
+@pytest.mark.parametrize("led", [False, True])
+def test_each_sample_counts_once_as_it_is_known(led, tmp_path, monkeypatch):
+    module = "fenics_mech.studies.design.trial"
+    monkeypatch.setattr(f"{module}.leads", lambda: led)
+    ended, counts = [], []
+
+    def over_machines(tasks, work, done):
+        for task in tasks:
+            done(task, work(task))
+            ended.append(len(counts))
+
+    monkeypatch.setattr(f"{module}.over_machines", over_machines)
+    speed = {"speed": {"numbers": ["drive.speed"], "tolerance": "5 %"}}
+    scene = fm.load("demos/four_bar.toml").changed(study={"scatter": speed, "results": ["mass"]})
+    for samples in (4, 8):  # the first four are known then
+        counts.clear()
+        fm.spread(scene, tmp_path, samples=samples, progress=counts.append)
+        assert counts == list(range(1, samples + 1))
+    assert ended[-4:] == [1, 2, 3, 4] if led else not ended

@@ -156,6 +156,10 @@ BAD = [
     ),
     (lambda: fm.PathTask(path=[(k, k * k) for k in range(5)]), "five places need `angles`"),
     (
+        lambda: fm.four_bars(fm.MotionTask(positions=[{"at": (k * 1e-320, 0), "angle": k / 9} for k in range(5)])),
+        "these places are 2e-320 m apart",
+    ),
+    (
         lambda: fm.four_bars(fm.FunctionTask(crank=(0, 0.2, 0.4, 0.6, 0.8), follower=(0, 0.15, 0.32, 0.52, 0.75))),
         "no pin of the follower stays at one distance",
     ),
