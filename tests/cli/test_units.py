@@ -1,5 +1,6 @@
 """`--units` of the commands that tell numbers: each tells them in the units that are named."""
 
+import csv
 import json
 import re
 
@@ -105,6 +106,34 @@ def test_studies_tell_numbers_in_the_units_in_which_they_are_written(
         lines = (tmp_path / "out" / name).read_text()
         assert ' mm"  # to be found' in lines
         assert load(tmp_path / "out" / name).sections["flat"].width != load(study).sections["flat"].width
+
+
+def test_spread_tells_numbers_limits_and_curves_in_the_units_that_are_asked_for(study, tmp_path):
+    looked_at = """
+limits = [{ of = "stress[coupler].max", most = "20 MPa" }, { of = "mass", least = "20 g" }]
+results = ["shaking_force.rms", "deflection.max", "mass"]
+curves = ["deflection[coupler][@0.5][y]"]
+[study.scatter]
+speed = { numbers = ["drive.speed"], tolerance = "2 %" }
+"""
+    text = study.read_text()
+    path = tmp_path / "spread.toml"
+    path.write_text(text[: text.index('minimise = ["mass')] + looked_at)
+    call = ["spread", str(path), "-n", "4", "--indices", "-o", str(tmp_path / "out")]
+    found = CliRunner().invoke(app, [*call, "--units", "in, psi, lbf, rpm"])
+    assert found.exit_code == 0, found.output
+    told = [line.split() for line in found.output.splitlines() if line.strip()]
+    with open(tmp_path / "out" / "spread.csv") as file:  # in SI, whatever the units
+        nominal = {row["number"]: float(row["nominal"]) for row in csv.DictReader(file)}
+    expected = {"stress[coupler].max": (6894.757, "psi"), "shaking_force.rms": (4.4482216, "lbf")}
+    expected |= {"deflection.max": (0.0254, "in"), "mass": (1e-3, "g")}  # as in its limit
+    for name, (one, unit) in expected.items():
+        row = next(line for line in told if line[0] == name)
+        assert row[-1] == unit
+        assert float(row[1]) == pytest.approx(nominal[name] / one, rel=1e-3)
+    said = " ".join(found.output.split())
+    assert "keep stress[coupler].max at most 2900.8 psi" in said
+    assert "nan" not in said  # a mass that does not scatter has no shares
 
 
 @pytest.mark.parametrize(

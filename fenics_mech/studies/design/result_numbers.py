@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SceneError, shortened
+from fenics_mech.errors import ResultError, SceneError, shortened
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import at_place
@@ -162,8 +162,10 @@ class Quantity:
         """
         if self.name == "mass":
             return total_mass(result.scene, self.labels)
+        if self.needs_stability:
+            _require_multipliers(self, result)
         if self.name == "stability":
-            return _margin(self, result)
+            return 1.0 - float(np.sqrt((result.data["multiplier"] ** 2).sum("part")).max())
         if self.name == "tracer_error":
             return reduced(_tracer(self, result, targets or {}), self.reduction or "rms")
         if self.name == "noise":
@@ -266,12 +268,18 @@ def _available(result: Result) -> str:
     return f"It has {', '.join(names)}"
 
 
-def _margin(quantity: Quantity, result: Result) -> float:
-    if "multiplier" not in result.data:
-        raise SceneError(
-            f"{quantity.text!r}: stability was not judged", place="study", hint="It needs a periodic response"
+def _require_multipliers(quantity: Quantity, result: Result) -> None:
+    """Refuse a result without the multipliers that a number is made from: other trials may have them."""
+    data, said = result.data, f"{quantity.text!r}: "
+    if "stability_limit" not in data.attrs:
+        raise SceneError(said + "stability was not judged", place="study", hint="It needs a periodic response")
+    count = data.sizes.get("disturbance", 0)
+    if not count:
+        raise ResultError(
+            said + "all vibrations are too fast for these sub_intervals: whether they decay is not known. Take more"
         )
-    return 1.0 - float(np.sqrt((result.data["multiplier"] ** 2).sum("part")).max())
+    if any(label.isdigit() and int(label) > count for label in quantity.labels):
+        raise ResultError(f"{said}the result has {count} multipliers: those that its sub_intervals can follow")
 
 
 def _tracer(quantity: Quantity, result: Result, targets: Mapping[str, Target]) -> xr.DataArray:

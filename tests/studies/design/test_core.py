@@ -106,6 +106,18 @@ def test_mass_is_that_of_strips_and_bearings():
     assert total_mass(scene) == pytest.approx(2714 * 0.0254 * lengths + 0.0452 + 0.03755, rel=1e-12)
 
 
+def test_a_trial_without_the_multipliers_that_are_asked_for_is_a_value():
+    few = {"analysis.method": "periodic", "analysis.sub_intervals": 12, "analysis.stages": 1, "effects": ("coupling",)}
+    scene = scene_of({"speed": SPEED}, maximise=["stability.margin"]).changed(few)
+    (trial,) = Trials.of(scene).run([[5.0]])
+    assert "all vibrations are too fast for these sub_intervals" in trial.message
+    many = scene.changed({"analysis.sub_intervals": 60, "analysis.stages": 3})
+    (trial,) = Trials.of(many, ["growth_rate[77].max"]).run([[30.0]])
+    assert "multipliers: those that its sub_intervals can follow" in trial.message
+    with pytest.raises(SceneError, match="stability was not judged"):
+        Trials.of(scene_of({"speed": SPEED}), ["stability.margin"]).run([[30.0]])
+
+
 def test_a_failed_trial_is_a_value(tmp_path):
     ground = {"numbers": ["ground.points.C.0"], "between": ["9 in", "30 in"]}
     trials = Trials.of(scene_of({"ground": ground}, minimise=["strain.max"]), folder=tmp_path)
