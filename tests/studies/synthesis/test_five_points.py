@@ -54,6 +54,19 @@ def sizes(linkage, kind):
     return np.array([*linkage.lengths, *(() if kind == "function" else (linkage.point.real, linkage.point.imag))])
 
 
+def test_a_published_straight_line_linkage_is_found():
+    """Problem 7 of Morgan and Wampler, J. Mech. Des. 112 (1990) 544: pivots at (0, 0) and (1, 0), five places in line.
+
+    The angles and pins are one of the solutions that PHCpack finds by homotopies, in its example of a four-bar.
+    """
+    places = np.array([0.5 + 1.06j, -0.83 - 0.27j, -0.34 + 0.22j, -0.13 + 0.43j, 0.22 + 0.78j])
+    turned = np.exp(1j * np.array([0, 1.44734213756, 0.928413708131, 0.751699211109, 0.387116282208]))
+    found = {complex(np.round(one.pivot, 6)): one.pin for one in dyads_of_five(places, turned)}
+    assert len(found) == 3  # the fourth is the point itself, whose pivot is at infinity
+    assert found[0] == pytest.approx(-0.0877960434509 - 0.851386907516j, abs=1e-9)  # printed to 12 digits
+    assert found[1] == pytest.approx(0.235837391307 - 1.41899202704j, abs=1e-9)
+
+
 @pytest.mark.parametrize("kind", ["function", "motion", "path"])
 def test_five_points_of_random_four_bars_give_them_back(kind):
     for seed in range(SEEDS):
