@@ -35,6 +35,9 @@ class ChangeLimits:
     iterations: int = 4  # of inverse iteration, from a multiplier that is known
     apart: float = 1e-9  # of the size of a multiplier, by which the shift misses it: the matrix is not singular
     alike: float = 1e-6  # sine between two vectors that count as one
+    exact: float = (
+        1e-6  # of a multiplier: how exactly slow disturbances are found without those that steps are long for
+    )
     condition: float = 1e8  # of a multiplier, beyond which it meets another one
 
 
@@ -158,23 +161,27 @@ class Disturbances:
 def _disturbance(flow: Flow, matrix: Array, unit: Array, value: complex) -> Disturbance:
     """Find both eigenvectors by inverse iteration from two random vectors, and follow the right one.
 
-    Of a multiplier that is one of several, the two come to different vectors.
+    Of a multiplier that is one of several, the two come to different vectors. One that was found among the slow
+    disturbances alone may be none of the matrix, where steps are long.
     """
     size, real = len(unit), value.imag == 0
     shift = value * (1 + CHANGES.apart)
     factors = scipy.linalg.lu_factor(matrix - (shift.real if real else shift) * np.eye(size), check_finite=False)
-    found = []
+    found, alike = [], True
     for transposed in (0, 2):
         vectors = np.random.default_rng(0).standard_normal((size, 2)).astype(factors[0].dtype)
         for _ in range(CHANGES.iterations):
             vectors = scipy.linalg.lu_solve(factors, vectors, trans=transposed, check_finite=False)
             vectors /= np.linalg.norm(vectors, axis=0)
         across = vectors[:, 1] - vectors[:, 0] * np.vdot(vectors[:, 0], vectors[:, 1])
-        if not np.linalg.norm(across) < CHANGES.alike:
-            raise DerivativeError(f"the multiplier {value:.6g} is one of several that are alike")
+        alike &= bool(np.linalg.norm(across) < CHANGES.alike)
         found.append(vectors[:, 0])
     right, left = found
-    product = np.vdot(left, right)
+    product, error = np.vdot(left, right), abs(np.vdot(right, matrix @ right) / value - 1)
+    if not error < CHANGES.exact:
+        raise DerivativeError(f"the sub_intervals are long for the multiplier {value:.6g}, known to {error:.1e} of it")
+    if not alike:
+        raise DerivativeError(f"the multiplier {value:.6g} is one of several that are alike")
     if not abs(product) * CHANGES.condition > 1:
         raise DerivativeError(f"the multiplier {value:.6g} meets another one")
     parts = (right.real,) if real else (right.real, right.imag)

@@ -391,6 +391,18 @@ def test_multipliers_have_the_derivatives_of_converged_runs(demo, number, value,
 
 
 @pytest.mark.slow
+def test_multipliers_that_long_steps_find_less_exactly_have_no_derivatives():
+    # of more than 80 states they are found among the slow disturbances, by long steps to 5e-3
+    speed = {"numbers": ["drive.speed"], "between": [30, 35]}
+    scene = four_bar("periodic", variables={"speed": speed}, maximise=["stability.margin"])
+    scene = scene.changed({"effects": ("coupling",), "mesh.elements": 12, "analysis.allow_coarse": True})
+    with pytest.raises(DerivativeError, match="the sub_intervals are long for the multiplier"):
+        sensitivity(Trials.of(scene.changed({"analysis.sub_intervals": 60})), [32.3])
+    found, exact, _ = derivatives(scene.changed({"analysis.sub_intervals": 180}), ["stability.margin"], 32.3)
+    assert found["stability.margin"] == pytest.approx(exact["stability.margin"], rel=1e-6)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(("number", "value"), [("sections.coupler.height", 1.6e-3), ("drive.speed", 32.3)])
 def test_the_derivative_of_the_noise_is_that_of_converged_runs(number, value):
     trials = Trials.of(with_strengths(value, number), ["noise"])
