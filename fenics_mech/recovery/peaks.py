@@ -1,86 +1,130 @@
-"""Peaks between the positions of a cycle, where these are few."""
+"""Peaks between the positions of a cycle, and how certain they are."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.result import Result
+from fenics_mech.scene import Scene
 
 
 @dataclass(frozen=True)
 class PeakLimits:
     """How peaks between positions and stations are found."""
 
-    neighbours: int = 4  # positions beyond the ends of a cycle, to which a curve of Akima goes on
-    close: int = 720  # positions of a cycle: between fewer peaks are sought, at so many at least
+    drawn: int = 360  # positions of a cycle, in so many at least curves are drawn
+    certain: int = 720  # positions of a cycle, from so many on its peaks are not doubted
     gained: float = (
         8.0  # times that a peak of a spline is more certain than by half of the positions; measured 7 to 130
     )
     gained_less: float = 4.0  # the same where half of the positions differ by more than `apart`
     gained_at_corners: float = 2.0  # the same of other curves
     apart: float = 0.05  # share of the largest peak
-    smooth: float = 1e-3  # of the largest curve: a curve that splines foretell to it has no corners that show
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     on_the_way: int = 17  # places of a pin that travels
 
 
 PEAK = PeakLimits()
 
-PEAKS = {"strain": "member", "joint_force": "joint"}  # that may be doubted, and along what each has its own
-CURVES = (
-    *("strain", "stress", "deflection", "joint_force", "input_torque"),
-    *("shaking_force", "shaking_moment", "support_force"),
-)
+PEAKS = "strain", "joint_force"  # that may be doubted
+CURVES = {  # whose peaks are sought between positions, and along what each has its own
+    "strain": "member",
+    "stress": "member",
+    "deflection": "member",
+    "joint_force": "joint",
+    "support_force": "support",
+    "input_torque": "",
+    "shaking_force": "",
+    "shaking_moment": "",
+}
+ORDER = ("theta", "member", "joint", "support", "s", "fibre", "component")  # of the dimensions of their curves
+
+
+def curves_over_cycle(scene: Scene, values: Array) -> CycleCurves:
+    """Draw curves through values at the positions of a cycle: cubic splines, and at corners Akima's curves.
+
+    Where the positions are no periodic motion, are fewer than four, or something jumps between them, the curves are
+    nowhere beyond the positions.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    values
+        Values at the positions of its result, ``(positions, ...)``.
+    """
+    return CycleCurves.through(values) if _smooth(scene, len(values)) else CycleCurves.of_positions(values)
+
+
+def curves_of(result: Result, name: str) -> CycleCurves:
+    """Draw the curves of a variable, whose dimensions are in the order of `ORDER`.
+
+    Parameters
+    ----------
+    result
+        The result.
+    name
+        The variable, one of `CURVES`.
+    """
+    data, known = result.data, vars(result).setdefault("curves", {})  # as every table and judgement asks for them
+    if known.get(name, (None,))[0] is not data:
+        known[name] = data, curves_over_cycle(result.scene, data[name].transpose(*_dims(result, name)).to_numpy())
+    found: CycleCurves = known[name][1]
+    return found
+
+
+def _dims(result: Result, name: str) -> list[str]:
+    """Order in which the dimensions of a variable are."""
+    return sorted(map(str, result.data[name].dims), key=ORDER.index)
+
+
+def largest_of(result: Result, name: str) -> tuple[Array, Array]:
+    """Give where each curve of a variable is largest, in positions, and its value there.
+
+    Parameters
+    ----------
+    result
+        The result.
+    name
+        The variable, one of `CURVES`. Vectors count by their lengths.
+
+    Returns
+    -------
+    tuple of numpy.ndarray
+        Places and values, ``(owners, curves of each)``: owners are members, joints or supports, or one alone.
+    """
+    return _by_owner(result, name, curves_of(result, name))
+
+
+def _by_owner(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array]:
+    """Give where curves of a variable are largest, and the values there, ``(owners, curves of each)``."""
+    found = curves.longest() if "component" in result.data[name].dims else curves.largest()
+    owners = result.data.sizes[CURVES[name]] if CURVES[name] else 1
+    places, values = (part.reshape(owners, -1) for part in found)
+    return places, values
 
 
 def between_positions(result: Result) -> Result:
-    """Give the curves of a cycle at more positions, where there are few: a peak lies between two as a rule.
+    """Give the curves of a cycle also where they have their peaks, as most of these lie between two positions.
 
-    A curve is a cubic spline, or Akima's where that foretells each half of the positions better from the other: at
-    corners splines swing beyond them. Where positions are enough, or something jumps, the result is given as it is.
+    Where positions are few, the curves are given at more of them, as they are drawn. Where the result is no periodic
+    motion, or something jumps, it is given as it is.
 
     Parameters
     ----------
     result
         The result.
     """
-    if not _few(result) or _jumping(result):
-        return result
-    kept = vars(result)  # as every plot and table asks for them
-    if kept.get("closer", (None,))[0] is not result.data:
-        kept["closer"] = result.data, _closer(result)
-    found: Result = kept["closer"][1]
-    return found
-
-
-def _closer(result: Result) -> Result:
-    """Give the curves of a cycle at more positions."""
-    curves, finer = result.data[[name for name in CURVES if name in result.data]], {}
-    for name in curves:
-        curve = curves[name].transpose("theta", ...)
-        theta, values = smoothed(result, curve.to_numpy())
-        finer[name] = curve.dims, values, curve.attrs
-    return Result(curves.drop_dims("theta").assign_coords(theta=theta).assign(finer))
-
-
-def _few(result: Result) -> bool:
-    """Whether the positions of a cycle are few."""
-    return result.scene.analysis.method == "periodic" and 4 <= result.data.sizes["theta"] < PEAK.close
-
-
-def _jumping(result: Result) -> bool:
-    """Whether something jumps between positions."""
-    scene = result.scene
-    return bool(scene.impulses) or any(load.jumps for load in scene.loads.values())
+    return _closer(result)[0]
 
 
 def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
-    """Give drive angles (rad) and the values of a curve there: at more positions where `between_positions` has more.
+    """Give drive angles (rad) and the values of a curve there: those at which `between_positions` has its curves.
 
     Parameters
     ----------
@@ -89,86 +133,57 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     values
         At its positions, ``(angles, ...)``.
     """
-    theta, count = result.data["theta"].to_numpy(), len(values)
-    if not _few(result) or _jumping(result):
-        return theta, values
-    flat, times = values.reshape(count, math.prod(values.shape[1:])), _times(count)
-    found = _between(flat, times, _cornered(flat)).reshape(count * times, *values.shape[1:])
-    return theta[0] + (theta[1] - theta[0]) / times * np.arange(count * times), found
+    closer, places = _closer(result)
+    if closer is not result:
+        values = curves_over_cycle(result.scene, values).at(places)
+    return closer.data["theta"].to_numpy(), values
 
 
-def _times(count: int) -> int:
-    """How many times as many positions a cycle gets."""
-    return math.ceil(PEAK.close / count)
-
-
-def _between(values: Array, times: int, cornered: Array) -> Array:
-    """Give curves over a cycle, ``(positions, curves)``, at so many times the positions: `cornered` ones by Akima."""
-    found = np.empty((len(values) * times, values.shape[1]))
-    for interpolated, which in ((_by_splines, ~cornered), (_by_akima, cornered)):
-        if which.any():
-            found[:, which] = interpolated(values[:, which], times)
+def _closer(result: Result) -> tuple[Result, Array]:
+    """Give the curves of a cycle as they are drawn, and at which places, in positions."""
+    count = result.data.sizes["theta"]
+    if not _smooth(result.scene, count):
+        return result, np.arange(float(count))
+    kept = vars(result)  # as every plot and table asks for them
+    if kept.get("closer", (None,))[0] is not result.data:
+        kept["closer"] = result.data, _drawn(result)
+    found: tuple[Result, Array] = kept["closer"][1]
     return found
 
 
-def _by_splines(values: Array, times: int) -> Array:
-    """Give cubic splines over a cycle at so many times the positions, by B-splines (Unser, 1999)."""
-    from scipy.ndimage import spline_filter1d  # noqa: PLC0415  (slow to import)
-
-    part = spline_filter1d(values, order=3, axis=0, mode="grid-wrap")
-    f = np.arange(times)[:, None] / times
-    shares = (1 - f) ** 3 / 6, (3 * f**3 - 6 * f**2 + 4) / 6, (-3 * f**3 + 3 * f**2 + 3 * f + 1) / 6, f**3 / 6
-    found = sum(share * np.roll(part, 1 - k, axis=0)[:, None] for k, share in enumerate(shares))
-    return np.asarray(found).reshape(len(values) * times, -1)
-
-
-def _by_akima(values: Array, times: int) -> Array:
-    """Give Akima's curves over a cycle at so many times the positions."""
-    count = len(values)
-    return akima_over_cycle(np.arange(float(count)), values, count, PEAK.neighbours)(np.arange(count * times) / times)
+def _drawn(result: Result) -> tuple[Result, Array]:
+    """Draw the curves of a cycle at its positions, at more where these are few, and at peaks of members and joints."""
+    data = result.data[[name for name in CURVES if name in result.data]]
+    names, count = list(map(str, data)), data.sizes["theta"]
+    times = math.ceil(PEAK.drawn / count)
+    places = [np.arange(count * times) / times]
+    for name in names:
+        where, size = largest_of(result, name)
+        places.append(np.take_along_axis(where, np.abs(size).argmax(axis=1)[:, None], axis=1)[:, 0])
+    at = np.unique(np.round(np.concatenate(places), 9) % count)
+    curves = {name: (_dims(result, name), curves_of(result, name).at(at), data[name].attrs) for name in names}
+    found = data.drop_dims("theta").assign_coords(theta=angles_at(result, at)).assign(curves)
+    return Result(found), at
 
 
-def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -> Callable[[Array], Array]:
-    """Give Akima's curves through values over a cycle, which do not swing beyond them at corners.
+def angles_at(result: Result, places: Array) -> Array:
+    """Give the drive angles (rad) of places between the positions of a cycle.
 
     Parameters
     ----------
-    at
-        Ascending places of the values in the cycle, ``(places,)``.
-    values
-        Values there, ``(places, ...)``.
-    period
-        Length of the cycle, in units of the places.
-    neighbours
-        Places beyond its ends, to which the curves go on.
+    result
+        The result.
+    places
+        The places, in positions.
     """
-    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
-
-    turns, which = np.divmod(np.arange(-neighbours, len(at) + neighbours), len(at))
-    curve = Akima1DInterpolator(at[which] + period * turns, values[which])
-    return lambda places: np.asarray(curve(places))
+    theta, k = result.data["theta"].to_numpy(), np.floor(places).astype(int)
+    return np.asarray(theta[k] + (places - k) * (theta[min(1, len(theta) - 1)] - theta[0]))
 
 
-def _cornered(values: Array) -> Array:
-    """Which curves, ``(curves,)``, Akima's interpolant foretells better than a spline at positions left out.
-
-    Of an odd number of positions, where not every second one can be left out, they are all.
-    """
-    if len(values) % 2:
-        return np.ones(values.shape[1], dtype=bool)
-
-    by_splines = _missed(_by_splines, values)
-    cornered = by_splines > PEAK.smooth * np.linalg.norm(values, axis=0).max(initial=0.0)
-    if cornered.any():
-        cornered[cornered] = _missed(_by_akima, values[:, cornered]) < by_splines[cornered]
-    return cornered
-
-
-def _missed(interpolated: Callable[[Array, int], Array], values: Array) -> Array:
-    """By how much halves of the positions miss curves at the others, root of the sum of squares, ``(curves,)``."""
-    even, odd = values[::2], values[1::2]
-    missed = [interpolated(even, 2)[1::2] - odd, interpolated(odd, 2)[1::2] - np.roll(even, -1, axis=0)]
-    return np.asarray(np.linalg.norm(np.concatenate(missed), axis=0))
+def _smooth(scene: Scene, count: int) -> bool:
+    """Whether positions are those of a periodic motion in which nothing jumps."""
+    jumping = scene.impulses or any(load.jumps for load in scene.loads.values())
+    return scene.analysis.method == "periodic" and count >= 4 and not jumping
 
 
 def doubts(result: Result) -> dict[str, float]:
@@ -185,7 +200,8 @@ def doubts(result: Result) -> dict[str, float]:
 def doubt(result: Result, name: str) -> float:
     """By which share of the largest one peaks of a variable in `PEAKS` are uncertain.
 
-    It is estimated by the peaks that half of the positions show. Of an odd number of positions there are no halves.
+    It is estimated by the peaks that half of the positions show. Of an odd number of positions, which has no halves, it
+    is the difference between peaks of splines and of Akima's curves.
 
     Parameters
     ----------
@@ -194,19 +210,16 @@ def doubt(result: Result, name: str) -> float:
     name
         Name of the variable.
     """
-    if not _few(result) or result.data.sizes["theta"] % 2:
+    count = result.data.sizes["theta"]
+    if result.scene.analysis.method != "periodic" or not 4 <= count < PEAK.certain:
         return 0.0
-    curve = result.data[name].transpose("theta", PEAKS[name], ...)
-    values, owners = curve.to_numpy().reshape(curve.sizes["theta"], -1), curve.sizes[PEAKS[name]]
-    found, cornered = [values, values[::2], values[1::2]], np.ones(values.shape[1], dtype=bool)
-    if not _jumping(result):
-        cornered, times = _cornered(values), _times(len(values))
-        found = [_between(part, times * len(values) // len(part), cornered) for part in found]
-    peaks, *others = (np.abs(part).max(axis=0).reshape(owners, -1) for part in found)
+    curves = curves_of(result, name)
+    peaks, *others = (np.abs(_by_owner(result, name, part)[1]) for part in (curves, *curves.others()))
     apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]).max(axis=0)
     apart /= max(peaks.max(), np.finfo(float).tiny)
-    if _jumping(result):
+    if curves.corners is None or count % 2:
         return float(apart.max())
-    highest = cornered.reshape(peaks.shape)[np.arange(owners), peaks.argmax(axis=1)]
+    corners = curves.corners.any(axis=-1) if "component" in result.data[name].dims else curves.corners
+    highest = corners.reshape(peaks.shape)[np.arange(len(peaks)), peaks.argmax(axis=1)]
     gained = np.where(apart < PEAK.apart, PEAK.gained, PEAK.gained_less)
     return float((apart / np.where(highest, PEAK.gained_at_corners, gained)).max())

@@ -10,7 +10,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, ResultError
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import curves_over_cycle
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.recovery.strength import outer_materials
@@ -40,12 +40,14 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     """
     stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
     found: dict[str, Any] = {}
-    along = ("member", "s", "fibre")
+    along, size = ("member", "s", "fibre"), np.abs(stress).max(axis=0)
     if part is not None:
-        largest, least = stress[part].max(axis=0), stress[part].min(axis=0)
+        curves = curves_over_cycle(scene, stress[part])
+        largest, least = curves.highest()[1], curves.lowest()[1]
         found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
         found["stress_ratio"] = (along, least / np.where(largest, largest, np.nan))
-    peaks, fibres = np.abs(stress).max(axis=(0, 2)), [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
+        size = np.max([size, largest, -least], axis=0)
+    peaks, fibres = size.max(axis=1), [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
     shares = np.full(len(peaks), np.nan)
     for i, allowed in enumerate(_by_fibre(scene, "strength").values()):
         used = [peaks[i, fibres.index(fibre)] / value for fibre, value in allowed.items() if value is not None]
@@ -98,22 +100,21 @@ def fatigue(result: Result) -> xr.Dataset:
     >>> float(fm.fatigue(result)["life_hours"].sel(member="coupler")) > 1000
     True
     """
-    scene, closer = result.scene, between_positions(result)
+    scene = result.scene
     curves = _by_fibre(scene, "fatigue")
     if not any(curve for fibres in curves.values() for curve in fibres.values()):
         raise ResultError("no material states `fatigue`, its stress-life curve: fatigue = { range = ..., slope = ... }")
     if result.data.sizes["theta"] < 2:
         raise ResultError("a single position has no cycles of stress")
     part = last_cycle(scene.analysis, scene.drives, result.data)
-    data = closer.data if part is not None and scene.analysis.method != "transient" else result.data
-    stress = data["stress"].transpose("member", "s", "fibre", "theta")
-    stress = stress if part is None or data is closer.data else stress.isel(theta=part)
+    stress = result.data["stress"].transpose("member", "s", "fibre", "theta")
+    stress = stress if part is None else stress.isel(theta=part)
+    turning = curves_over_cycle(scene, np.moveaxis(stress.to_numpy(), -1, 0)).turning()
     damage = np.full(stress.shape[:3], np.nan)
-    for i, (label, fibres) in enumerate(curves.items()):
+    for i, fibres in enumerate(curves.values()):
         for f, fibre in enumerate(stress["fibre"].to_numpy()):
             if (curve := fibres[str(fibre)]) is not None:
-                waves = stress.sel(member=label, fibre=fibre).to_numpy()
-                damage[i, :, f] = [_damage(wave, curve, part is not None) for wave in waves]
+                damage[i, :, f] = [_damage(wave, curve, part is not None) for wave in turning[:, i, :, f].T]
     duration = scene.period if part is not None else float(np.ptp(result.data["time"]))
     found = stress.isel(theta=0, drop=True).copy(data=damage).to_dataset(name="damage")
     worst = found["damage"].max(("s", "fibre"))

@@ -55,7 +55,7 @@ def compare(sources: Sequence[Curves]) -> xr.Dataset:
         for j, quantity in enumerate(quantities):
             if not other.has(quantity):
                 continue
-            found[:, i, j] = _compared(first.curve(quantity), other.curve(quantity))
+            found[:, i, j] = _compared(first.curve(quantity), other.curve(quantity), other.cycle is not None)
             if quantity in first.known and other.cycle and first.cycle and quantity.kind in ("strain", "deflection"):
                 anywhere[:, i, j], side[i, j] = _anywhere(first.cycle, other.cycle, quantity)
     along = ("other", "quantity")
@@ -87,17 +87,26 @@ def _anywhere(
     return (float(off[k, f, j]), float(s[j]), float(theta[k])), side
 
 
-def _compared(reference: tuple[Array, Array], other: tuple[Array, Array]) -> tuple[float, ...]:
-    """Peaks of both, largest difference, root mean square of it, shift, and root mean square after the shift."""
+def _compared(reference: tuple[Array, Array], other: tuple[Array, Array], whole: bool) -> tuple[float, ...]:
+    """Peaks of both, largest difference, root mean square of it, shift, and root mean square after the shift.
+
+    That is over the cycle where the other one is `whole`, and elsewhere over its points.
+    """
     follow, (theta, values) = periodic(*reference), other
-    off = values - follow(theta)
+    off, weights = values - follow(theta), _parts_of_cycle(theta) if whole else None
 
     def rms(shift: float) -> float:
-        return float(np.sqrt(np.mean((values - follow(theta - shift)) ** 2)))
+        return float(np.sqrt(np.average((values - follow(theta - shift)) ** 2, weights=weights)))
 
     shift = _least(rms)
     peaks = (curve[np.abs(curve).argmax()] for curve in (reference[1], values))
     return (*(float(peak) for peak in peaks), float(off[np.abs(off).argmax()]), rms(0.0), shift, rms(shift))
+
+
+def _parts_of_cycle(theta: Array) -> Array:
+    """Give the part of the cycle that each drive angle (rad) stands for, from midway to midway, ``(angles,)``."""
+    distance = np.mod(np.roll(theta, -1) - theta + TURN / 2, TURN) - TURN / 2
+    return np.abs(distance + np.roll(distance, 1)) / 2
 
 
 def _least(rms: Callable[[float], float]) -> float:

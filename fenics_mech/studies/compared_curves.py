@@ -14,7 +14,8 @@ from fenics_mech._constants import TURN
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAK, akima_over_cycle, between_positions
+from fenics_mech.recovery.cycle_curves import NEIGHBOURS, akima_over_cycle
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle, ripples, vibrating_mode
 from fenics_mech.response.setup import CommonParts
@@ -309,5 +310,5 @@ def periodic(theta: Array, values: Array) -> Callable[[Array], Array]:
         Values there, ``(angles, ...)``.
     """
     angle, first = np.unique(np.mod(theta, TURN), return_index=True)
-    curve = akima_over_cycle(angle, values[first], TURN, min(PEAK.neighbours, len(angle)))
+    curve = akima_over_cycle(angle, values[first], TURN, min(NEIGHBOURS, len(angle)))
     return lambda wanted: curve(np.mod(wanted, TURN))

@@ -21,7 +21,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.of_scene import OfScene
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import curves_of
 from fenics_mech.response.continuation.arc_length import Point, continued
 from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
 from fenics_mech.response.setup import CommonParts
@@ -217,17 +217,15 @@ def follow(
 
 def _record(result: Result, point: Point, gauge: Gauge) -> Record:
     """Keep of a point what a sweep keeps, and what `OWN` lists."""
-    closer = between_positions(result)
-    record, data, strain = reduced(result, closer, gauge), result.data, closer.data["strain"]
+    record, data, strain = reduced(result, gauge), result.data, curves_of(result, "strain")
     multiplier = np.zeros((0, 2))  # no vibration is slow enough for the steps
     if "multiplier" in data:
         multiplier = data["multiplier"].transpose(..., "part").to_numpy()
     if "strain_error" in data:
         record["values"]["strain_error"] = data["strain_error"].sum("source").to_numpy()
-    over = [name for name in strain.dims if name != "member"]
     record["values"] |= {
-        "strain_highest": strain.max(over).to_numpy(),
-        "strain_lowest": strain.min(over).to_numpy(),
+        "strain_highest": strain.highest()[1].max(axis=(1, 2)),
+        "strain_lowest": strain.lowest()[1].min(axis=(1, 2)),
         "multiplier": multiplier,
         "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + STABILITY.tolerance,
         "fold": point.fold,

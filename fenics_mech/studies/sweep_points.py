@@ -24,7 +24,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import between_positions, doubts
+from fenics_mech.recovery.peaks import angles_at, doubts, largest_of
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
@@ -201,7 +201,7 @@ def compute_point(task: Task, common: CommonParts) -> None:
         result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
         if motion is not None and not estimated and common.found is not None:
             write_motion(motion, common.found)
-        record |= reduced(result, between_positions(result), gauge)
+        record |= reduced(result, gauge)
         record["values"] |= multipliers
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
@@ -248,34 +248,31 @@ def give_up(path: Path) -> None:
     write_whole(path, lambda temporary: temporary.write_text(json.dumps(record)))
 
 
-def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
+def reduced(result: Result, gauge: Gauge) -> Record:
     """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints.
 
     Parameters
     ----------
     result
         The result of a point.
-    closer
-        What `between_positions` gives for it.
     gauge
         Where the strain is split into harmonics.
     """
     data = result.data
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
-    values = _strains(result, closer, gauge)
+    values = _strains(result, gauge)
     values["peak_doubt"] = np.array(max(doubts(result).values()))
-    values["peak_stress"] = _peak(abs(closer.data["stress"]), "member")
-    values["peak_deflection"] = _peak(_length(closer.data["deflection"]), "member")
-    values["peak_joint_force"] = _peak(_length(closer.data["joint_force"]), "joint")
+    for name in ("stress", "deflection", "joint_force"):
+        values[f"peak_{name}"] = np.abs(largest_of(result, name)[1]).max(axis=1)
     if "input_torque" in data:
-        values["peak_input_torque"] = np.abs(closer.data["input_torque"].to_numpy()).max()
+        values["peak_input_torque"] = np.abs(largest_of(result, "input_torque")[1]).max()
         values["drive_rate"] = np.array(result.scene.cycle_rate)
     if "frequency" in data:
         frequency = data["frequency"].transpose("theta", "mode").to_numpy()
         values["frequency_lowest"], values["frequency_highest"] = frequency.min(axis=0), frequency.max(axis=0)
         values["frequency_start"] = frequency[0]
     if "multiplier" in data:
-        values["multiplier"] = _length(data["multiplier"], "part").to_numpy()
+        values["multiplier"] = np.linalg.norm(data["multiplier"].transpose(..., "part").to_numpy(), axis=-1)
         values["growth_rate"] = data["growth_rate"].to_numpy()
     values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
     if "source" in data and "theory" in data["source"]:
@@ -292,14 +289,16 @@ def reduced(result: Result, closer: Result, gauge: Gauge) -> Record:
     }
 
 
-def _strains(result: Result, closer: Result, gauge: Gauge) -> dict[str, Array]:
+def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
     """Give the peak of every member's strain, where it is, and the harmonics of the strain at the gauge."""
-    strain = closer.data["strain"].transpose("member", "theta", "s", "fibre")
-    size = np.abs(strain.to_numpy()).reshape(strain.sizes["member"], -1)
-    theta, s, fibre = np.unravel_index(size.argmax(axis=1), strain.shape[1:])
+    strain = result.data["strain"].transpose("member", "s", "fibre", "theta")
+    places, values = largest_of(result, "strain")
+    highest = np.abs(values).argmax(axis=1)
+    which = np.arange(len(highest)), highest
+    s, fibre = np.unravel_index(highest, strain.shape[1:3])
     found = {
-        "peak_strain": np.maximum(result.data["largest_strain"].to_numpy(), size.max(axis=1)),
-        "peak_strain_theta": strain["theta"].to_numpy()[theta],
+        "peak_strain": np.maximum(result.data["largest_strain"].to_numpy(), np.abs(values[which])),
+        "peak_strain_theta": angles_at(result, places[which]),
         "peak_strain_s": strain["s"].to_numpy()[s],
         "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
     }
@@ -308,14 +307,6 @@ def _strains(result: Result, closer: Result, gauge: Gauge) -> dict[str, Array]:
         along = harmonics(at_place(wave.to_numpy(), wave["s"].to_numpy(), gauge.s))
         found["strain_harmonic"] = np.abs(along).T[:, : 1 + gauge.harmonics]
     return found
-
-
-def _length(vectors: Any, along: str = "component") -> Any:
-    return np.sqrt((vectors**2).sum(along))
-
-
-def _peak(sizes: Any, label: str) -> Array:
-    return sizes.max([name for name in sizes.dims if name != label]).to_numpy()
 
 
 def stacked(numbers: Sequence[Any]) -> Array:

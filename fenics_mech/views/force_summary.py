@@ -111,7 +111,7 @@ def at_head(result: Result) -> str:
 
 
 def at(result: Result, k: int) -> str:
-    """Write the drive angle of a position, or its time in a motion in time.
+    """Write the drive angle of a position to a degree, or its time in a motion in time.
 
     Parameters
     ----------
@@ -122,7 +122,8 @@ def at(result: Result, k: int) -> str:
     """
     if result.scene.analysis.method == "transient":
         return f"{float(result.data['time'][k]):.4g} s"
-    return f"{degrees_of(result)[k]:.4g}\N{DEGREE SIGN}"
+    angles = degrees_of(result)
+    return f"{angles[k] if len(angles) == 1 else round(angles[k]) % 360:.4g}\N{DEGREE SIGN}"
 
 
 def peak_of(curves: Array) -> tuple[int, ...]:

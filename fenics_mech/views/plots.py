@@ -134,7 +134,9 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
     step = (x[-1] - x[0]) / max(len(x) - 1, 1) / 2
     extent = (x[0] - step, x[-1] + step, -length / (len(reading.s) - 1) / 2, length * (1 + 0.5 / (len(reading.s) - 1)))
     look: dict[str, Any] = {"cmap": "RdBu_r", "vmin": -limit, "vmax": limit, "aspect": "auto", "origin": "lower"}
-    axes.imshow(values.T, extent=extent, interpolation="bilinear", **look)
+    even = np.linspace(x[0], x[-1], len(x))  # as an image is, where positions are not
+    rows = [np.interp(even, x, along) for along in values.T]
+    axes.imshow(rows, extent=extent, interpolation="bilinear", **look)
     value = reading.strain[peak.k, peak.i, peak.j, peak.f]
     height = reading.s[peak.j] * length
     mark(axes, reading, peak.k, height, f"{short(value)} {reading.units.label('strain')}")

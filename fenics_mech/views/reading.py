@@ -119,7 +119,7 @@ class ForceReading:
         return ("drive force" if kind == "force" else "drive torque"), self.units.label(kind)
 
     def at(self, k: int) -> str:
-        """Say at which drive angle a position is, or at which time of a motion in time.
+        """Say at which drive angle a position is, to a degree, or at which time of a motion in time.
 
         Parameters
         ----------
@@ -128,7 +128,8 @@ class ForceReading:
         """
         if self.in_time:
             return f"{short(float(self.data['time'][k]))} s"
-        return in_degrees(float(self.theta[k]))
+        exact = len(self.theta) == 1
+        return in_degrees(float(self.theta[k] if exact else np.radians(np.round(np.degrees(self.theta[k])))))
 
     def driven(self) -> str:
         """Say how the machine is driven, and how long a turn or the motion takes."""

@@ -411,15 +411,18 @@ def test_a_grid_holds_the_results_of_its_points(seed, tmp_path):
     point = sweep.data.sel(at)
     result = analyse(seed.changed(drive__speed=50.0, damping__ratio=0.03))
     alone, close = result.data, between_positions(result).data
-    assert (point["peak_strain"].to_numpy() == np.abs(close["strain"]).max(("theta", "s", "fibre")).to_numpy()).all()
-    assert (point["peak_stress"].to_numpy() == np.abs(close["stress"]).max(("theta", "s", "fibre")).to_numpy()).all()
-    there = {"theta": float(point["peak_strain_theta"].sel(member="coupler")), "member": "coupler"}
+    for name in ("strain", "stress"):
+        largest = np.abs(close[name]).max(("theta", "s", "fibre")).to_numpy()
+        assert point[f"peak_{name}"].to_numpy() == pytest.approx(largest, rel=1e-9)
+    there = {"member": "coupler"}
     there |= {"s": float(point["peak_strain_s"].sel(member="coupler"))}
     there |= {"fibre": "+" if point["peak_strain_side"].sel(member="coupler") == 1 else "-"}
-    assert abs(close["strain"].sel(there)) == point["peak_strain"].sel(member="coupler")
+    angle = float(point["peak_strain_theta"].sel(member="coupler"))
+    at_peak = close["strain"].sel(there).sel(theta=angle, method="nearest")
+    assert abs(float(at_peak)) == pytest.approx(float(point["peak_strain"].sel(member="coupler")), rel=1e-9)
     force = np.hypot(*close["joint_force"].transpose("component", "theta", "joint").to_numpy()).max(axis=0)
-    assert point["peak_joint_force"].to_numpy() == pytest.approx(force, rel=1e-14)
-    assert float(point["peak_input_torque"]) == np.abs(close["input_torque"]).max()
+    assert point["peak_joint_force"].to_numpy() == pytest.approx(force, rel=1e-5)  # of a place beside the peak
+    assert float(point["peak_input_torque"]) == pytest.approx(np.abs(close["input_torque"]).max().item(), rel=1e-9)
     assert point["frequency_highest"].to_numpy() == pytest.approx(alone["frequency"].max("theta").to_numpy(), rel=1e-15)
     wave = alone["strain"].sel(member="follower", s=0.5, fibre="+").to_numpy()
     angle = alone["theta"].to_numpy()

@@ -61,7 +61,7 @@ def test_it_works_in_the_frame_of_a_notebook(window, result, tmp_path):
         end = time.monotonic() + 20
         while not window.run("return document.body.dataset.ready") and time.monotonic() < end:
             time.sleep(0.02)
-        window.choose("#position", 360)
+        window.choose("#position", 180)
         assert window.text("#told") == "180\N{DEGREE SIGN}"
         assert window.run("return document.querySelectorAll('#forces figure').length") == 5
     finally:
@@ -75,9 +75,9 @@ def test_all_follow_the_slider_and_the_arrow_keys(window, file):
         window.text("#forces figcaption"),
         window.run(PROFILE),
     )
-    window.choose("#position", 360)
+    window.choose("#position", 180)
     assert window.text("#told") == "180°"
-    assert window.run("return document.getElementById('dock-position').value") == "360"
+    assert float(window.run("return document.getElementById('dock-position').value")) == pytest.approx(180)
     after = (
         picture(window),
         window.text("#forces figcaption"),
@@ -164,7 +164,7 @@ def test_the_curve_is_saved_as_a_table(window, file):
     text = window.ask("execute/async", script="window.saved.text().then(arguments[0])", args=[])
     head, first, *rest = text.splitlines()
     assert head.startswith('"drive angle (deg)","crank, at O, ')
-    assert len(rest) + 1 == 720
+    assert 360 < len(rest) + 1 < 400  # with the peaks of all members and joints
     assert first.startswith("0,")
     assert window.run("return window.named") == "seed_four-bar_crank_stress.csv"
 
@@ -185,7 +185,7 @@ def test_a_phone_scrolls_downwards_only_and_has_its_controls_at_the_edge(window,
     window.open(file, PHONE)
     assert window.run(SIDEWAYS) == 0
     assert window.run("return getComputedStyle(document.querySelector('.dock')).display") == "flex"
-    window.choose("#dock-position", 180)
+    window.choose("#dock-position", 90)
     assert window.text("#told") == window.text("#dock-told") == "90°"
     window.open(file, DESKTOP)
     assert not seen(window, ".dock")
@@ -227,10 +227,10 @@ def test_hostile_names_run_nothing(window, result, tmp_path):
 
 def test_a_motion_in_time_has_a_time_axis(window, tmp_path):
     window.open(report(free_result(), tmp_path / "free.html"))
-    window.choose("#position", 10)
+    window.choose("#position", 0.01)
     assert window.text("#told") == "0.0100 s"
     assert "time (s)" in window.text("#curve")
-    window.choose("#position", 20)
+    window.choose("#position", 0.02)
     assert window.text("#told") == "0.0200 s"
 
 
@@ -239,7 +239,7 @@ def test_rigid_links_move_and_show_their_forces(window, tmp_path):
     assert window.ask("se/log", type="browser") == []
     assert window.run("return document.querySelectorAll('#forces figure').length") == 5
     before = picture(window), window.text("#told")
-    window.choose("#position", 18)
+    window.choose("#position", 180)
     assert window.text("#told") == "180°"
     assert picture(window) != before[0]
     window.click("#to-peak")

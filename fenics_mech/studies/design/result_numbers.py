@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,8 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError, shortened
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.cycle_curves import CycleCurves
+from fenics_mech.recovery.peaks import CURVES, curves_over_cycle
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.recovery.sound import sound
@@ -39,7 +40,11 @@ OWN = {  # those that are not variables of a result: unit, meaning
     "noise": ("dB", "A-weighted level of the links' sound at 1 m"),
     "tracer_error": ("m", "distance of a point from its target"),
 }
-PEAKING = ("max", "min", "range")  # taken between few positions too; means over equal steps need no more
+BETWEEN: dict[str, Callable[[CycleCurves], Array]] = {  # positions too; means over equal steps need no more
+    "max": lambda curves: np.abs(curves.largest()[1]).max(),
+    "min": lambda curves: curves.lowest()[1].min(),
+    "range": lambda curves: (curves.highest()[1] - curves.lowest()[1]).max(),
+}
 FORM = "Write NAME[LABEL].REDUCTION, such as strain[coupler].max; reductions are " + ", ".join(REDUCTIONS)
 
 
@@ -206,18 +211,15 @@ class Quantity:
 
     def _of_variable(self, result: Result) -> float:
         """Reduce a variable of the result."""
-        data = result.data
-        if self.reduction in PEAKING:
-            closer = between_positions(result).data
-            data = closer if self.name in closer else data
-        found = self._selected(data[self.name]) if data is not result.data else self.variable(result)
-        if data is result.data and "theta" in found.dims:
+        found = self.variable(result)
+        if "theta" in found.dims:
             part = last_cycle(result.scene.analysis, result.scene.drives, result.data)
             found = found if part is None else found.isel(theta=part)
         if not self.reduction and found.size > 1:
             hint = f"Write {self.name}.max, or a label in brackets"
             raise SceneError(f"{self.text!r} is {found.size} numbers", place="study", hint=hint)
-        value = reduced(found, self.reduction or "mean")
+        between = self.reduction in BETWEEN and self.name in CURVES and "theta" in found.dims
+        value = _between(result, found, self.reduction) if between else reduced(found, self.reduction or "mean")
         if self.name == "strain" and self.reduction == "max" and set(self.labels) <= {*result.scene.members()}:
             return max(value, reduced(self._selected(result.data["largest_strain"]), "max"))
         return value
@@ -227,6 +229,15 @@ class Quantity:
         for label in self.labels:
             found = _labelled(self.text, found, label)
         return found
+
+
+def _between(result: Result, found: xr.DataArray, reduction: str) -> float:
+    """Reduce curves over the cycle as `reduced` does, between the positions too."""
+    vectors = ["component"] if "component" in found.dims else []
+    curves = curves_over_cycle(result.scene, found.transpose("theta", ..., *vectors).to_numpy().astype(float))
+    if vectors and reduction == "max":
+        return float(curves.longest()[1].max())
+    return float(BETWEEN[reduction](curves.lengths() if vectors else curves))
 
 
 def read_all(names: Sequence[str]) -> tuple[Quantity, ...]:

@@ -5,7 +5,7 @@ const steps = [...new Set([0, 1, ...FACTORS.map(factor => factor * D.magnify / 1
 
 function show() {
   views.forEach(view => view(shown.place));
-  for (const slider of sliders) slider.value = shown.place;
+  for (const slider of sliders) slider.value = along(shown.place);
   for (const name of ["told", "dock-told"]) if ($(name)) $(name).textContent = told(shown.place);
 }
 function go(place) {
@@ -46,8 +46,8 @@ function stop() {
 }
 function tick(now) {
   if (!shown.playing) return;
-  const place = shown.place + D.direction * Math.min(now - last, 50) / 1000 * LAST / TURN_SECONDS;
-  go(!TURNS && place >= N - 1 ? 0 : place);
+  const next = along(shown.place) + D.direction * Math.min(now - last, 50) / 1000 * (TO - FROM) / TURN_SECONDS;
+  go(TURNS ? placeOf((next + 360) % 360) : next >= TO ? 0 : placeOf(next));
   last = now;
   requestAnimationFrame(tick);
 }
@@ -71,8 +71,8 @@ function csv() {
 }
 
 for (const slider of sliders) {
-  slider.max = TURNS ? N - 1e-6 : N - 1;
-  slider.oninput = event => { stop(); go(+event.target.value); };
+  [slider.min, slider.max] = [FROM, TO];
+  slider.oninput = event => { stop(); go(placeOf(+event.target.value)); };
 }
 for (const button of plays) button.onclick = play;
 if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(BENDS ? D.peaks[shown.member][0] : MOST_FORCE); };

@@ -1,7 +1,6 @@
 // Data of the page, and words for numbers.
 const $ = id => document.getElementById(id), D = JSON.parse($("data").textContent);
 const N = D.axis.length, S = D.s.length, F = D.fibres.length, MOVES = N > 1, TURNS = D.kind === "turn";
-const LAST = TURNS ? N : N - 1; // places of the motion, in positions: a turn ends where it began
 
 // 16-bit differences from position to position, low bytes first, deflated; see `packed`.
 async function unpacked({ row, scale, data }) {
@@ -34,6 +33,7 @@ function along(place) {
   return place === k ? D.axis[k] : D.axis[k] + (place - k) * step;
 }
 function placeOf(value) {
+  if (TURNS && value < D.axis[0]) value += 360;
   let low = 0, high = N - 1;
   while (low < high) { const middle = (low + high + 1) >> 1; if (D.axis[middle] <= value) low = middle; else high = middle - 1; }
   if (!TURNS && low === N - 1) return N - 1;

@@ -1,0 +1,252 @@
+"""Curves over a cycle through values at even positions of it, and where they are largest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+
+SMOOTH = 1e-3  # of the largest curve: a curve that splines foretell to it has no corners that show
+NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve of Akima goes on
+
+
+@dataclass(frozen=True, eq=False)
+class CycleCurves:
+    """Curves over a cycle, a cubic between every two positions that are neighbours.
+
+    Parameters
+    ----------
+    values
+        Values at even positions of the cycle, ``(positions, ...)``.
+    slopes
+        Slopes there, over the distance of two positions, ``(positions, ...)``.
+    corners
+        Which curves are those of Akima, ``(...)``; None where they are nowhere beyond the positions beside them.
+    """
+
+    values: Array
+    slopes: Array
+    corners: Array | None = None
+
+    @classmethod
+    def through(cls, values: Array) -> CycleCurves:
+        """Draw curves through values: a cubic spline each, or where a curve has corners, that of Akima.
+
+        Parameters
+        ----------
+        values
+            Values at the positions, ``(positions, ...)``.
+        """
+        return cls._of_kinds(values, cornered(values.reshape(len(values), -1)).reshape(values.shape[1:]))
+
+    @classmethod
+    def of_positions(cls, values: Array) -> CycleCurves:
+        """Draw curves that are nowhere beyond the positions beside them, for what jumps between these.
+
+        Parameters
+        ----------
+        values
+            Values at the positions, ``(positions, ...)``.
+        """
+        return cls(values, np.zeros(values.shape))
+
+    @classmethod
+    def _of_kinds(cls, values: Array, corners: Array) -> CycleCurves:
+        """Draw curves through values, ``(positions, ...)``: those with corners, ``(...)``, by Akima."""
+        slopes = np.empty(values.shape)
+        for of_kind, which in ((_spline_slopes, ~corners), (_akima_slopes, corners)):
+            if which.any():
+                slopes[:, which] = of_kind(values[:, which])
+        return cls(values, slopes, corners)
+
+    def others(self) -> list[CycleCurves]:
+        """Draw other curves through the same positions, by which it is judged how certain these are.
+
+        They are curves of the same kinds through every second position, once the even ones and once the odd ones. Of an
+        odd number of positions they are curves of the other kind through all.
+        """
+        halves = [self.values[::2], self.values[1::2]]
+        if self.corners is None:
+            return [self.of_positions(half) for half in halves]
+        if len(self.values) % 2:
+            return [self._of_kinds(self.values, ~self.corners)]
+        return [self._of_kinds(half, self.corners) for half in halves]
+
+    def at(self, places: Array) -> Array:
+        """Give the values at some places, ``(places, ...)``.
+
+        Parameters
+        ----------
+        places
+            Places in the cycle, where positions are 0, 1, 2 ..., ``(places,)``.
+        """
+        k = np.floor(places).astype(int)
+        found = self.values[k % len(self.values)]
+        between = places > k
+        k, f = k[between], (places - k)[between].reshape(-1, *(1 for _ in self.values.shape[1:]))
+        ends = k % len(self.values), (k + 1) % len(self.values)
+        found[between] = _cubic(f, *(part[at] for part in (self.values, self.slopes) for at in ends))
+        return found
+
+    def lengths(self) -> CycleCurves:
+        """Give the lengths of vectors, whose components are the last dimension, by their values and slopes."""
+        size = np.linalg.norm(self.values, axis=-1)
+        along = (self.values * self.slopes).sum(axis=-1)
+        slopes = np.divide(along, size, out=np.zeros(size.shape), where=size > 0)
+        return CycleCurves(size, slopes, None if self.corners is None else self.corners.any(axis=-1))
+
+    def highest(self) -> tuple[Array, Array]:
+        """Give where each curve is highest, in positions, and how high it is there, ``(...)`` each.
+
+        That is at a position, or between two of them where the slope of the cubic, a parabola, is zero.
+        """
+        return self._farthest(1.0)
+
+    def lowest(self) -> tuple[Array, Array]:
+        """Give where each curve is lowest, in positions, and its value there, ``(...)`` each."""
+        return self._farthest(-1.0)
+
+    def largest(self) -> tuple[Array, Array]:
+        """Give where the size of each curve is largest, in positions, and its value there, ``(...)`` each."""
+        (above, high), (below, low) = self.highest(), self.lowest()
+        down = -low > high
+        return np.where(down, below, above), np.where(down, low, high)
+
+    def longest(self) -> tuple[Array, Array]:
+        """Give where vectors, whose components are the last dimension, are longest, in positions, and their lengths."""
+        places, shape = self.lengths().highest()[0], self.values.shape[1:]
+        along = np.broadcast_to(places[..., None], shape).ravel()
+        k, which = np.floor(along).astype(int), np.arange(along.size)
+        ends = [(at % len(self.values), which) for at in (k, k + 1)]
+        parts = (part.reshape(len(part), -1) for part in (self.values, self.slopes))
+        vectors = _cubic(along - k, *(part[at] for part in parts for at in ends)).reshape(shape)
+        return places, np.linalg.norm(vectors, axis=-1)
+
+    def _farthest(self, sign: float) -> tuple[Array, Array]:
+        """Give where each curve is highest, or with -1 lowest, and its value there."""
+        count, shape = len(self.values), self.values.shape[1:]
+        v, s = (sign * part.reshape(count, -1) for part in (self.values, self.slopes))
+        k, which = v.argmax(axis=0), np.arange(v.shape[1])
+        places, highest = k.astype(float), v[k, which]
+        reach = v + np.abs(s) / 3  # Bezier's points beside a position, below the higher of which a cubic stays
+        k, which = np.nonzero(reach > highest)
+        k, which = np.concatenate([k, k - 1]) % count, np.tile(which, 2)
+        f, top = _top(v[k, which], v[(k + 1) % count, which], s[k, which], s[(k + 1) % count, which])
+        np.maximum.at(highest, which, top)
+        reached = top == highest[which]
+        places[which[reached]] = (k + f)[reached]
+        return places.reshape(shape), sign * highest.reshape(shape)
+
+    def turning(self) -> Array:
+        """Give the values at the positions and where the curves turn between them, in order.
+
+        Returns
+        -------
+        numpy.ndarray
+            Three values for each position, ``(3 positions, ...)``. What turns nowhere before the next repeats a value.
+        """
+        v, w, s, t = self.values, np.roll(self.values, -1, axis=0), self.slopes, np.roll(self.slopes, -1, axis=0)
+        (f, top), (g, bottom) = _top(v, w, s, t), _top(-v, -w, -s, -t)
+        first = np.where(f < g, top, -bottom)
+        return np.stack([v, first, np.where(f < g, -bottom, top)], axis=1).reshape(-1, *v.shape[1:])
+
+
+def _top(v: Array, w: Array, s: Array, t: Array) -> tuple[Array, Array]:
+    """Give where cubics over 0..1 are at a local maximum, and its value; the higher end where there is none inside.
+
+    Parameters
+    ----------
+    v, w
+        Values at 0 and 1.
+    s, t
+        Slopes there.
+    """
+    a, b = 3 * (2 * (v - w) + s + t), 3 * (w - v) - 2 * s - t  # of the slope a f^2 + 2 b f + s
+    root = np.sqrt(np.maximum(b**2 - a * s, 0.0))
+    # where it falls through zero, f = -(b + root)/a = s/(root - b), by the form that cancels nothing
+    over, under = np.where(b > 0, -(b + root), s), np.where(b > 0, a, root - b)
+    f = np.divide(over, under, out=np.zeros(np.shape(v)), where=under != 0)
+    inside = (f > 0) & (f < 1) & (root > 0)
+    f = np.where(inside, f, np.where(w > v, 1.0, 0.0))
+    return f, _cubic(f, v, w, s, t)
+
+
+def _cubic(f: Array, v: Array, w: Array, s: Array, t: Array) -> Array:
+    """Give the values at f of cubics over 0..1 with values v and w and slopes s and t at its ends (Hermite)."""
+    g = 1 - f
+    return np.asarray((1 + 2 * f) * g**2 * v + (1 + 2 * g) * f**2 * w + f * g * (g * s - f * t))
+
+
+def _spline_slopes(values: Array) -> Array:
+    """Give slopes of cubic splines over a cycle, ``(positions, curves)``, by B-splines (Unser, 1999)."""
+    from scipy.ndimage import spline_filter1d  # noqa: PLC0415  (slow to import)
+
+    part = spline_filter1d(values, order=3, axis=0, mode="grid-wrap")
+    return np.asarray(np.roll(part, -1, axis=0) - np.roll(part, 1, axis=0)) / 2
+
+
+def _akima_slopes(values: Array) -> Array:
+    """Give slopes of Akima's curves over a cycle, ``(positions, curves)``."""
+    at = np.arange(float(len(values)))
+    return akima_over_cycle(at, values, len(values), NEIGHBOURS)(at, 1)
+
+
+def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -> Callable[..., Array]:
+    """Give Akima's curves through values over a cycle, which do not swing beyond them at corners.
+
+    Parameters
+    ----------
+    at
+        Ascending places of the values in the cycle, ``(places,)``.
+    values
+        Values there, ``(places, ...)``.
+    period
+        Length of the cycle, in units of the places.
+    neighbours
+        Places beyond its ends, to which the curves go on.
+
+    Returns
+    -------
+    callable
+        Gives the curves at places, or their derivatives of an order that stands behind the places.
+    """
+    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
+
+    turns, which = np.divmod(np.arange(-neighbours, len(at) + neighbours), len(at))
+    curve = Akima1DInterpolator(at[which] + period * turns, values[which])
+    return lambda places, order=0: np.asarray(curve(places, order))
+
+
+def cornered(values: Array) -> Array:
+    """Say which curves, ``(curves,)``, Akima's interpolant foretells better than a spline at positions left out.
+
+    Of an odd number of positions, where not every second one can be left out, they are all.
+
+    Parameters
+    ----------
+    values
+        Values at the positions, ``(positions, curves)``.
+    """
+    if len(values) % 2:
+        return np.ones(values.shape[1], dtype=bool)
+    by_splines = _missed(_spline_slopes, values)
+    found = by_splines > SMOOTH * np.linalg.norm(values, axis=0).max(initial=0.0)
+    if found.any():
+        found[found] = _missed(_akima_slopes, values[:, found]) < by_splines[found]
+    return found
+
+
+def _missed(of_kind: Callable[[Array], Array], values: Array) -> Array:
+    """By how much halves of the positions miss curves at the others, root of the sum of squares, ``(curves,)``."""
+    even, odd = values[::2], values[1::2]
+    missed = [_midway(even, of_kind(even)) - odd, _midway(odd, of_kind(odd)) - np.roll(even, -1, axis=0)]
+    return np.asarray(np.linalg.norm(np.concatenate(missed), axis=0))
+
+
+def _midway(values: Array, slopes: Array) -> Array:
+    """Give curves midway between their positions, ``(positions, curves)``."""
+    sums, turns = values + np.roll(values, -1, axis=0), slopes - np.roll(slopes, -1, axis=0)
+    return np.asarray(sums / 2 + turns / 8)

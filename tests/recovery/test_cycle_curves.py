@@ -1,0 +1,74 @@
+"""Cubics between positions of a cycle, against their closed forms."""
+
+import numpy as np
+import pytest
+
+from fenics_mech.recovery.cycle_curves import CycleCurves
+
+EIGHT = 2 * np.pi * np.arange(8) / 8
+
+
+def test_a_cubic_turns_where_its_slope_is_zero():
+    """f(1 - f)(1 - 2f) has slopes 1 and 1 at its ends and turns at (3 -+ sqrt(3))/6, +-sqrt(3)/18 high."""
+    curves = CycleCurves(np.zeros((3, 1)), np.ones((3, 1)))
+    for (place, value), sign in ((curves.highest(), -1), (curves.lowest(), 1)):
+        assert place[0] % 1 == pytest.approx((3 + sign * np.sqrt(3)) / 6, rel=1e-14)
+        assert value[0] == pytest.approx(-sign * np.sqrt(3) / 18, rel=1e-14)
+    height = np.sqrt(3) / 18
+    assert curves.turning()[:, 0] == pytest.approx(3 * [0, height, -height], abs=1e-16)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_extremes_are_those_of_the_curve_everywhere(seed):
+    random = np.random.default_rng(seed)
+    curves = CycleCurves(random.normal(size=(12, 20)), random.normal(scale=4, size=(12, 20)))
+    fine = curves.at(np.arange(0, 12, 1 / 512))
+    for (place, value), seen in ((curves.highest(), fine.max(axis=0)), (curves.lowest(), fine.min(axis=0))):
+        assert value == pytest.approx(seen, abs=1e-4)  # a curvature of 60 between points of 1/512
+        assert (np.sign(seen - fine.mean(axis=0)) * (value - seen) >= -1e-12).all()
+        assert curves.at(place).diagonal() == pytest.approx(value, abs=1e-12)
+    place, value = curves.largest()
+    assert np.abs(value) == pytest.approx(np.abs(fine).max(axis=0), abs=1e-4)
+    assert curves.at(place).diagonal() == pytest.approx(value, abs=1e-12)
+    assert curves.turning().max(axis=0) == pytest.approx(curves.highest()[1], abs=1e-12)
+    assert curves.turning().min(axis=0) == pytest.approx(curves.lowest()[1], abs=1e-12)
+
+
+def test_a_smooth_curve_is_a_spline_and_a_cornered_one_stays_between_its_positions():
+    """The slope of the spline of cos k theta is -k sin k theta times 3 sin x/(x (2 + cos x)) with x = k h."""
+    theta = 2 * np.pi * np.arange(48) / 48
+    step = np.clip((theta - 1) / 0.13, 0, 1) * np.clip((4.5 - theta) / 0.13, 0, 1)
+    curves = CycleCurves.through(np.stack([np.cos(3 * theta), step], axis=1))
+    assert curves.corners.tolist() == [False, True]
+    x = 3 * theta[1]
+    expected = -np.sin(3 * theta) * 3 * np.sin(x) / (2 + np.cos(x))
+    assert curves.slopes[:, 0] == pytest.approx(expected, abs=1e-14)
+    assert curves.highest()[1][1] < 1.01
+    assert CycleCurves.of_positions(step).highest()[1] == step.max()
+
+
+def test_lengths_of_vectors_turn_with_them():
+    """A vector that turns keeps its length; one along a line has its size as length, with a corner at zero."""
+    curves = CycleCurves.through(np.stack([np.cos(EIGHT), np.sin(EIGHT)], axis=1)).lengths()
+    assert curves.values == pytest.approx(np.ones(8))
+    assert curves.slopes == pytest.approx(np.zeros(8), abs=1e-14)
+    line = CycleCurves.through(np.outer(0.2 + np.cos(EIGHT - 0.1), [3.0, 4.0]))
+    along = CycleCurves.through(5 * (0.2 + np.cos(EIGHT - 0.1))).largest()
+    for found in (line.lengths().largest(), line.longest()):
+        assert np.array(found) == pytest.approx(np.array(along), rel=1e-12)
+    swinging = CycleCurves.through(np.stack([np.cos(EIGHT - 0.1), 0.5 * np.sin(2 * EIGHT)], axis=1))
+    place, length = swinging.longest()
+    assert length == pytest.approx(np.linalg.norm(swinging.at(place.reshape(1))), rel=1e-14)
+    assert length == pytest.approx(np.linalg.norm(swinging.at(np.arange(0, 8, 1 / 512)), axis=1).max(), rel=1e-3)
+
+
+def test_halves_are_curves_through_every_second_position():
+    curves = CycleCurves.through(np.cos(EIGHT - 0.3)[:, None])
+    even, odd = curves.others()
+    assert even.values.tolist() == curves.values[::2].tolist()
+    assert odd.values.tolist() == curves.values[1::2].tolist()
+    assert even.corners is odd.corners is curves.corners
+    even, odd = CycleCurves.of_positions(np.cos(EIGHT)).others()
+    assert not even.slopes.any()
+    (other,) = CycleCurves.through(np.cos(EIGHT[:7] * 8 / 7)[:, None]).others()  # an odd number
+    assert other.corners.tolist() == [False]
