@@ -48,9 +48,16 @@ class SearchLimits:
     most_steps: float = 5.0  # the same of sub-intervals
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
     order_of_peaks: float = 6.0  # with which doubts of peaks fall in the positions: splines have 4, and more at first
-    margin: float = 1.2  # by how much more it grows than it should
-    margin_of_peaks: float = 1.5  # the same of positions between which peaks are doubted, of which few tell little
+    share_of_mesh: float = 0.28  # of the tolerance, that its error is sent below
+    doubted_order: float = 2.0  # of the mesh, with which errors along members fall, which may be what is left
+    doubted_up_to: float = 3.0  # times as many elements, that are taken for the case that they are
+    margin: float = 1.1  # by how much more it grows than it should
+    margin_of_peaks: float = 1.25  # the same of positions between which peaks are doubted, of which few tell little
     fewest_after_doubt: int = 120  # of these: with fewer, peaks that were doubted may be so again
+
+    def share(self, source: str) -> float:
+        """Share of a tolerance that the error of a source is sent below."""
+        return self.share_of_mesh if source == "mesh" else CHOICE.share
 
 
 SEARCH = SearchLimits()
@@ -174,9 +181,11 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
-            if error > CHOICE.share * scene.tolerances[what]:
+            if error > SEARCH.share(source) * scene.tolerances[what]:
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
+    if _stations_suffice(scene, last):  # which leave the motion as it is
+        more = {"stations": more["stations"]}
     finer = least = last.discretisation
     for source, (by, least_by) in more.items():
         finer, least = finer.finer(source, by), least.finer(source, least_by)
@@ -202,12 +211,21 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
     power = slow_order(trials, what, source) if error > tolerance else None
     if power is None or not (_jumping(scene) or slow_order(trials[:-1], what, source)):
         power = max(last.orders[source], 1.0)
-    by = SEARCH.margin * (error / (CHOICE.share * tolerance)) ** (1 / max(power, 1.0))
+    over = error / (SEARCH.share(source) * tolerance)
+    by = SEARCH.margin * over ** (1 / max(power, 1.0))
+    if source == "mesh" and power > SEARCH.doubted_order:
+        by = max(by, min(SEARCH.margin * over ** (1 / SEARCH.doubted_order), SEARCH.doubted_up_to))
     if source == "time" and power > REFINE.order_of_steps:
-        by = max(by, (error / (CHOICE.share * tolerance)) ** (1 / REFINE.order_of_steps))
-    least = min(error / CHOICE.share, sum(last.errors[what].values()) / SEARCH.enough) / tolerance
+        by = max(by, over ** (1 / REFINE.order_of_steps))
+    least = min(over, sum(last.errors[what].values()) / SEARCH.enough / tolerance)
     most = {"time": SEARCH.most_steps, "mesh": SEARCH.most_elements}.get(source, SEARCH.most_stations)
     return min(by, most), SEARCH.margin * least ** (1 / power)
+
+
+def _stations_suffice(scene: Scene, trial: Trial) -> bool:
+    """Whether every tolerance that a trial does not meet is met with more stations, and nothing else."""
+    rest = {what: sum(errors.values()) - errors.get("stations", 0.0) for what, errors in trial.errors.items()}
+    return all(rest[what] <= (SEARCH.enough - CHOICE.share) * scene.tolerances[what] for what in _missed(scene, trial))
 
 
 def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:

@@ -24,6 +24,7 @@ class NewtonLimits:
     smallest_rise: float = 1 / 256  # of the load, before it is given up
     most_load_steps: int = 40  # tried, before it is given up: motions that are found take 1 to 5
     tolerance: float = 1e-9  # of the change of the displacement, relative
+    of_answer: float = 1e-3  # the same where a tolerance of the answer is stated, as a share of it
     far: float = 0.01  # change beyond which a tension is guessed
     rounding: float = 1e-6  # change that is rounding where it falls no more: near buckling little load moves much
 
@@ -64,11 +65,14 @@ class Beginning:
         q and q' at the points of a solver, ``(points, coordinates)``.
     tension
         Axial force of each element (N), ``(points, elements)``.
+    tolerance
+        Relative change of the displacement at which the method ends.
     """
 
     displacement: Array
     velocity: Array
     tension: Array
+    tolerance: float = NEWTON.tolerance
 
 
 def improved(equation: Equation, solve: Callable[[Matrices], Orbit], near: Beginning) -> Orbit:
@@ -149,9 +153,10 @@ def _at_load(
     weight = _weights(equation)
     zero = np.zeros_like(equation.linear.load)
     old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
+    tolerance = begun.tolerance if isinstance(begun, Beginning) else NEWTON.tolerance
     changes: list[float] = []
     orbit: Orbit | None = None
-    while not settled(changes):
+    while not settled(changes, tolerance):
         if len(changes) == NEWTON.most_iterations or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
             assert orbit is not None
             raise _failure(equation, orbit, factor, weight, len(changes))

@@ -22,7 +22,7 @@ from fenics_mech.response.periodic.collocation import periodic_orbit, solve_coll
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.periodic.known_motion import KnownMotion
-from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.newton import NEWTON, Orbit
 from fenics_mech.response.periodic.sub_intervals import solve_sub_intervals
 from fenics_mech.response.setup import boundary_load, moved, rough_tension
 from fenics_mech.response.solution import AtPoints, CollocationSolution, HarmonicSolution, SubIntervalSolution
@@ -223,7 +223,10 @@ def _orbit(cycle: Cycle, at_points: Equation, near: Iterable[KnownMotion] = ()) 
     with naming_buckled(at_points, tension):
         if cycle.linear:
             return periodic_orbit(cycle.flow(cycle.tableau), jump)
-        beginnings = () if at_points.system.terms.law is None else (motion.at(at_points) for motion in near)
+        stated = min(scene.tolerances.values(), default=0.0)
+        tolerance = max(NEWTON.tolerance, NEWTON.of_answer * stated)
+        known = () if at_points.system.terms.law is None else (motion.at(at_points) for motion in near)
+        beginnings = (replace(motion, tolerance=tolerance) for motion in known)
         return solve_collocation(at_points, cycle.tableau, steps.duration, scene.petsc, tension, jump, beginnings)
 
 
