@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, times
 from fenics_mech._sparse import LANES, FewModes, Stack, kernels, pointer
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices, refuse_rigid_damping
@@ -25,6 +25,7 @@ from fenics_mech.response.periodic.tableau import Tableau
 
 Complex = NDArray[np.complex128]
 NEAR = 20  # steps at a time, that several states are taken through
+FEW_STATES = 80  # of which the transitions are kept: they take less memory than the factors that they are made with
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +52,9 @@ class Flow:
     @cached_property
     def cycle(self) -> Closing:
         """The system that closes the cycle."""
+        modal = self.matrices.modal
+        if modal is not None and not modal.few and 2 * self.size <= FEW_STATES:
+            _ = self._few_transitions  # for a dozen marches: through full factors each takes six times as long
         return Closing(self, self.options)
 
     @cached_property
@@ -130,7 +134,7 @@ class Flow:
         starts
             States at the starts of the steps, ``(steps, 2n)``.
         """
-        return self._stepped(starts)
+        return self._stepped(starts) if self._known is None else times(self._known, starts)
 
     def accelerations(self, starts: Array, load: Array) -> Array:
         """Give q'' at the points, ``(steps, s, n)``, from the states at the starts under a load.
@@ -164,6 +168,8 @@ class Flow:
             States at the starts of the steps, and at the last end, ``(steps + 1, 2n)``.
         """
         first, last, _ = steps.indices(len(self.duration))
+        if (known := self._known) is not None:
+            return _passed_on(known[first:last], start, gain)
         states = np.empty((last - first + 1, 2 * self.size))
         states[0] = start
         self._run(first, last, states[:-1], states[1:], gain=gain)
@@ -215,6 +221,8 @@ class Flow:
         numpy.ndarray
             States at the starts of the steps, and at the last end, ``(steps + 1, 2n, states)``.
         """
+        if (known := self._known) is not None:
+            return _passed_on(known[first:], starts)
         size, many = starts.shape
         groups = -(-many // LANES)
         passed = np.zeros((groups, len(self.duration) - first + 1, size, LANES))
@@ -240,6 +248,20 @@ class Flow:
     @property
     def transitions(self) -> Array:
         """From the state at the start of each step to that at its end, ``(steps, 2n, 2n)``: for few coordinates."""
+        return self._few_transitions if 2 * self.size <= FEW_STATES else self._columns()
+
+    @cached_property
+    def _few_transitions(self) -> Array:
+        """Transitions that are kept."""
+        return self._columns()
+
+    @property
+    def _known(self) -> Array | None:
+        """Transitions, where they were made and kept: states pass through them faster than through the factors."""
+        return vars(self).get("_few_transitions")
+
+    def _columns(self) -> Array:
+        """Give the transitions, by the ends of steps that begin with one number each."""
         count, size = len(self.duration), 2 * self.size
         found, starts = np.empty((count, size, size)), np.empty((count, size, LANES))
         ends = np.empty_like(starts)
@@ -263,6 +285,8 @@ class Flow:
         starts
             States at the start of the cycle, ``(2n, states)``.
         """
+        if self._known is not None:
+            return self.march_several(starts)[-1]
         if starts.shape[1] == 1:
             return self.march(starts[:, 0])[-1][:, None]
         found, passed = np.empty_like(starts), np.zeros((len(self.duration) + 1, 2 * self.size, LANES))
@@ -343,3 +367,14 @@ class Flow:
         if singular >= 0:
             raise SolverError(f"the equations of step {singular + 1} of the cycle are singular")
         return module, damping, stiffness, factors, modes
+
+
+def _passed_on(transitions: Array, start: Array, gain: Array | None = None) -> Array:
+    """Carry a state, or several beside each other, through steps; `gain` is added to a single one in each of them."""
+    passed = np.empty((len(transitions) + 1, *start.shape))
+    passed[0] = start
+    for k, transition in enumerate(transitions):
+        np.dot(transition, passed[k], out=passed[k + 1])
+        if gain is not None:
+            passed[k + 1] += gain[k]
+    return passed
