@@ -256,7 +256,7 @@ def _at_starts(cycle: MotorCycle, modes: Modes, orbit: Orbit, theta: Array) -> M
         cycle=cycle,
         equation=crank,
         orbit=orbit,
-        points=_at_points(cycle, orbit, theta),
+        inside=lambda: _at_points(cycle, orbit, theta),
         twist=twist,
     )
 

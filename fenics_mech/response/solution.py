@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import Modes
@@ -203,8 +205,8 @@ class CollocationSolution(PeriodicSolution):
         That equation at the positions, with the axial forces of the response where they settle.
     orbit
         The motion at the collocation points and at the starts of all steps.
-    points
-        The motion at the collocation points as forces see it, where energy is balanced over them.
+    inside
+        Gives the motion at the collocation points as forces see it, where energy is balanced over them.
     few
         The same motion with few nodes, where its mesh is far finer than that of others; see `few_nodes`.
     """
@@ -212,8 +214,13 @@ class CollocationSolution(PeriodicSolution):
     cycle: Cycle
     equation: Equation
     orbit: Orbit
-    points: AtPoints | None = None
+    inside: Callable[[], AtPoints] | None = None
     few: CollocationSolution | None = None
+
+    @cached_property
+    def points(self) -> AtPoints | None:
+        """The motion at the collocation points."""
+        return None if self.inside is None else self.inside()
 
     @property
     def on_few_nodes(self) -> CollocationSolution:

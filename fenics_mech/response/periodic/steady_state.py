@@ -150,7 +150,6 @@ def _by_collocation(
     if not cycle.linear:
         stability = cycle.stability(modes, motion)
     equation, response = cycle.at_starts(orbit)
-    response_there = elastic_response(at_points, orbit.displacement, orbit.velocity)
     return CollocationSolution(
         scene=scene,
         system=equation.system,
@@ -161,8 +160,14 @@ def _by_collocation(
         cycle=cycle,
         equation=equation,
         orbit=orbit,
-        points=AtPoints(at_points.system, response_there, cycle.weights, _at_impulses(cycle, orbit)),
+        inside=lambda: _at_points(cycle, at_points, orbit),
     )
+
+
+def _at_points(cycle: Cycle, equation: Equation, orbit: Orbit) -> AtPoints:
+    """Give a motion at the collocation points; `equation` is that at these points."""
+    response = elastic_response(equation, orbit.displacement, orbit.velocity)
+    return AtPoints(equation.system, response, cycle.weights, _at_impulses(cycle, orbit))
 
 
 def stability_of(solution: CollocationSolution, allow_unstable: bool) -> Stability:
