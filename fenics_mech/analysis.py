@@ -371,7 +371,7 @@ def _collected(
             errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
         else:
             errors = elsewhere.at_stations(fields.curves)
-        errors.judge(solution.scene)
+            errors.judge(solution.scene)
         choices = sized(choices, errors.relative("strain").get("theory"))
     refuse_far(solution.scene, fields.system, fields.members)
     result = collect(solution, fields, errors, choices, names)
