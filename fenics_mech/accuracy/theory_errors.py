@@ -6,6 +6,7 @@ The exact motion is found from it, see `exact_motion`, so that a resonance ampli
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -19,7 +20,7 @@ from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities
 from fenics_mech.accuracy.theory_in_time import change_anew, largest_change_in_time
 from fenics_mech.accuracy.theory_ladder import exact_theory
 from fenics_mech.errors import SolverError, UnresolvedError
-from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response, response_at
 from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
@@ -130,13 +131,18 @@ def _about_cycle(solution: Solution, exact: Scene, kept: float) -> Quantities:
     exact = exact.model_copy(update={"analysis": analysis})
     exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion), cycle.damped_up_to)
     top, top_starts = exactly.at_points(exactly.tableau), exactly.start
-    tension = mean_tension(inside.system, elastic_response(inside, *state[:2]))
+    tension = mean_tension(inside.system, response_at(_undamped(inside), *state))
     found = _closed(kept * inside.residual(*state), lambda _: top, motion, tension)
     change = change_between(
-        (scene, starts.system, elastic_response(starts, q, rate)),
-        (exact, top_starts.system, elastic_response(top_starts, *found)),
+        (scene, starts.system, elastic_response(_undamped(starts), q, rate)),
+        (exact, top_starts.system, elastic_response(_undamped(top_starts), *found)),
     )
     return change.at_more_angles(THEORY.between) if motion.smooth else change
+
+
+def _undamped(equation: Equation) -> Equation:
+    """Give an equation without the forces of modal damping, which are no stress of the links: inertia balances them."""
+    return replace(equation, modal_damping=None)
 
 
 def _under_motor(solution: MotorSolution, exact: Scene) -> Quantities:
