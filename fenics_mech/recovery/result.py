@@ -276,6 +276,9 @@ def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
     at = np.minimum(np.searchsorted(stations, s), len(stations) - 1)
     if np.array_equal(stations[at], s):  # to the last bit, and no jump elsewhere along the member is felt
         return curves[..., at]
+    if len(stations) == 2:  # between which a curve of Akima is straight, but not every version of SciPy knows
+        share = (np.asarray(s) - stations[0]) / (stations[1] - stations[0])
+        return np.asarray(np.multiply.outer(curves[..., 0], 1 - share) + np.multiply.outer(curves[..., 1], share))
     found = np.asarray(Akima1DInterpolator(stations, np.moveaxis(curves, -1, 0))(s))
     return np.moveaxis(found, 0, -1) if np.ndim(s) else found
 

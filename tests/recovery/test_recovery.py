@@ -68,6 +68,14 @@ def test_a_jump_along_a_member_is_felt_between_its_two_stations_alone():
     assert found == pytest.approx((places > 0.42) - places, abs=1e-12)
 
 
+def test_between_two_stations_a_curve_is_straight():
+    curves = np.array([[1.0, 3.0], [-2.0, 2.0]])
+    assert at_place(curves, np.array([0.0, 1.0]), 0.25) == pytest.approx([1.5, -1.0])
+    assert at_place(curves, np.array([0.0, 1.0]), np.array([0.25, 0.5])) == pytest.approx(
+        np.array([[1.5, 2.0], [-1.0, 0.0]])
+    )
+
+
 def test_input_torque_is_the_rate_of_kinetic_energy(quasi_static):
     # virtual work: torque omega_1 = d/dt of the kinetic energy of the rigid linkage
     def energy(theta):
