@@ -14,7 +14,7 @@ from fenics_mech._sparse.kernels import LANES, kernels, pointer
 from fenics_mech._sparse.pattern import Pattern
 from fenics_mech.errors import SolverError
 
-DENSE = 44  # full matrices of a position that a solver holds at a time: measured, 43 with the factors of its cycle
+DENSE = 46  # full matrices of a position that a solver holds at a time: measured, 43, and transitions of its steps
 
 
 @dataclass(frozen=True, eq=False)

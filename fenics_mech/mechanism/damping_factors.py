@@ -5,8 +5,9 @@ Both kinds give the same things to the equation of motion. `values` are F's numb
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -17,6 +18,10 @@ from fenics_mech.mechanism.reduced_damping import ReducedLinks
 
 if TYPE_CHECKING:
     from fenics_mech.mechanism.equation import Equation
+    from fenics_mech.mechanism.system import System
+
+MOST = 3_000_000  # numbers of F, up to which what is made of it is kept with the positions
+Made = TypeVar("Made")
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +42,36 @@ class FullFactor:
 
     def strained(self, equation: Equation) -> Array:
         """Coordinates whose elastic forces are those of each mode, ``(angles, modes, coordinates)``."""
-        return equation.links_stiffness.solve(self.values)
+        return self._once(equation.system, "strains of modes", lambda: equation.links_stiffness.solve(self.values))
 
     def forces(self, equation: Equation, strained: Array) -> ModalForces:
         """Give the forces of modes that strain the links so; see `Equation.modal_strain`."""
-        return ModalForces(self.values, self.values, equation.links_turning.transposed.times(strained))
+        path, transformation = equation.system.motion.path, equation.system.transformation
+
+        def turning(turned: Array) -> ModalForces:
+            by_place = equation.links_turning_by(turned).transposed.times(strained)
+            return ModalForces(self.values, self.values, by_place)
+
+        if path is None or not self._lasts(equation.system):
+            return turning(equation.turned)
+        slope = transformation.derivatives(path.motion(1.0))[0]
+        known = self._once(equation.system, "forces of modes", lambda: turning(slope))
+        return known.at_rate(equation.system.motion.rate)
 
     def axial(self, equation: Equation, strained: Array, law: ArcLength) -> Array:
         """Give the axial forces of the elements of modes that strain the links so, ``(angles, modes, elements)``."""
         return law.axial(equation.system.transformation.forward(equation.system.values[:, None], strained))
+
+    def _lasts(self, system: System) -> bool:
+        """Whether F is that of all rates of the drive, as no axial force stiffens, and little enough to be kept."""
+        terms = system.terms
+        return self.values.size <= MOST and terms.stiffening is None and not terms.uneven
+
+    def _once(self, system: System, what: str, make: Callable[[], Made]) -> Made:
+        """Make something from F and the positions, once for all rates of the drive where F is that of all."""
+        if system.motion.path is None or not self._lasts(system):
+            return make()
+        return system.motion.path.once(what, (system.beams, system.transformation, self.values), make)
 
 
 @dataclass(frozen=True, eq=False)

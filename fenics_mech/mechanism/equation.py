@@ -306,8 +306,12 @@ class Equation:
     @property
     def links_turning(self) -> Stack:
         """Elastic forces as the links turn, ``P^T k P'``."""
+        return self.links_turning_by(self.turned)
+
+    def links_turning_by(self, turned: Array) -> Stack:
+        """Give elastic forces as the links turn, by the nonzeros of P', ``(angles, nonzeros)``."""
         k = self._congruence.values_of_matrix(self.system.link_stiffness)
-        return self._congruence.products(self.system.values, (k, self.turned))
+        return self._congruence.products(self.system.values, (k, turned))
 
     def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates `dofs`, ``(angles, elements, n)``, to the mechanism's."""

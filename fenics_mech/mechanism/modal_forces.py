@@ -142,6 +142,18 @@ class ModalForces:
         """Full matrices ``F^T H``."""
         return Stack.of_full(self.spread.outward.transpose(0, 2, 1) @ self.spread.by_place)
 
+    def at_rate(self, rate: float) -> ModalForces:
+        """Give the same at another rate of the drive (rad/s), where this is that at 1 rad/s: H is in proportion to it.
+
+        Parameters
+        ----------
+        rate
+            The rate (rad/s).
+        """
+        found = replace(self, by_place=rate * self.by_place)
+        vars(found).update(damping=self.damping, stiffness=rate * self.stiffness)
+        return found
+
     def widened(self, more: int) -> ModalForces:
         """Give the same with further coordinates, which strain nothing.
 
