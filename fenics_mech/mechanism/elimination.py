@@ -144,8 +144,14 @@ class Group:
         residual
             Forces that the dependent unknowns need from outside, ``(..., angles, dependent)``.
         """
-        lead, _ = self.jets(motion, 1)
-        return solved(lead[0].transpose(0, 2, 1), residual)
+        return solved(self._lead(motion).transpose(0, 2, 1), residual)
+
+    def _lead(self, motion: Motion) -> Array:
+        """Give G_d, ``(angles, rows, rows)``; with positions that are kept it is made once for all rates."""
+        if motion.path is None:
+            return self.jets(motion, 1)[0][0]
+        what = f"equations of joint {self.equations[0].joint}"
+        return motion.path.once(what, (self,), lambda: self.jets(motion, 1)[0][0])
 
 
 def eliminate(

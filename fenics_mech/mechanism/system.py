@@ -340,7 +340,9 @@ class System:
     @cached_property
     def held_stiffness(self) -> Stack:
         """K (4.58) of the mechanism held at its angles, with what is not symmetric of it."""
-        return self.held_matrices(symmetric=False)[1]
+        if len(self.added_stiffness) > len(self.symmetric_stiffness):
+            return self.held_matrices(symmetric=False)[1]
+        return self.once("held stiffness", lambda: self.held_matrices()[1])
 
     def positions(
         self, symmetric: bool = False, among: slice = slice(None)
