@@ -119,13 +119,19 @@ class BentAxis:
         """
         return self.kernels["energy"](self._deflection(v))
 
-    def tangents(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Give the derivatives of these forces by v and by the rate, ``(angles, elements, n, n)`` each.
+    def tangent(self, v: Array, rate: Array) -> Array:
+        """Give the derivative of these forces by v, ``(angles, elements, n, n)``.
 
         Parameters are those of `force`.
         """
-        state = self._deflection(v), self._deflection(rate)
-        return self._matrices(self.kernels["force by v"](*state)), self._matrices(self.kernels["force by rate"](*state))
+        return self._matrices(self.kernels["force by v"](self._deflection(v), self._deflection(rate)))
+
+    def tangent_by_rate(self, v: Array, rate: Array) -> Array:
+        """Give the derivative of these forces by the rate, ``(angles, elements, n, n)``.
+
+        Parameters are those of `force`.
+        """
+        return self._matrices(self.kernels["force by rate"](self._deflection(v), self._deflection(rate)))
 
     def _deflection(self, v: Array) -> Array:
         return each(self.shape, v)

@@ -90,12 +90,13 @@ class ArcLength:
         curved = self.axis.shortening_curvature(v)
         lift = (rigidity[:, None] * gradient)[..., :, None]
         by_v = lift * (gradient + self.material * times(curved, rate))[..., None, :] + tension[..., None, None] * curved
-        bending_by_v, bending_by_rate = self.axis.tangents(v, self.material * rate)
-        by_v += bending_by_v
-        by_rate = self.material * (lift * gradient[..., None, :] + bending_by_rate)
+        by_v += self.axis.tangent(v, self.material * rate)
         constant = found[..., None] * gradient + self.axis.force(v, self.material * rate)
-        constant -= times(by_v, v) + times(by_rate, rate)
         straight = rigidity[:, None, None] * line[:, :, None] * line[:, None, :]
+        if not self.material:
+            return constant - times(by_v, v), by_v - straight, np.zeros_like(by_v)
+        by_rate = self.material * (lift * gradient[..., None, :] + self.axis.tangent_by_rate(v, self.material * rate))
+        constant -= times(by_v, v) + times(by_rate, rate)
         return constant, by_v - straight, by_rate - self.material * straight
 
     def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:

@@ -144,7 +144,7 @@ class KnownDamping:
         """Whether it is that of a few modes."""
         return bool(self.factor.values.shape[1] < self.factor.values.shape[2])
 
-    @property
+    @cached_property
     def alike(self) -> dict[int, Array]:
         """What is interpolated, at the positions from two before each one to three after it."""
         scaled = self.factor.values / self.unit
