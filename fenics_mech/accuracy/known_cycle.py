@@ -34,7 +34,7 @@ def of_harmonics(solution: Solution) -> KnownCycle | None:
     q, system = solution.response.displacement, solution.system
     amplitudes = np.fft.rfft(q, axis=0) / len(q)
     amplitudes[1:] *= 2
-    unit = np.sqrt(Equation(system).links_stiffness.diagonal.mean(axis=0))
+    unit = system.transformation.unit_of(Equation(system).links_stiffness.diagonal)
     energy = np.sum(np.abs(amplitudes * unit) ** 2, axis=1)
     energy[0] = 0.0
     beyond = np.cumsum(energy[::-1])[::-1]  # of each harmonic and all above it

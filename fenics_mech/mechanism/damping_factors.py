@@ -9,8 +9,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
-
 from fenics_mech._arrays import Array
 from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.mechanism.modal_forces import ModalForces
@@ -38,7 +36,7 @@ class FullFactor:
 
     def unit(self, equation: Equation) -> Array:
         """What F's columns are divided by for their numbers to be alike, ``(coordinates,)``."""
-        return np.sqrt(equation.links_stiffness.diagonal.mean(axis=0))
+        return equation.system.transformation.unit_of(equation.links_stiffness.diagonal)
 
     def strained(self, equation: Equation) -> Array:
         """Coordinates whose elastic forces are those of each mode, ``(angles, modes, coordinates)``."""
@@ -91,7 +89,7 @@ class ReducedFactor:
 
     def unit(self, equation: Equation) -> Array:
         """What F's columns are divided by for their numbers to be alike, ``(reduced coordinates,)``."""
-        return np.sqrt(self.links.stiffness(equation.system.motion).diagonal.mean(axis=0))
+        return self.links.transformation.unit_of(self.links.stiffness(equation.system.motion).diagonal)
 
     def strained(self, equation: Equation) -> Array:
         """Few coordinates of the links whose elastic forces are those of each mode, ``(angles, modes, few)``."""

@@ -25,6 +25,7 @@ from fenics_mech.mechanism.jets import Jets
 from fenics_mech.scene import Scene
 
 COMPONENTS = ("x", "y", "rotation")
+ACROSS = {".x": "y", ".y": "x", ".X": "Y", ".Y": "X"}  # ends of coordinates' names, and those of the other direction
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,29 @@ class Transformation:
     def shape(self) -> tuple[int, int]:
         """Links' coordinates by the mechanism's."""
         return int(self.place.max(initial=-1)) + 1 + self.modes, len(self.names)
+
+    @cached_property
+    def across(self) -> Index:
+        """The coordinate of the same point in the direction normal to each one, ``(coordinates,)``.
+
+        It is the coordinate itself where there is none: of rotations, slides, and points that follow others.
+        """
+        place = {name: i for i, name in enumerate(self.names)}
+        others = [f"{name[:-1]}{ACROSS.get(name[-2:], '')}" for name in self.names]
+        return np.array([place.get(other, i) for i, other in enumerate(others)], dtype=np.int64)
+
+    def unit_of(self, stiffness: Array) -> Array:
+        """Give what makes coordinates alike when they are multiplied by it, ``(coordinates,)``.
+
+        It is the root of their mean stiffness. Both directions of a point have one, so that axes do not matter.
+
+        Parameters
+        ----------
+        stiffness
+            Stiffness of the links by each coordinate, ``(angles, coordinates)``.
+        """
+        mean = stiffness.mean(axis=0)
+        return np.sqrt((mean + mean[self.across]) / 2)
 
     @cached_property
     def _pattern(self) -> tuple[Index, Index, list[NDArray[np.bool_]]]:

@@ -157,8 +157,8 @@ class KnownDamping:
     def enough_parts(self) -> int:
         """Into how many parts each part is to be cut for it to be smooth; 0 where that is too many."""
         alike = self.alike
-        differs = float(np.abs(through(range(-1, 3), 0.5, alike) - through(range(-2, 4), 0.5, alike)).max())
-        rough = differs / ((FACTOR.few_smooth if self._few else FACTOR.smooth) * np.abs(alike[0]).max())
+        differs = _largest(through(range(-1, 3), 0.5, alike) - through(range(-2, 4), 0.5, alike))
+        rough = differs / ((FACTOR.few_smooth if self._few else FACTOR.smooth) * _largest(alike[0]))
         # a polynomial through four positions errs by the fourth power of their distance
         return next((parts for parts in FACTOR.parts if rough <= parts**4), 0)
 
@@ -181,6 +181,11 @@ class KnownDamping:
         except np.linalg.LinAlgError:
             return None
         return replace(self.factor, values=factors * self.unit)
+
+
+def _largest(matrices: Array) -> float:
+    """Largest Frobenius norm of matrices, which no turning of axes changes."""
+    return float(np.linalg.norm(matrices, axis=(1, 2)).max())
 
 
 def _turned_alike(scaled: Array) -> dict[int, Array]:
