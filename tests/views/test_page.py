@@ -152,7 +152,8 @@ def unpacked(array):
     """What the script of the page makes of packed numbers."""
     planes = np.frombuffer(zlib.decompress(base64.b64decode(array["data"])), dtype=np.uint8).reshape(2, -1)
     differences = (planes[0].astype(np.uint16) | planes[1].astype(np.uint16) << 8).view(np.int16)
-    return np.cumsum(differences.reshape(-1, array["row"]), axis=0, dtype=np.int16) * array["scale"]
+    differences = differences.reshape(array["row"], -1 if array["row"] else 0)
+    return np.cumsum(np.cumsum(differences, axis=1, dtype=np.int16), axis=1, dtype=np.int16).T * array["scale"]
 
 
 def test_packed_numbers_are_the_numbers_to_16_bits():

@@ -2,15 +2,18 @@
 const $ = id => document.getElementById(id), D = JSON.parse($("data").textContent);
 const N = D.axis.length, S = D.s.length, F = D.fibres.length, MOVES = N > 1, TURNS = D.kind === "turn";
 
-// 16-bit differences from position to position, low bytes first, deflated; see `packed`.
+// 16-bit second differences along each curve, low bytes first, deflated; see `packed`.
 async function unpacked({ row, scale, data }) {
   const zipped = Uint8Array.from(atob(data), letter => letter.charCodeAt(0));
   const opened = new Blob([zipped]).stream().pipeThrough(new DecompressionStream("deflate"));
   const bytes = new Uint8Array(await new Response(opened).arrayBuffer()), count = bytes.length / 2;
-  const sum = new Int16Array(row), values = new Float32Array(count);
-  for (let i = 0; i < count; i++) {
-    sum[i % row] += bytes[i] | bytes[count + i] << 8;
-    values[i] = sum[i % row] * scale;
+  const values = new Float32Array(count);
+  for (let column = 0, i = 0; column < row; column++) {
+    for (let k = 0, step = 0, sum = 0; k < N; k++, i++) {
+      step += bytes[i] | bytes[count + i] << 8;
+      sum = (sum + step) << 16 >> 16;
+      values[k * row + column] = sum * scale;
+    }
   }
   return { row, values };
 }
