@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import _thread
+import gc
 import os
 import signal
 import sys
@@ -77,6 +78,8 @@ def main() -> None:
         if interrupt.seen or isinstance(error, KeyboardInterrupt):
             interrupt.end()
         raise
+    finally:
+        gc.freeze()  # as it ends, Python would search all objects for garbage several times
 
 
 if __name__ == "__main__":

@@ -61,7 +61,7 @@ def log_to_terminal() -> None:
 
 @contextmanager
 def loading() -> Iterator[None]:
-    """Load modules without a search for garbage in them, now or later: they stay to the end."""
+    """Load modules, or make what else stays to the end, without a search for garbage in them, now or later."""
     gc.disable()
     try:
         yield

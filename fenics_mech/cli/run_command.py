@@ -65,7 +65,8 @@ def run(
             written[""].append(write_report(result, folder / "report.html"))
         if plots:
             step("plots")
-            written["plots"] = plot_all(result, folder)
+            with loading():  # the many parts of figures stay to the end of the command, which is near
+                written["plots"] = plot_all(result, folder)
     if as_json:
         files = [str(path) for paths in written.values() for path in paths]
         print_json(key_figures(result) | {"files": files})
