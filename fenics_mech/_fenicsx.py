@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from cffi import FFI  # type: ignore[import-untyped]
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
@@ -230,7 +229,7 @@ class CellKernel:
         made = compiled(fem.form, form)
         record = made.ufcx_form
         of_cells = record.integrals(0)[0] if callable(getattr(record, "integrals", None)) else record.form_integrals[0]
-        self.address = int(FFI().cast("uintptr_t", of_cells.tabulate_tensor_float64))
+        self.address = int(kernels(1).ffi.cast("uintptr_t", of_cells.tabulate_tensor_float64))
         self.kept = made  # the compiled code lives as long as this
         mesh = states[0].function_space.mesh
         self.places = np.ascontiguousarray(mesh.geometry.x[_vertices(mesh)[cells]].reshape(len(cells), -1))
