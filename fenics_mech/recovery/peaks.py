@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.recovery.cycle_curves import CycleCurves
-from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 
 
@@ -144,13 +144,10 @@ def _closer(result: Result) -> tuple[Result, Array]:
     count = result.data.sizes["theta"]
     if not _smooth(result.scene, count):
         return result, np.arange(float(count))
-    kept = vars(result)  # as every plot and table asks for them
-    if kept.get("closer", (None,))[0] is not result.data:
-        kept["closer"] = result.data, _drawn(result)
-    found: tuple[Result, Array] = kept["closer"][1]
-    return found
+    return _drawn(result)
 
 
+@kept
 def _drawn(result: Result) -> tuple[Result, Array]:
     """Draw the curves of a cycle at its positions, at more where these are few, and at peaks of members and joints."""
     data = result.data[[name for name in CURVES if name in result.data]]

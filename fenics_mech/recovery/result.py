@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import wraps
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 import xarray as xr
@@ -21,6 +22,7 @@ from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.saved import CHECKED
 from fenics_mech.scene import Scene
 
+Made = TypeVar("Made")
 PLOTS = (  # functions of the top level, which draw a result
     *("strain", "strain_map", "spectrum", "deflection"),
     *("joint_forces", "force_path", "point_path", "drive", "frequencies"),
@@ -256,6 +258,26 @@ class Result(OfScene):
         return at_place(strain.to_numpy(), self.data["s"].to_numpy(), s)
 
 
+def kept(make: Callable[[Result], Made]) -> Callable[[Result], Made]:
+    """Keep with a result what a function makes of it, as summary, page, plots and tables all ask for it.
+
+    Parameters
+    ----------
+    make
+        The function.
+    """
+    name = f"{make.__module__}.{make.__qualname__}"
+
+    @wraps(make)
+    def found(result: Result) -> Made:
+        known = vars(result).setdefault("_kept", {})
+        if name not in known:
+            known[name] = make(result)
+        return known[name]  # type: ignore[no-any-return]
+
+    return found
+
+
 def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
     """Interpolate by Akima's curve between stations, ``(..., stations)`` to ``(...,)``, or to ``(..., places)``.
 
@@ -271,14 +293,14 @@ def at_place(curves: Array, stations: Array, s: float | Array) -> Array:
     s
         The place, 0..1, or several.
     """
-    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
-
     at = np.minimum(np.searchsorted(stations, s), len(stations) - 1)
     if np.array_equal(stations[at], s):  # to the last bit, and no jump elsewhere along the member is felt
         return curves[..., at]
     if len(stations) == 2:  # between which a curve of Akima is straight, but not every version of SciPy knows
         share = (np.asarray(s) - stations[0]) / (stations[1] - stations[0])
         return np.asarray(np.multiply.outer(curves[..., 0], 1 - share) + np.multiply.outer(curves[..., 1], share))
+    from scipy.interpolate import Akima1DInterpolator  # noqa: PLC0415  (slow to import)
+
     found = np.asarray(Akima1DInterpolator(stations, np.moveaxis(curves, -1, 0))(s))
     return np.moveaxis(found, 0, -1) if np.ndim(s) else found
 

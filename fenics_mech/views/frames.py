@@ -14,7 +14,7 @@ from fenics_mech.views.geometry import ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
-from fenics_mech.views.reading import Peak, Reading
+from fenics_mech.views.reading import Peak, reading_of_members
 from fenics_mech.views.symbols import BLOCK_CORNERS
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
@@ -185,7 +185,7 @@ def peak_of(result: Result, quantity: str = "stress") -> ShownPeak | None:
     """Find the peak stress of a result, or the largest strain at the peaks of its members; None where no link bends."""
     if not result.scene.members():
         return None
-    reading = Reading(result, result.scene.answer_units)
+    reading = reading_of_members(result)
     curves = reading.stress if quantity == "stress" else reading.strain
     values = [float(curves[peak.k, peak.i, peak.j, peak.f]) for peak in reading.peaks]
     i = int(np.abs(values).argmax())

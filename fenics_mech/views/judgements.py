@@ -15,8 +15,8 @@ from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.planning.effect_choice import CHOICE
-from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, doubts
+from fenics_mech.recovery.result import Result, kept
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.law_figures import law_efforts
@@ -75,7 +75,8 @@ class Judgement:
     about: str = "theory"
 
 
-def judgements(result: Result) -> list[Judgement]:
+@kept
+def judgements(result: Result) -> tuple[Judgement, ...]:
     """Judge a result by theory, stability and error, the worst first.
 
     Parameters
@@ -84,7 +85,7 @@ def judgements(result: Result) -> list[Judgement]:
         The result.
     """
     found = [theory(result), stability(result), error(result)] if result.scene.members() else [_rigid(result)]
-    return sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level))
+    return tuple(sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level)))
 
 
 def warnings_of(result: Result) -> list[str]:

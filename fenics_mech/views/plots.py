@@ -24,7 +24,7 @@ from fenics_mech.views.plot_marks import (
     still_at,
     strains_at,
 )
-from fenics_mech.views.reading import Peak, Reading, reading_of
+from fenics_mech.views.reading import Peak, reading_of, reading_of_members
 from fenics_mech.views.words import MINUS, sentence, short
 
 STILL: dict[str, Any] = {"color": "#777777", "linestyle": "--", "linewidth": 1.2, "label": "without vibration"}
@@ -75,7 +75,7 @@ def plot_strain(
     >>> axes.get_title("left")
     'Strain of follower, 149 mm from C, + side'
     """
-    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
+    axes, reading = axes or new_axes(), reading_of_members(result)
     peak = reading.peaks[number_of(reading, member)]
     if s is None:
         values, where = reading.strain[:, peak.i, peak.j, peak.f], f"{reading.place(peak)}, {reading.side(peak)}"
@@ -127,7 +127,7 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
     >>> axes.images[0].get_clim()[1] == -axes.images[0].get_clim()[0]
     True
     """
-    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
+    axes, reading = axes or new_axes(), reading_of_members(result)
     peak = reading.peaks[number_of(reading, member)]
     x, values = over(reading, reading.strain[:, peak.i, :, peak.f])
     limit, length = float(np.abs(reading.strain).max()) or 1.0, reading.lengths[peak.i] / reading.units.size("length")
@@ -172,7 +172,7 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
     >>> axes.get_ylabel()
     'deflection (mm)'
     """
-    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
+    axes, reading = axes or new_axes(), reading_of_members(result)
     ranked = np.argsort(-reading.bent.max(axis=(0, 2, 3)), kind="stable")[:MOST_CURVES]
     for i in sorted(ranked.tolist()):
         peak = reading.peak(reading.bent, i)
@@ -290,7 +290,7 @@ def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes
     >>> axes.get_title("left").startswith("Harmonics of the strain of coupler")
     True
     """
-    axes, reading = axes or new_axes(), Reading(result, result.scene.answer_units)
+    axes, reading = axes or new_axes(), reading_of_members(result)
     i = number_of(reading, member)
     if "strain_amplitude" not in result.data:
         raise ViewError("the result has no harmonics: its motion is not periodic")

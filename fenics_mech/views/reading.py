@@ -13,8 +13,8 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, shortened
-from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.words import MINUS, in_degrees, short
@@ -311,8 +311,27 @@ def reading_of(result: Result, units: AnswerUnits | None = None) -> ForceReading
     units
         Units of the numbers, instead of those of the scene.
     """
-    units = units or result.scene.answer_units
-    return Reading(result, units) if result.scene.members() else ForceReading(result, units)
+    usual = result.scene.answer_units
+    if not result.scene.members():
+        return ForceReading(result, units or usual)
+    return reading_of_members(result) if units in (None, usual) else Reading(result, units)
+
+
+@kept
+def reading_of_members(result: Result) -> Reading:
+    """Read a result of links that bend, in the units of its scene.
+
+    Parameters
+    ----------
+    result
+        The result.
+
+    Raises
+    ------
+    ResultError
+        When no link bends, or as of `Reading`.
+    """
+    return Reading(result, result.scene.answer_units)
 
 
 @contextmanager

@@ -30,7 +30,7 @@ from fenics_mech.views.plots import (
     plot_strain,
     plot_strain_map,
 )
-from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file
+from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file, reading_of_members
 from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
 MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
@@ -103,7 +103,7 @@ def strain_figure(result: Result) -> Figure:
     result
         The result.
     """
-    reading = Reading(result, result.scene.answer_units)
+    reading = reading_of_members(result)
     size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_MEMBERS]
     with mpl.rc_context(STYLE):
@@ -154,7 +154,7 @@ def map_figure(result: Result) -> Figure:
     result
         The result.
     """
-    reading = Reading(result, result.scene.answer_units)
+    reading = reading_of_members(result)
     shown = sorted(reading.ranked[:MOST_MEMBERS])
     tall = np.maximum(reading.lengths, LEAST_ROW * reading.lengths.max())[shown]
     height = 1.0 + 0.35 * len(shown) + 1.5 * float(tall.sum() / tall.max())
@@ -195,7 +195,7 @@ def spectrum_figure(result: Result) -> Figure:
     result
         The result.
     """
-    reading = Reading(result, result.scene.answer_units)
+    reading = reading_of_members(result)
     size = np.abs(reading.strain).max(axis=(0, 2, 3))
     shown = sorted(int(i) for i in np.argsort(-size, kind="stable")[:MOST_SPECTRA])
     figure, panels = empty_figure(rows=len(shown), height=1.2 + 2.1 * len(shown))

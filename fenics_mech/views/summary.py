@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -19,7 +20,7 @@ from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
 from fenics_mech.views.motion_words import motion_rows
-from fenics_mech.views.reading import Reading, change_by_vibration
+from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
 from fenics_mech.views.rigid_report import (
     freedoms_table,
     law_table,
@@ -72,7 +73,8 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
         return Summary(*rigid_parts(result, units))
     if details:
         return Summary(all_details(result, units))
-    reading, judged = Reading(result, units), judgements(result)
+    reading, judged = reading_of(result, units), judgements(result)
+    assert isinstance(reading, Reading)
     level, usable = verdict(judged)
     parts: list[RenderableType] = [
         Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
@@ -153,7 +155,7 @@ def _joints(reading: Reading) -> Table:
     return table
 
 
-def _rest(reading: Reading, judged: list[Judgement]) -> Table:
+def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     """Tell what is left: drive, vibration, frequencies, good reasons, effects, damping."""
     result = reading.result
     rows: dict[str, str] = {}

@@ -85,3 +85,9 @@ def test_jumps_and_many_positions_are_left_as_they_are(result):
     assert np.abs(largest_of(jumping, "strain")[1]).max() == np.abs(jumping.data["strain"]).max()
     many = result.data.reindex(theta=np.linspace(0, 2 * np.pi, PEAK.certain, endpoint=False), method="nearest")
     assert doubts(Result(many)) == {"strain": 0.0, "joint_force": 0.0}
+
+
+def test_what_is_made_of_a_result_is_kept_with_it_and_with_no_other(result):
+    found = between_positions(result)
+    assert between_positions(result) is found
+    assert between_positions(Result(result.data)) is not found
