@@ -29,7 +29,6 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
-from fenics_mech.recovery.peaks import CURVES
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.periodic.collocation import between as inside_steps
 from fenics_mech.response.periodic.collocation import orbit_of
@@ -286,10 +285,7 @@ class _Side:
             known.solution, scene=cycle.scene, system=cycle.system, response=response, modes=self._modes(), cycle=cycle
         )
         other = replace(other, stability=stability)
-        data = collect(other, recover(other), None, names=known.names).data
-        unused = [name for name in CURVES if name in data and name not in known.names]
-        few = not known.names.isdisjoint(CURVES)  # peaks between positions are sought of all curves that there are
-        return Result(data.drop_vars(unused)) if few else Result(data)
+        return collect(other, recover(other), None, names=known.names)
 
     def _modes(self) -> Modes:
         """Natural modes there, as far as numbers are made from them."""
