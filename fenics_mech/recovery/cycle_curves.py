@@ -137,7 +137,7 @@ class CycleCurves:
         f, top = _top(v[k, which], v[(k + 1) % count, which], s[k, which], s[(k + 1) % count, which])
         np.maximum.at(highest, which, top)
         reached = top == highest[which]
-        places[which[reached]] = (k + f)[reached]
+        places[which[reached]] = ((k + f) % count)[reached]  # the end of a cycle is its start
         return places.reshape(shape), sign * highest.reshape(shape)
 
     def turning(self) -> Array:

@@ -34,6 +34,17 @@ def test_extremes_are_those_of_the_curve_everywhere(seed):
     assert curves.turning().min(axis=0) == pytest.approx(curves.lowest()[1], abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("count", "curve"), [(12, lambda x: np.exp(2 * np.cos(x))), (90, lambda x: -abs(np.sin(x / 2)))]
+)
+def test_a_peak_at_the_start_is_not_at_the_end(count, curve):
+    """An even curve has a slope of nothing but rounding at 0, where the step before it ends."""
+    curves = CycleCurves.through(curve(2 * np.pi * np.arange(count) / count)[:, None])
+    place = curves.highest()[0][0]
+    assert place < count
+    assert min(place, count - place) == pytest.approx(0, abs=1e-7)  # a maximum is known to the root of rounding
+
+
 def test_a_smooth_curve_is_a_spline_and_a_cornered_one_stays_between_its_positions():
     """The slope of the spline of cos k theta is -k sin k theta times 3 sin x/(x (2 + cos x)) with x = k h."""
     theta = 2 * np.pi * np.arange(48) / 48
