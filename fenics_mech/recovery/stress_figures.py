@@ -109,13 +109,15 @@ def fatigue(result: Result) -> xr.Dataset:
     part = last_cycle(scene.analysis, scene.drives, result.data)
     stress = result.data["stress"].transpose("member", "s", "fibre", "theta")
     stress = stress if part is None else stress.isel(theta=part)
-    turning = curves_over_cycle(scene, np.moveaxis(stress.to_numpy(), -1, 0)).turning()
+    waves = np.moveaxis(stress.to_numpy(), -1, 0)
+    if part is not None:  # else the end does not go on at the start
+        waves = curves_over_cycle(scene, waves).turning()
     damage = np.full(stress.shape[:3], np.nan)
     for i, fibres in enumerate(curves.values()):
         for f, fibre in enumerate(stress["fibre"].to_numpy()):
             if (curve := fibres[str(fibre)]) is not None:
-                damage[i, :, f] = [_damage(wave, curve, part is not None) for wave in turning[:, i, :, f].T]
-    duration = scene.period if part is not None else float(np.ptp(result.data["time"]))
+                damage[i, :, f] = [_damage(wave, curve, part is not None) for wave in waves[:, i, :, f].T]
+    duration = scene.period if part is not None else float(np.ptp(result.data["time"].to_numpy()))
     found = stress.isel(theta=0, drop=True).copy(data=damage).to_dataset(name="damage")
     worst = found["damage"].max(("s", "fibre"))
     found["life_cycles"] = xr.where(worst > 0, 1 / worst.where(worst > 0), np.inf).where(worst.notnull())

@@ -84,6 +84,19 @@ def test_damage_of_one_swing_is_that_of_its_range():
     assert float(found["life_hours"][0]) == pytest.approx(2 * np.pi / 40 / worst / 3600)
 
 
+def test_damage_of_a_motion_in_time_counts_no_return_to_its_start():
+    pytest.importorskip("rainflow")
+    once = {"method": "transient", "cycles": 1, "sub_intervals": 96}
+    whole = response_of(turning_arm(fatigue=CURVE).changed(effects=(), analysis=once))
+    result = fm.Result(whole.data.isel(theta=slice(0, 25)))  # a quarter of a turn, which ends elsewhere
+    stress = result.data["stress"].sel(member="arm", s=0.0, fibre="+").to_numpy()
+    ranges, _, count = stress_cycles(stress, repeats=False).T
+    damage, quarter = count @ (ranges / 40e6) ** 5 / 2e6, np.pi / 2 / 40
+    found = fatigue(result)
+    assert float(found["damage"].sel(member="arm", s=0.0, fibre="+")) == pytest.approx(damage, rel=1e-12)
+    assert float(found["life_hours"][0]) == pytest.approx(quarter / float(found["damage"].max()) / 3600)
+
+
 def test_limit_and_mean_stress_count():
     curve = StressLife(**CURVE)
     assert StressLife(**CURVE | {"limit": 50e6}).damage(49e6, 0) == 0
