@@ -151,7 +151,8 @@ class ModalForces:
             The rate (rad/s).
         """
         found = replace(self, by_place=rate * self.by_place)
-        vars(found).update(damping=self.damping, stiffness=rate * self.stiffness)
+        if not self.few:  # few modes are taken without full matrices
+            vars(found).update(damping=self.damping, stiffness=rate * self.stiffness)
         return found
 
     def widened(self, more: int) -> ModalForces:

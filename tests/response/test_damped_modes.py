@@ -82,6 +82,14 @@ def test_no_more_modes_are_damped_than_change_the_strains():
     assert counts[0] < counts[1] < counts[2], counts
 
 
+def test_few_modes_take_no_full_matrices():
+    scene = many()
+    cycle = Cycle(scene, mechanism(scene))
+    modal = cycle.at_points(cycle.tableau).linear.modal
+    assert modal.few
+    assert not {"damping", "stiffness"} & {*vars(modal)}
+
+
 def test_modes_of_many_nodes_are_found_by_few_coordinates(monkeypatch):
     """Ends and clamped modes of the members hold the damped modes: strains are within 1e-4 of each member's peak."""
     scene = many(**SPRING).changed(mesh__elements=16)
