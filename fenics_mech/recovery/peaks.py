@@ -109,18 +109,20 @@ def _by_owner(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Ar
     return places, values
 
 
-def between_positions(result: Result) -> Result:
+def between_positions(result: Result, least: int = PEAK.drawn) -> Result:
     """Give the curves of a cycle also where they have their peaks, as most of these lie between two positions.
 
-    Where positions are few, the curves are given at more of them, as they are drawn. Where the result is no periodic
-    motion, or something jumps, it is given as it is.
+    Where positions are few, the curves are given at more of them. Where the result is no periodic motion, or something
+    jumps, it is given as it is.
 
     Parameters
     ----------
     result
         The result.
+    least
+        Positions of a cycle at which curves are given at least, that of curves as they are drawn.
     """
-    return _closer(result)[0]
+    return _closer(result, least)[0]
 
 
 def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
@@ -139,20 +141,25 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     return closer.data["theta"].to_numpy(), values
 
 
-def _closer(result: Result) -> tuple[Result, Array]:
-    """Give the curves of a cycle as they are drawn, and at which places, in positions."""
+def _closer(result: Result, least: int = PEAK.drawn) -> tuple[Result, Array]:
+    """Give the curves of a cycle at so many positions at least, and these places, in positions of the result."""
     count = result.data.sizes["theta"]
     if not _smooth(result.scene, count):
         return result, np.arange(float(count))
-    return _drawn(result)
+    return _drawn(result) if least == PEAK.drawn else _at_more(result, least)
 
 
 @kept
 def _drawn(result: Result) -> tuple[Result, Array]:
-    """Draw the curves of a cycle at its positions, at more where these are few, and at peaks of members and joints."""
+    """Give the curves of a cycle as they are drawn."""
+    return _at_more(result, PEAK.drawn)
+
+
+def _at_more(result: Result, least: int) -> tuple[Result, Array]:
+    """Give the curves of a cycle at its positions, at more where these are few, and at peaks of members and joints."""
     data = result.data[[name for name in CURVES if name in result.data]]
     names, count = list(map(str, data)), data.sizes["theta"]
-    times = math.ceil(PEAK.drawn / count)
+    times = math.ceil(least / count)
     places = [np.arange(count * times) / times]
     for name in names:
         where, size = largest_of(result, name)

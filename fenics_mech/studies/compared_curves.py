@@ -140,7 +140,7 @@ def curves_of_result(result: Result, label: str, place: tuple[float, str] | None
         When it has no cycle.
     """
     scene, data = result.scene, result.data
-    closer = between_positions(result).data
+    closer = between_positions(result, STEPS).data  # between fewer, lengths of vectors are off at their corners
     part, closer_part = (last_cycle(scene.analysis, scene.drives, one) for one in (data, closer))
     if part is None or closer_part is None:
         raise ResultError(f"{label}: there is no cycle in it to compare: the motion is static or not periodic")
