@@ -1,5 +1,6 @@
 """The report in a browser: clicks and drags are followed, and it is readable narrow, printed, and without script."""
 
+import re
 import time
 
 import pytest
@@ -88,6 +89,16 @@ def test_all_follow_the_slider_and_the_arrow_keys(window, file):
     window.click("#to-peak")
     assert window.text("#told") == "14°"
     assert picture(window) == before[0]
+
+
+def test_the_slider_ends_at_a_peak_just_before_360_degrees(window, file, tmp_path):
+    """Angles have four decimals, so that such a position has no distance to the start of the next turn."""
+    page, count = re.subn(r'("axis": ?\[[^]]*, ?)[0-9.]+\]', r"\g<1>360.0]", file.read_text(encoding="utf-8"))
+    assert count == 1
+    (tmp_path / "report.html").write_text(page, encoding="utf-8")
+    window.open(tmp_path / "report.html")
+    window.choose("#position", 360)
+    assert window.text("#told") == "0°"
 
 
 def test_a_plot_is_dragged(window, file):

@@ -40,8 +40,8 @@ function placeOf(value) {
   let low = 0, high = N - 1;
   while (low < high) { const middle = (low + high + 1) >> 1; if (D.axis[middle] <= value) low = middle; else high = middle - 1; }
   if (!TURNS && low === N - 1) return N - 1;
-  const step = (low < N - 1 ? D.axis[low + 1] : 360 + D.axis[0]) - D.axis[low];
-  return Math.max(0, Math.min(TURNS ? N - 1e-6 : N - 1, low + (value - D.axis[low]) / step));
+  const step = (low < N - 1 ? D.axis[low + 1] : 360 + D.axis[0]) - D.axis[low]; // 0 from a peak just before 360
+  return Math.max(0, Math.min(TURNS ? N - 1e-6 : N - 1, low + (step && (value - D.axis[low]) / step)));
 }
 const FROM = TURNS ? 0 : D.axis[0], TO = TURNS ? 360 : D.axis[N - 1];
 
