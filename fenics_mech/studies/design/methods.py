@@ -257,7 +257,9 @@ def _covered(problem: Problem, count: int) -> float:
     if not len(aims):
         return 0.0
     known = [problem.aims_of(trial) for trial in problem.history[:count] if problem.rank(trial)[0] == 0]
-    return float(HV(aims.max(axis=0) + LAST * np.ptp(aims, axis=0))(np.array(known))) if known else 0.0
+    worst, span = aims.max(axis=0), np.ptp(aims, axis=0)
+    beyond = worst + LAST * np.where(span > 0, span, np.abs(worst))  # one best trial has no span
+    return float(HV(beyond)(np.array(known))) if known else 0.0
 
 
 METHODS: dict[str, Method] = {

@@ -272,6 +272,14 @@ def test_several_aims_have_the_trade_offs_of_the_closed_form():
         assert best[mass] <= max(exact, 0) + 0.01
 
 
+def test_a_search_by_nsga2_for_one_aim_settles():
+    pytest.importorskip("pymoo")
+    problem = Problem(formula(0.95, minimise=["mass"], limits=LIMIT))
+    ending = METHODS["nsga2"](problem, np.array([0.95, 0.5]), Search(generations=40))
+    assert len(problem.front) == 1
+    assert ending.converged, ending.message
+
+
 def test_the_history_is_written_as_trials_are_known(tmp_path):
     problem = Problem(formula(0.95, minimise=["mass"], limits=LIMIT))
     history, path = History(tmp_path / "history.csv"), tmp_path / "history.csv"
