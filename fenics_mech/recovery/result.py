@@ -38,7 +38,7 @@ class Result(OfScene):
     data
         Coordinates theta (rad), time (s), member, s (0..1), fibre ("+", "-"), joint, mode, component ("x", "y").
         Variables such as strain, stress, moment, axial_force, deflection, joint_force, input_torque and frequency.
-        SI units in ``attrs["units"]``.
+        SI units in ``attrs["units"]``. What is made of it is kept: for other values make another `Result`.
 
     Examples
     --------
