@@ -119,7 +119,7 @@ def answered(
     found, changes = state, list[float]()
     while len(changes) < THEORY.most_iterations:
         top = exact(found)
-        tangents = top.linearised(found[0], found[1], tension)
+        tangents = top.linearised(found[0], found[1], tension, second=found[2])
         change = answer(tangents, known - top.residual(*found))
         tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])
         found = found + change

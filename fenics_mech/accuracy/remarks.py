@@ -56,7 +56,7 @@ def not_estimated(solution: Solution) -> list[str]:
     list of str
         Phrases; empty where there is nothing to say.
     """
-    found = _of_loads(solution) + _of_sections(solution)
+    found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
     if isinstance(solution, SuperposedSolution):
@@ -87,7 +87,7 @@ def _of_sections(solution: Solution) -> list[str]:
     Its share of the mass is ``(pi r/L)^2``, of which large slopes change ``w'^2/2``.
     """
     scene, system = solution.scene, solution.system
-    if ROTARY.name not in scene.named_effects or isinstance(solution, StaticSolution):
+    if ROTARY.name not in scene.named_effects or isinstance(solution, StaticSolution) or system.spin is not None:
         return []
     middle = np.array([0.5])
     sections = [(scene.rigidity(label, middle), math.dist(*scene.member_ends(label))) for label in scene.members()]
@@ -96,6 +96,28 @@ def _of_sections(solution: Solution) -> list[str]:
     if math.pi**2 * heaviest * slope**2 / 2 < LITTLE:
         return []
     return [f"what slopes of {slope:.2g} change of the inertia of the sections, which is that of small rotations"]
+
+
+def _of_bodies(solution: Solution) -> list[str]:
+    """What moments of inertia of point masses miss where the axis below them turns far, as `_of_sections`."""
+    scene, system, found = solution.scene, solution.system, list[str]()
+    if isinstance(solution, StaticSolution):
+        return found
+    rotation, middle = system.to_links(solution.response.displacement)[:, 2::3], np.array([0.5])
+    for node, body in system.beams.inertia.bodies:
+        place = system.beams.mesh.node_name[node]
+        members = [label for label, (link, _) in scene.members().items() if link == place.split(".")[0]]
+        if not body.inertia or not members:
+            continue
+        lengths = [math.dist(*scene.member_ends(label)) for label in members]
+        densities = [scene.rigidity(label, middle).line_density[0] for label in members]
+        share = body.inertia / (body.mass + np.dot(densities, lengths)) / max(lengths) ** 2
+        slope = float(np.abs(rotation[:, node]).max())
+        if math.pi**2 * share * slope**2 / 2 >= LITTLE:
+            found.append(
+                f"what a slope of {slope:.2g} changes of the inertia at {place}, which is that of small rotations"
+            )
+    return found
 
 
 def _of_start(solution: TransientSolution) -> list[str]:

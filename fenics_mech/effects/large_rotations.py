@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from fenics_mech.beams.element_dofs import element_dofs
 from fenics_mech.effects.effect import Effect, Survey
 from fenics_mech.effects.given_axial_forces import AxialStiffness
 from fenics_mech.effects.nonlinear_law import ArcLength
+from fenics_mech.effects.section_spin import SectionSpin
 from fenics_mech.effects.terms import Situation, Terms
 
 
@@ -16,12 +18,14 @@ def terms(situation: Situation) -> Terms:
     beams, material = situation.beams, situation.scene.damping.material
     axis, stretching = beams.bent_axis, beams.stretching
     rigidity = beams.rigidity.axial.mean / beams.mesh.cell_length
+    has_motor = any(drive.motor is not None for drive in situation.scene.drives)  # it may turn the links otherwise
+    spin = None if has_motor else SectionSpin.of(beams)
     of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, material)
     uneven = (AxialStiffness.uneven(beams, situation.uneven()),)
     if beams.reduction is None:
-        return Terms(law=of_nodes, uneven=uneven)
+        return Terms(law=replace(of_nodes, spin=spin), uneven=uneven)
     coordinates, shape = beams.reduction.of_elements
-    law = ArcLength(axis.by(shape), stretching.by(shape), coordinates, rigidity, material, of_nodes)
+    law = ArcLength(axis.by(shape), stretching.by(shape), coordinates, rigidity, material, of_nodes, spin)
     return Terms(law=law, uneven=uneven)
 
 

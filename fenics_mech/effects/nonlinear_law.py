@@ -12,6 +12,7 @@ from fenics_mech._arrays import Array, Index, each, times
 if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
     from fenics_mech.beams.nonlinear_stretching import Stretching
+    from fenics_mech.effects.section_spin import SectionSpin
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,8 @@ class ArcLength:
         is that of the whole strain: on the linear part alone it would damp bending away, as u' follows the shortening.
     of_nodes
         The same by the nodal dofs, where the links are reduced.
+    spin
+        Inertia of the sections beyond that of linear theory; None where they have none.
     """
 
     axis: BentAxis
@@ -49,6 +52,7 @@ class ArcLength:
     rigidity: Array
     material: float
     of_nodes: ArcLength | None = None
+    spin: SectionSpin | None = None
 
     @property
     def on_elements(self) -> ArcLength:

@@ -135,7 +135,7 @@ def elastic_response(equation: Equation, q: Array, rate: Array, load: Array | No
     """
     acceleration = equation.acceleration(q, rate)
     if load is not None:
-        acceleration += equation.linear.mass.solve(load)
+        acceleration += equation.mass_at(q).solve(load)
     return response_at(equation, q, rate, acceleration)
 
 

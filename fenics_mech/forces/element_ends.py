@@ -11,6 +11,7 @@ from fenics_mech.effects import AxialForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import held_tension, without_elastic
 from fenics_mech.forces.reduced_members import response_of_reduced_members
+from fenics_mech.forces.spinning_sections import spinning
 from fenics_mech.mechanism import System
 
 
@@ -71,6 +72,8 @@ def _on_elements(system: System, response: ElasticResponse) -> Array:
         ends += each(rotation, times(blocks, v[:, element_dofs(beams.mesh)]))
     if terms.law is not None and response.velocity is not None:
         ends += each(rotation, terms.law.on_elements.force(v, response.velocity))
+    if (spun := spinning(system, response)) is not None:
+        ends += each(rotation, spun[0].force(*spun[1], system.motion.alpha))
     return ends
 
 

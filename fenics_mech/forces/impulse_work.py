@@ -18,7 +18,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.impulses import nodal_impulses
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.virtual_work import Acceleration, Forces, Rates
+from fenics_mech.forces.rates import Acceleration, Rates
+from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_influences, drive_rates
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene

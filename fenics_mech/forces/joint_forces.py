@@ -9,6 +9,7 @@ import numpy as np
 from fenics_mech._arrays import Array, turned
 from fenics_mech.effects.joint_frames import LawForces
 from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.spinning_sections import spinning
 from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
@@ -60,6 +61,8 @@ def without_elastic(system: System, response: ElasticResponse) -> Array:
             forces += system.assembled(terms.law.on_elements.force(v, response.velocity))
             for part in terms.rotation_forces:
                 forces += part.on_nodes(v, response.velocity)
+    if (spun := spinning(system, response)) is not None:
+        forces += system.assembled(spun[0].force(*spun[1], system.motion.alpha))
     if response.modal_damping is not None and response.modal_damping.on_bent_axis is not None:
         forces += system.assembled(response.modal_damping.on_bent_axis)
     return forces

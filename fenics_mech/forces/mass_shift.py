@@ -25,7 +25,7 @@ from fenics_mech.effects.causes import Cause
 from fenics_mech.mechanism import System
 
 if TYPE_CHECKING:
-    from fenics_mech.forces.virtual_work import Acceleration, Rates
+    from fenics_mech.forces.rates import Acceleration, Rates
 
 
 @dataclass(frozen=True)

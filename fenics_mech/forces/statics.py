@@ -12,6 +12,7 @@ from fenics_mech.beams.shapes import evaluate, integral
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad, applied_inside
 from fenics_mech.forces.inertia import SHAPES, by_mass_beside_axis, by_rotary_inertia, inertia_of, shear_number
+from fenics_mech.forces.spinning_sections import spinning
 from fenics_mech.mechanism import System
 
 
@@ -46,6 +47,8 @@ def statics(
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
     if beams.inertia.rotary is not None:
         moment += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[0]
+    if (spun := spinning(system, response)) is not None:  # as if it were even along each element
+        moment += spun[0].on_frames(*spun[1])[:, element] * xi
     if beams.mass_moment is not None:
         moment += by_mass_beside_axis(system, response, beams.mass_moment, element, xi)[0]
     return axial, shear, moment

@@ -15,29 +15,18 @@ import numpy as np
 import scipy.sparse as sp
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._guard import require_memory
-from fenics_mech._sparse import DENSE, Congruence, Stack
+from fenics_mech._sparse import Congruence, Stack
+from fenics_mech._sparse.pattern import Pattern
 from fenics_mech.effects import Entries
 from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.damping_factors import DampingFactor
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
+from fenics_mech.mechanism.spin_tangents import places_of, with_spin
 from fenics_mech.mechanism.system import System
 
-
-@dataclass(frozen=True)
-class MemoryNeed:
-    """Numbers that a solver holds at each position."""
-
-    nonzero: int = 14  # of a nonzero of the matrices, beside their factors
-    mode: int = 32  # of what a mode sees of the coordinates, for each mode that is damped
-    factors: int = 3  # of the modes' own equations in each step
-    coordinate: int = 300  # of a coordinate, with its factors: rough, for meshes that are not yet made
-    damped: int = 1000  # the same with damping of modes
-
-
-MEMORY_NEED = MemoryNeed()
+States = tuple[Array, Array, Array]  # coordinates and their first two time derivatives
 
 
 @dataclass(frozen=True)
@@ -95,10 +84,15 @@ class Equation:
         )
 
     @property
+    def pattern(self) -> Pattern:
+        """Where the matrices have numbers."""
+        return self._congruence.pattern
+
+    @property
     def _nonlinear_places(self) -> list[tuple[Index, Index]]:
         """Places of the tangents of what is nonlinear, over the links' coordinates."""
-        law, forces = self.system.terms.law, self.system.rotation_forces
-        return [_places_of(part.dofs) for part in (law, forces) if part is not None]
+        parts = self.system.terms.law, self.system.rotation_forces, self.system.spin
+        return [places_of(part.dofs) for part in parts if part is not None]
 
     @cached_property
     def linear(self) -> Matrices:
@@ -152,7 +146,9 @@ class Equation:
         axial = damping.axial(self, self.modal_strain, law)
         return NonlinearModalForces(linear, axial, law, self.system.transformation, (self.jets[0], self.turned))
 
-    def linearised(self, q: Array, rate: Array, tension: Array, share: float = 1.0) -> Matrices:
+    def linearised(
+        self, q: Array, rate: Array, tension: Array, share: float = 1.0, second: Array | None = None
+    ) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
 
         Parameters
@@ -163,19 +159,23 @@ class Equation:
             Axial force of each element that goes with them, where the law is nonlinear (N), ``(angles, elements)``.
         share
             Of the loads, under a nonlinear law.
+        second
+            Second time derivatives of the coordinates, where they are known: what sections need as axes turn far.
         """
         law = self.system.terms.law
         if law is None:
             return self.linear
-        return self._with_modes(self._linearised(law, self.in_links(q, rate), tension, share), q, rate)
+        found = self._with_modes(self._linearised(law, self.in_links(q, rate), tension, share), q, rate)
+        return with_spin(self, found, (q, rate, np.zeros_like(q) if second is None else second))
 
-    def about(self, q: Array, rate: Array) -> Matrices:
+    def about(self, q: Array, rate: Array, second: Array | None = None) -> Matrices:
         """Linearise about a motion, with the axial forces that its strains give.
 
         Parameters
         ----------
-        q, rate
-            Coordinates and their time derivatives, ``(angles, coordinates)``.
+        q, rate, second
+            Coordinates and their time derivatives, ``(angles, coordinates)``; q'' by the equation itself where it is
+            not given.
 
         Returns
         -------
@@ -186,7 +186,21 @@ class Equation:
         if law is None:
             return self.linear
         state = self.in_links(q, rate)
-        return self._with_modes(self._linearised(law, state, law.tension(*state)), q, rate)
+        found = self._with_modes(self._linearised(law, state, law.tension(*state)), q, rate)
+        if self.system.spin is None:
+            return found
+        return with_spin(self, found, (q, rate, self.acceleration(q, rate) if second is None else second))
+
+    def mass_at(self, q: Array) -> Stack:
+        """M about coordinates q, ``(angles, coordinates)``: with large slopes that of the sections depends on them.
+
+        Parameters
+        ----------
+        q
+            Coordinates, ``(angles, coordinates)``.
+        """
+        still = np.zeros_like(q)
+        return with_spin(self, self.linear, (q, still, still)).mass
 
     def _with_modes(self, tangents: Matrices, q: Array, rate: Array) -> Matrices:
         """Give the tangents with those of modal damping."""
@@ -232,7 +246,7 @@ class Equation:
         return replace(
             matrices,
             stiffness=matrices.stiffness + stiffness.on(matrices.stiffness.pattern),
-            load=matrices.load - self._to_coordinates(constant, dofs),
+            load=matrices.load - self.to_coordinates(constant, dofs),
         )
 
     def straight(self, tension: Array) -> Matrices:
@@ -247,14 +261,14 @@ class Equation:
         return self.linearised(still, still, tension)
 
     @cached_property
-    def _of_law(self) -> Congruence:
+    def of_law(self) -> Congruence:
         """From the tangents of what is nonlinear to matrices over q."""
         transformation = self.system.transformation
         return Congruence.of(*transformation.shape, transformation.rows, transformation.columns, self._nonlinear_places)
 
     def _tangents(self, dofs: Index, by_v: Array, by_rate: Array) -> tuple[Stack | None, Stack]:
         """Damping and stiffness from tangents over the links' coordinates `dofs`; no damping where there is none."""
-        products, (p, first, _), places = self._of_law, self.jets, _places_of(dofs)
+        products, (p, first, _), places = self.of_law, self.jets, places_of(dofs)
         k = products.values_of(*places, by_v.reshape(len(p), -1))
         if not by_rate.any():
             return None, products.products(p, (k, p))
@@ -294,7 +308,10 @@ class Equation:
         if law is not None:
             state, forces = self.in_links(q, rate), self.system.rotation_forces
             for part in (law,) if forces is None else (law, forces):
-                found += self._to_coordinates(part.force(*state), part.dofs)
+                found += self.to_coordinates(part.force(*state), part.dofs)
+        if (spin := self.system.spin) is not None:
+            forces_of_spin = spin.force(*self.state_in_links(q, rate, second), self.system.motion.alpha)
+            found += self.to_coordinates(forces_of_spin, spin.dofs)
         return found if self.modal is None else found + self.modal.of(q, rate)
 
     @cached_property
@@ -313,8 +330,8 @@ class Equation:
         k = self._congruence.values_of_matrix(self.system.link_stiffness)
         return self._congruence.products(self.system.values, (k, turned))
 
-    def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
-        """Carry forces on the links' coordinates `dofs`, ``(angles, elements, n)``, to the mechanism's."""
+    def to_coordinates(self, forces: Array, dofs: Index) -> Array:
+        """Carry forces on the links' coordinates `dofs`, ``(angles, elements, n)``, to those of the mechanism."""
         return self.system.transformation.backward_at(self.jets[0], dofs, forces)
 
     def in_links(self, q: Array, rate: Array) -> tuple[Array, Array]:
@@ -329,6 +346,20 @@ class Equation:
         v_rate = forward(p, rate)
         return forward(p, q), v_rate if first is None else v_rate + forward(first, q)
 
+    def state_in_links(self, q: Array, rate: Array, second: Array) -> States:
+        """Displacement v over the links' coordinates and its first two time derivatives, as `in_links`.
+
+        Parameters
+        ----------
+        q, rate, second
+            Coordinates and their first two time derivatives, ``(angles, coordinates)``.
+        """
+        (p, first, second_jet), forward = self.jets, self.system.transformation.forward
+        found = forward(p, second)
+        if first is not None and second_jet is not None:
+            found += 2 * forward(first, rate) + forward(second_jet, q)
+        return (*self.in_links(q, rate), found)
+
     def acceleration(self, q: Array, rate: Array) -> Array:
         """Second derivative of the coordinates at a state, ``(angles, coordinates)``.
 
@@ -337,7 +368,7 @@ class Equation:
         q, rate
             Coordinates and their time derivatives, ``(angles, coordinates)``.
         """
-        return self.linear.mass.solve(-self.residual(q, rate, np.zeros_like(q)))
+        return self.mass_at(q).solve(-self.residual(q, rate, np.zeros_like(q)))
 
     def _link_damping(self) -> Array:
         """Damping in link axes: by the material, by the surroundings, by dampers; nonzeros of link matrices."""
@@ -351,37 +382,3 @@ class Equation:
         for entries in map(self.system.on_links, added):
             found = found + self._congruence.values_of(entries.rows, entries.columns, entries.values)
         return found
-
-
-def _places_of(dofs: Index) -> tuple[Index, Index]:
-    """Rows and columns of blocks over the links' coordinates `dofs`, ``(blocks, n)``."""
-    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
-    return rows.ravel(), columns.ravel()
-
-
-def require_room(system: System, positions: int, stages: int, modes: tuple[int, int] | None) -> None:
-    """Raise `TooLargeError` where the matrices of a cycle and their factors do not fit into memory.
-
-    Parameters
-    ----------
-    system
-        The mechanism, at any of its angles.
-    positions
-        Number of collocation points in the cycle.
-    stages
-        Of them, those in a step.
-    modes
-        Number of modes that modal damping is made for, and of what they see of the coordinates; None for all modes,
-        which make the matrices full.
-    """
-    if modes is None:
-        numbers = DENSE * system.size**2
-    else:
-        pattern, (count, seen) = Equation(system)._congruence.pattern, modes
-        numbers = (
-            MEMORY_NEED.nonzero * len(pattern.rows)
-            + stages * (pattern.elimination.blocks + MEMORY_NEED.factors * count**2)
-            + MEMORY_NEED.mode * count * seen
-        )
-    what = f"the matrices of {positions} positions with {system.size} degrees of freedom"
-    require_memory(numbers * positions, what, "Take fewer sub_intervals or elements")

@@ -113,9 +113,9 @@ class MotorEquation(Equation):
         load = self.load - np.einsum("iak,ia->ak", self.tangents, self.twist)
         return Matrices(mass, damping, stiffness, load, modal)
 
-    def _to_coordinates(self, forces: Array, dofs: Index) -> Array:
+    def to_coordinates(self, forces: Array, dofs: Index) -> Array:
         """Carry forces on the links' coordinates to the mechanism's; they do no work in the twist."""
-        return np.pad(super()._to_coordinates(forces, dofs), ((0, 0), (0, 1)))
+        return np.pad(super().to_coordinates(forces, dofs), ((0, 0), (0, 1)))
 
     def _rows(self) -> tuple[Array, Array, Array]:
         """Torques on the crank of q, q' and q'', ``(angles, n)`` each.

@@ -17,6 +17,7 @@ from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import NOTHING, Entries, Loads, Terms
 from fenics_mech.effects.rotation_forces import RotationForces
+from fenics_mech.effects.section_spin import SectionSpin
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
@@ -308,6 +309,11 @@ class System:
             return None
         forces, reduction = RotationForces.joined(self.terms.rotation_forces), self.beams.reduction
         return forces if reduction is None else forces.by(*reduction.moving(forces.dofs))
+
+    @property
+    def spin(self) -> SectionSpin | None:
+        """Inertia of sections beyond linear theory, by the links' coordinates; None where it does not act."""
+        return None if self.terms.law is None else self.terms.law.spin
 
     @cached_property
     def symmetric_stiffness(self) -> tuple[Entries, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from fenics_mech._guard import memory
-from fenics_mech.mechanism.equation import MEMORY_NEED
+from fenics_mech.mechanism.memory_need import MEMORY_NEED
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.bodies import MESH

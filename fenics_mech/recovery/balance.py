@@ -195,6 +195,8 @@ def stored_energy(forces: Forces) -> Array:
     energy += spring_energy(forces.scene, system.beams.mesh, system.motion, v)
     if system.terms.law is not None:
         energy += system.terms.law.on_elements.energy(v).sum(axis=1)
+    if system.spin is not None:
+        energy += system.spin.on_elements.energy(v, rates.deformation, rates.motion.omega).sum(axis=1)
     if forces.shortening is not None:
         u, first, _ = forces.shortening.in_time
         energy += np.sum(rates.rigid * (mass @ first.T + gyroscopic @ (rates.turning * u).T).T, axis=1)

@@ -11,7 +11,7 @@ from fenics_mech.effects.motor import EFFECT as MOTOR
 from fenics_mech.eigenmodes import Modes, modes_kept
 from fenics_mech.errors import SceneError
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import require_room
+from fenics_mech.mechanism.memory_need import require_room
 from fenics_mech.response.axial_forces import settle, settles
 from fenics_mech.response.damped_modes import damped_modes
 from fenics_mech.response.motor_response import by_motor

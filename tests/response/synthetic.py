@@ -86,7 +86,7 @@ class Duffing:
         angle = self.rate * time[:, None]
         return self.amplitude * np.cos(angle), -self.rate * self.amplitude * np.sin(angle)
 
-    def linearised(self, q, rate, tension, share=1.0):
+    def linearised(self, q, rate, tension, share=1.0, second=None):
         """The tangent at q, under a share of the load."""
         stiffness = self.linear.stiffness.full + 3 * self.cubic * q[..., None] ** 2
         return Matrices.of_full(

@@ -29,7 +29,7 @@ class Forced:
         self.links_stiffness = self.linear.stiffness
         self.system = SimpleNamespace(terms=SimpleNamespace(law=self), motion=SimpleNamespace(theta=ANGLES, omega=1))
 
-    def linearised(self, q, rate, tension, share=1.0):
+    def linearised(self, q, rate, tension, share=1.0, second=None):
         """The tangent at q, under a share of the load."""
         stiffness = self.linear.stiffness.full + 3 * CUBIC * q[..., None] ** 2
         return Matrices.of_full(

@@ -148,15 +148,16 @@ def heavy() -> fm.Scene:
 
 @pytest.mark.slow  # steps of bending links
 def test_a_beam_with_heavy_sections_that_flies_off():
-    """With the sections' inertia of the paper, which resists turning as the mass does: it is for small rotations."""
+    """With the sections' inertia of the paper, which resists turning as the mass does."""
     known = np.loadtxt(ROOT / "tests" / "data" / "flying_heavy_exact.csv", delimiter=",", skiprows=1)
-    result = fm.analyse(heavy().changed(analysis__error_estimates=True))
-    assert "change of the inertia of the sections" in result.data.attrs["not_estimated"]
+    result = fm.analyse(heavy().changed(mesh__elements=4))
     assert result.data["rotation"].max() > 0.8
+    assert result.data.attrs["power_balance_error"] < 1e-4
     for k, point in enumerate("AMB"):
         found = result.data["point_position_bent"].sel(point=f"beam.{point}").to_numpy()
-        # the lower end moves by 2.0 m, and by 3.5 m without this inertia
-        assert np.abs(found - known[:, 1 + 2 * k : 3 + 2 * k]).max() < 0.06
+        # the lower end moves by 2.0 m, by 3.5 m without this inertia, and 0.06 m away if that is for small rotations;
+        # it is 4.3 mm off, and 1.4 mm with twice the elements
+        assert np.abs(found - known[:, 1 + 2 * k : 3 + 2 * k]).max() < 0.006
 
 
 @pytest.mark.slow  # steps of bending links

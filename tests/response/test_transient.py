@@ -32,7 +32,7 @@ SPAN = Schedule(cycle=2 * np.pi, samples=40, cycles=1, settled=0, steady_after=0
 class Oscillator:
     """``z'' + 2 zeta 2 z' + 4 z = f(t)``."""
 
-    law = dofs = None
+    law = dofs = spin = None
     between = -np.inf, np.inf
     error, weight, start, cycle, largest, energy, growth = 0.0, np.ones(1), 0.0, 2 * np.pi, 1 / 4, 1 / 2, 0.0
 

@@ -297,7 +297,7 @@ def _bordered_flow(family: Family, point: Point) -> Flow:
     """Give the steps of the equation linearised about a motion: its loads are the residual, and that of the number."""
     equation, rate = family.at(point.value), family.rate(point.value)
     now = paced(point.orbit, rate)
-    tangents = equation.linearised(now.displacement, now.velocity, point.tension)
+    tangents = equation.linearised(now.displacement, now.velocity, point.tension, second=now.acceleration)
     left_over = tangents.load - tangents.left(now.displacement, now.velocity, now.acceleration)
     first, last = family.ends
     step = BRANCH.difference * float(np.copysign(last - first, (first + last) / 2 - point.value))  # inside the range

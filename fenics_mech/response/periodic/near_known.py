@@ -196,7 +196,7 @@ class BesideKnown:
             Second derivatives of the known motion, ``(positions, coordinates)``.
         """
         mass = self.known.linear.mass
-        acceleration = near - mass.solve(self.residual(q, rate, near))
+        acceleration = near - self.known.mass_at(q).solve(self.residual(q, rate, near))
         found = response_at(self._plain, q, rate, acceleration)
         if self.change is None:
             return found
@@ -273,6 +273,9 @@ def residual_of_links(equation: Equation, q: Array, rate: Array, second: Array) 
     for law in (system.terms.law, system.rotation_forces):
         if law is not None:
             found += system.transformation.backward_at(p, law.dofs, law.force(*state))
+    if (spin := system.spin) is not None:
+        forces = spin.force(*equation.state_in_links(q, rate, second), system.motion.alpha)
+        found += system.transformation.backward_at(p, spin.dofs, forces)
     return found
 
 
@@ -300,6 +303,13 @@ def tangents_of_links(equation: Equation, state: State, paths: Sequence[Path]) -
         for k, (v, v_rate) in enumerate(moved):
             added = times(by_v, v[:, dofs]) + times(by_rate, v_rate[:, dofs])
             found[k] += system.transformation.backward_at(p, dofs, added)
+    if (spin := system.spin) is not None:
+        around = equation.state_in_links(*state, equation.acceleration(*state))
+        tangents = spin.linearised(*around, system.motion.alpha)[1:]
+        for k, path in enumerate(paths):
+            own = (part[:, spin.dofs] for part in equation.state_in_links(*path))
+            forces_of_spin = np.sum([times(*both) for both in zip(tangents, own)], axis=0)
+            found[k] += system.transformation.backward_at(p, spin.dofs, forces_of_spin)
     return found
 
 

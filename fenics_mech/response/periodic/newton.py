@@ -129,7 +129,7 @@ def solve_nonlinear(
         try:
             found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
             if accept is not None:
-                accept(equation.linearised(found.displacement, found.velocity, new_tension, factor))
+                accept(equation.linearised(found.displacement, found.velocity, new_tension, factor, found.acceleration))
             orbit, tension, done = found, new_tension, factor
         except (SolverError, FloatingPointError) as error:  # iterates that run away may overflow
             rise /= 2
@@ -154,6 +154,7 @@ def _at_load(
     zero = np.zeros_like(equation.linear.load)
     old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
     tolerance = begun.tolerance if isinstance(begun, Beginning) else NEWTON.tolerance
+    second = begun.acceleration if isinstance(begun, Orbit) else None
     changes: list[float] = []
     orbit: Orbit | None = None
     while not settled(changes, tolerance):
@@ -163,7 +164,7 @@ def _at_load(
         if not changes or changes[-1] > NEWTON.far:
             tension = guess(tension)
         try:
-            orbit = solve(equation.linearised(*old, tension, factor))
+            orbit = solve(equation.linearised(*old, tension, factor, second))
         except np.linalg.LinAlgError as error:
             raise SolverError(
                 f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling load"
@@ -173,7 +174,7 @@ def _at_load(
         change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
         changes.append(change / max(size, TINY))
         logger.debug("Newton %d at %.3g of the load: relative change %.2e", len(changes), factor, changes[-1])
-        old = new
+        old, second = new, orbit.acceleration
     assert orbit is not None
     return orbit, tension
 

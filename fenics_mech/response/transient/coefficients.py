@@ -17,6 +17,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.nonlinear_law import ArcLength
 from fenics_mech.effects.rotation_forces import RotationForces
+from fenics_mech.effects.section_spin import SectionSpin
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.modal_forces import NonlinearModalForces
@@ -121,7 +122,21 @@ class Coefficients:
         """
         if self._latest[0] != time:  # residual and tangents are asked for one after the other
             self._latest = time, self._interpolated(time)
-        return self._latest[1] if self.rotation_forces is None else self._latest[1][:-2]
+        beside = 2 * ((self.rotation_forces is not None) + (self.spin is not None))
+        return self._latest[1][: len(self._latest[1]) - beside]
+
+    def on_sections(self, time: float) -> tuple[Array, Array]:
+        """Give P'' and the angular acceleration of the links at a time, for the inertia of sections that turn far.
+
+        Parameters
+        ----------
+        time
+            Time (s).
+        """
+        self.at(time)
+        first = -2 if self.rotation_forces is None else -4
+        second, alpha = self._latest[1][first], self._latest[1][first + 1]
+        return second, alpha
 
     def on_rotations(self, time: float) -> RotationForces | None:
         """Give what acts on rotations beyond its linear parts, at a time.
@@ -136,6 +151,11 @@ class Coefficients:
         self.at(time)
         (moment, turning), constant = self._latest[1][-2:], self.rotation_forces.given[0, 1:3]
         return replace(self.rotation_forces, given=np.stack([moment, *constant, turning])[None])
+
+    @property
+    def spin(self) -> SectionSpin | None:
+        """Inertia of sections beyond linear theory, where axes turn far."""
+        return None if self.law is None else self.law.spin
 
     def look(self, start: float, end: float) -> None:
         """Look at a stretch of time: a jump at an end of it is not seen.
@@ -272,6 +292,11 @@ class Coefficients:
         parts += [equation.full_jet(values) / weight for values in (equation.jets[0], equation.turned)]
         if isinstance(modal := equation.modal, NonlinearModalForces):
             parts += [modal.linear.outward / weight, modal.linear.by_place / weight, modal.axial]
+        if equation.system.spin is not None:
+            second = equation.jets[2]
+            height = equation.full_jet(equation.jets[0])
+            parts += [np.zeros_like(height) if second is None else equation.full_jet(second) / weight]
+            parts += [equation.system.motion.alpha]
         if (forces := equation.system.rotation_forces) is not None:
             parts += [forces.given[:, 0], forces.given[:, 3]]  # the others do not change
         return parts

@@ -245,7 +245,7 @@ class FreeState:
         n, size = self.size, self.size + self.freedoms
         system = self.system_at(time, states)
         equation = Equation(system, modal_damping(self.scene.damping.ratio, system))
-        by_q = equation.about(states[0][:, :n], states[1][:, :n]).full
+        by_q = equation.about(*(part[:, :n] for part in states)).full
         fastest = max(1.0, float(np.abs(states[1][:, n:]).max(initial=0.0)))
         of_freedoms = DIFFERENCES.second, DIFFERENCES.rate * fastest, DIFFERENCES.place
         of_links = DIFFERENCES.second if self._rubs else 0.0, DIFFERENCES.elastic_rate, DIFFERENCES.elastic
@@ -332,7 +332,7 @@ class FreeState:
         values = self._smooth(np.tile(time, len(ahead)), (y_all, rates, seconds)).reshape(*several[:2], -1)
         by = np.moveaxis(values[1:] - values[0], 0, -1) / DIFFERENCES.second  # (times, rows, columns)
         left, mass = values[0, :, :size], np.zeros((len(time), size, size))
-        mass[:, :n, :n] = Equation(system).linear.mass.full
+        mass[:, :n, :n] = Equation(system).mass_at(y[:, :n]).full
         mass[:, :, n:] = by[:, :size, -self.freedoms :] if self.freedoms else 0.0
         mass[:, n:, :n] = mass[:, :n, n:].transpose(0, 2, 1)
         if self.joints is None:

@@ -27,7 +27,7 @@ class Instant:
 
     def tangents_at(self, time: Array, z: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
         """Give `tangents` at several times, ``(times, coordinates, coordinates)`` each."""
-        found = [self.tangents(*here) for here in zip(time.tolist(), z, rate)]
+        found = [self.tangents(*here) for here in zip(time.tolist(), z, rate, second)]
         mass, damping, stiffness = (np.stack(part) for part in zip(*found))
         return mass, damping, stiffness
 
@@ -66,17 +66,22 @@ class Instant:
         residual += _summed(law.dofs, ends, len(p)) @ p
         if (forces := self.coefficients.on_rotations(time)) is not None:
             residual += _summed(forces.dofs, forces.force(v, v_rate), len(p)) @ p
+        if (spin := self.coefficients.spin) is not None:
+            second_jet, alpha = self.coefficients.on_sections(time)
+            v_second = self._accelerated(p, first, second_jet, (z, rate, second))
+            residual += _summed(spin.dofs, spin.force(v, v_rate, v_second, alpha[None]), len(p)) @ p
         return residual
 
-    def tangents(self, time: float, z: Array, rate: Array) -> tuple[Array, Array, Array]:
+    def tangents(self, time: float, z: Array, rate: Array, second: Array | None = None) -> tuple[Array, Array, Array]:
         """M, and the tangents by z' and z.
 
         Parameters
         ----------
         time
             Time (s).
-        z, rate
-            z (sqrt(J)) and z' there, ``(coordinates,)`` each.
+        z, rate, second
+            z (sqrt(J)), z' and z'' there, ``(coordinates,)`` each; z'' matters where sections turn far and have
+            inertia.
 
         Returns
         -------
@@ -108,7 +113,31 @@ class Instant:
             damping = damping + back @ (by_rate[0] @ here).reshape(-1, len(z))
             moved = by_rate[0] @ turned if self.coefficients.coupled else 0.0
             stiffness = stiffness + back @ (by_v[0] @ here + moved).reshape(-1, len(z))
+        if self.coefficients.spin is None:
+            return mass, damping, stiffness
+        state = z, rate, np.zeros_like(z) if second is None else second
+        whole = zip((mass, damping, stiffness), self._of_sections(time, p, first, state))
+        mass, damping, stiffness = (part + more for part, more in whole)
         return mass, damping, stiffness
+
+    def _of_sections(self, time: float, p: Array, first: Array, state: tuple[Array, Array, Array]) -> list[Array]:
+        """Share of M and of the tangents by z' and z that the inertia of sections has where axes turn far."""
+        spin, (second_jet, alpha) = self.coefficients.spin, self.coefficients.on_sections(time)
+        assert spin is not None
+        v, v_rate = self._in_links(p, first, *state[:2])
+        v_second = self._accelerated(p, first, second_jet, state)
+        k, d, m = (part[0] for part in spin.linearised(v, v_rate, v_second, alpha[None])[1:])
+        here, turned, bent = (jet[spin.dofs] for jet in (p, first, second_jet))
+        carried, size = here.reshape(-1, len(state[0])).T, len(state[0])
+        coupled = float(self.coefficients.coupled)
+        blocks = m @ here, d @ here + 2 * coupled * m @ turned, k @ here + coupled * (d @ turned + m @ bent)
+        return [carried @ block.reshape(-1, size) for block in blocks]
+
+    def _accelerated(self, p: Array, first: Array, second: Array, state: tuple[Array, Array, Array]) -> Array:
+        """Give v'' of the links, ``(1, links' coordinates)``, as `_in_links`; `second` is P''."""
+        z, rate, acceleration = state
+        found = p @ acceleration
+        return (found + 2 * first @ rate + second @ z if self.coefficients.coupled else found)[None]
 
     def _modal_rates(self, shape: list[Array], gradient: Array, z: Array, rate: Array) -> tuple[Array, Array]:
         """What bending adds to the modes' rates, and the elements' tension by them; see `NonlinearModalForces`."""
@@ -149,7 +178,8 @@ class Instant:
             In sqrt(J)/s^2, ``(coordinates,)``.
         """
         residual = self.residual(time, z, rate, np.zeros_like(z))
-        return solved(self.coefficients.at(time)[0], -residual)
+        mass = self.coefficients.at(time)[0] if self.coefficients.spin is None else self.tangents(time, z, rate)[0]
+        return solved(mass, -residual)
 
 
 def _summed(dofs: Index, forces: Array, size: int) -> Array:

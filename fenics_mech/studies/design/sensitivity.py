@@ -130,7 +130,7 @@ class _Known:
         if self.cycle.linear:
             return flow
         # Newton's last tangents are those of the motion before, which differs by more than derivatives may
-        return replace(flow, matrices=self.at_points.about(orbit.displacement, orbit.velocity))
+        return replace(flow, matrices=self.at_points.about(orbit.displacement, orbit.velocity, orbit.acceleration))
 
     @cached_property
     def gauss(self) -> Tableau:

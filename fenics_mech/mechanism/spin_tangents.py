@@ -1,0 +1,52 @@
+"""Tangents of the inertia of sections whose axes turn far, as matrices over the coordinates q."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.mechanism.matrices import Matrices
+
+if TYPE_CHECKING:
+    from fenics_mech.mechanism.equation import Equation
+
+
+def with_spin(equation: Equation, matrices: Matrices, state: tuple[Array, Array, Array]) -> Matrices:
+    """Add the inertia of sections whose axes turn far, linearised about a state; nothing where there is none.
+
+    With ``v = P q`` the derivatives of q count in those of v as in the equation of motion.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion.
+    matrices
+        M, C, K and the load without this inertia.
+    state
+        q, q' and q'', ``(angles, coordinates)`` each.
+    """
+    spin, (p, first, second) = equation.system.spin, equation.jets
+    if spin is None:
+        return matrices
+    products, places = equation.of_law, places_of(spin.dofs)
+    constant, *tangents = spin.linearised(*equation.state_in_links(*state), equation.system.motion.alpha)
+    k, d, m = (products.values_of(*places, part.reshape(len(p), -1)) for part in tangents)
+    moved = () if first is None or second is None else ((d, first), (m, second))
+    found = (
+        products.products(p, (m, p)),
+        products.products(p, (d, p), *(() if first is None else ((2 * m, first),))),
+        products.products(p, (k, p), *moved),
+    )
+    parts = matrices.mass, matrices.damping, matrices.stiffness
+    mass, damping, stiffness = (old + new.on(old.pattern) for old, new in zip(parts, found))
+    load = matrices.load - equation.to_coordinates(constant, spin.dofs)
+    return replace(matrices, mass=mass, damping=damping, stiffness=stiffness, load=load)
+
+
+def places_of(dofs: Index) -> tuple[Index, Index]:
+    """Rows and columns of blocks over the links' coordinates `dofs`, ``(blocks, n)``."""
+    rows, columns = np.broadcast_arrays(dofs[:, :, None], dofs[:, None, :])
+    return rows.ravel(), columns.ravel()
