@@ -58,7 +58,11 @@ def test_run_writes_result_plots_and_summary(call, tmp_path):
     result = Result.load(tmp_path / "out" / "result.nc")
     peak = float(np.abs(result.data["strain"].sel(member="coupler")).max()) * 1e6
     assert peak == pytest.approx(271.8, rel=0.01)  # 268.3 of exact beams, with other damping
-    assert f"coupler     19.3     {peak:.0f}" in out
+    told = re.search(
+        r"^coupler +19\.3 +(\d+) ", out, re.MULTILINE
+    )  # where the stress is largest, to which damping adds
+    assert told is not None
+    assert float(told[1]) == pytest.approx(peak, abs=1)
     assert len(out.splitlines()) <= 32
     assert re.search(r"Wrote result\.nc, warnings\.txt, report\.html, \d+ tables and 8 plots to ", out)
     page = (tmp_path / "out" / "report.html").read_text()

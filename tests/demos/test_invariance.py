@@ -131,7 +131,7 @@ def assert_same(a, b, accuracy, sign=1.0):
 @pytest.mark.slow
 def test_turning_the_scene_changes_nothing(machine):
     scene = few(machine)
-    assert_same(analysed(scene).data, analyse(Scene.read(turned(scene, 0.7))).data, 1e-10)
+    assert_same(analysed(scene).data, analyse(Scene.read(turned(scene, 0.7))).data, 1e-9)  # rounding: 2e-10
 
 
 @pytest.mark.parametrize("effects", [(), ("coupling",)])

@@ -69,7 +69,7 @@ def call(monkeypatch, capsys, tmp_path):
         ("refine led.toml", "no link has a member, and a refinement"),
         ("compare led.toml", "no link has a member: the theories differ"),
         ("compare time/result.nc led/result.nc", "there is no cycle in it to compare"),
-        ("export led.toml model.py", "no link has a member, and the script"),
+        ("export led.toml model.py", "no link has a member, and other programs"),
         ("export led/result.nc motion.pvd", "no link of this result bends"),
         ("plot led/result.nc --only strain", "the result has nothing for strain"),
         ("fatigue led.toml", "no material states `fatigue`"),
