@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from fenics_mech.mechanism.equation import Equation
     from fenics_mech.mechanism.system import System
 
-MOST = 3_000_000  # numbers of F, up to which what is made of it is kept with the positions
+MOST = 1_000_000  # numbers of F, up to which what is made of it is kept with the positions
 Made = TypeVar("Made")
 
 
