@@ -89,7 +89,7 @@ class _Held:
 
     def __init__(self, system, nodal):
         self.beams, self.motion, self.terms, self.to_links = system.beams, system.motion, system.terms, lambda q: nodal
-        self.transformation = system.transformation
+        self.transformation, self.spin = system.transformation, None
 
 
 def _nodes(mesh, member):

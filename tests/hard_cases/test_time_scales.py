@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fenics_mech.analysis
-import fenics_mech.mechanism.equation
+import fenics_mech.mechanism.memory_need
 from fenics_mech import _guard, analyse
 from fenics_mech._guard import memory
 from fenics_mech.errors import SolverError, TooLargeError
@@ -85,7 +85,7 @@ def test_fast_modes_of_a_linkage_ring_and_are_refused():
 @pytest.mark.parametrize(
     ("module", "name", "value", "effects", "needed"),
     [
-        (fenics_mech.mechanism.equation, "DENSE", 1e9, ("coupling",), "180 positions with 27 degrees of freedom"),
+        (fenics_mech.mechanism.memory_need, "DENSE", 1e9, ("coupling",), "180 positions with 27 degrees of freedom"),
         (sub_intervals, "SUB_INTERVALS", SubIntervalLimits(joined=10**9), (), "60 sub-intervals with 20 modes"),
     ],
 )
