@@ -61,6 +61,7 @@ def curves_over_cycle(scene: Scene, values: Array) -> CycleCurves:
     return CycleCurves.through(values) if _smooth(scene, len(values)) else CycleCurves.of_positions(values)
 
 
+@kept
 def curves_of(result: Result, name: str) -> CycleCurves:
     """Draw the curves of a variable, whose dimensions are in the order of `ORDER`.
 
@@ -71,11 +72,7 @@ def curves_of(result: Result, name: str) -> CycleCurves:
     name
         The variable, one of `CURVES`.
     """
-    data, known = result.data, vars(result).setdefault("curves", {})  # as every table and judgement asks for them
-    if known.get(name, (None,))[0] is not data:
-        known[name] = data, curves_over_cycle(result.scene, data[name].transpose(*_dims(result, name)).to_numpy())
-    found: CycleCurves = known[name][1]
-    return found
+    return curves_over_cycle(result.scene, result.data[name].transpose(*_dims(result, name)).to_numpy())
 
 
 def _dims(result: Result, name: str) -> list[str]:
@@ -146,15 +143,10 @@ def _closer(result: Result, least: int = PEAK.drawn) -> tuple[Result, Array]:
     count = result.data.sizes["theta"]
     if not _smooth(result.scene, count):
         return result, np.arange(float(count))
-    return _drawn(result) if least == PEAK.drawn else _at_more(result, least)
+    return _at_more(result, least)
 
 
 @kept
-def _drawn(result: Result) -> tuple[Result, Array]:
-    """Give the curves of a cycle as they are drawn."""
-    return _at_more(result, PEAK.drawn)
-
-
 def _at_more(result: Result, least: int) -> tuple[Result, Array]:
     """Give the curves of a cycle at its positions, at more where these are few, and at peaks of members and joints."""
     data = result.data[[name for name in CURVES if name in result.data]]

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar, TypeVarTuple
 
 import numpy as np
 import xarray as xr
@@ -23,6 +23,7 @@ from fenics_mech.recovery.saved import CHECKED
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
+About = TypeVarTuple("About")
 PLOTS = (  # functions of the top level, which draw a result
     *("strain", "strain_map", "spectrum", "deflection"),
     *("joint_forces", "force_path", "point_path", "drive", "frequencies"),
@@ -258,22 +259,22 @@ class Result(OfScene):
         return at_place(strain.to_numpy(), self.data["s"].to_numpy(), s)
 
 
-def kept(make: Callable[[Result], Made]) -> Callable[[Result], Made]:
+def kept(make: Callable[[Result, *About], Made]) -> Callable[[Result, *About], Made]:
     """Keep with a result what a function makes of it, as summary, page, plots and tables all ask for it.
 
     Parameters
     ----------
     make
-        The function.
+        The function. It may take more than the result, such as the name of a variable: each is kept for itself.
     """
     name = f"{make.__module__}.{make.__qualname__}"
 
     @wraps(make)
-    def found(result: Result) -> Made:
+    def found(result: Result, *about: *About) -> Made:
         known = vars(result).setdefault("_kept", {})
-        if name not in known:
-            known[name] = make(result)
-        return known[name]  # type: ignore[no-any-return]
+        if (name, about) not in known:
+            known[name, about] = make(result, *about)
+        return known[name, about]  # type: ignore[no-any-return]
 
     return found
 
