@@ -21,6 +21,7 @@ def thick(effects=(), **more):
     return seed_four_bar(effects=effects, analysis__sub_intervals=4).changed(known).changed(**more)
 
 
+@pytest.mark.slow  # steps of bending links
 def test_a_bar_that_turns_far_in_its_frame_has_the_inertia_of_its_true_rate():
     """A bar ``w = x sin(phi)``: the energy is ``rho I L (omega + phi')^2/2``, the moment on phi ``rho I L phi''``."""
     scene = strips.beam({"O": {}}, effects=("coupling", "large-rotations", "rotary-inertia"), mesh={"elements": 3})
@@ -153,6 +154,7 @@ def test_derivatives_where_sections_turn_far():
         assert found[name] == pytest.approx(slope, rel=1e-6), name  # 2e-4 to 2e-2 off with the mass of small rotations
 
 
+@pytest.mark.slow  # a motion that bends far
 def test_a_disc_on_an_axis_that_turns_far_is_told():
     scene = swung(error_estimates=True, sub_intervals=30).changed(effects=("coupling", "large-rotations"))
     for inertia, told in ((1e-3, False), (20.0, True)):

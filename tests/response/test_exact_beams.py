@@ -131,7 +131,7 @@ def flying() -> fm.Scene:
 
 
 def heavy() -> fm.Scene:
-    """Give the beam of `tests/data/flying_heavy_exact.py`: plies far from its axis have its mass and no stiffness."""
+    """Give the heavy beam of `tests/data/flying_exact.py`: plies far from its axis have its mass and no stiffness."""
     core, ply = 0.6**0.5, 0.01  # thickness with EA = 1e4 and EI = 500, and of a ply with half of the mass
     gap = 10**0.5 - core / 2 - ply / 2  # m: rho I = 10
     light = {"density": 1e-9}
