@@ -21,7 +21,7 @@ from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.feedback import FEEDBACK
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
 from fenics_mech.accuracy.periodic_errors import more_accurate
-from fenics_mech.eigenmodes import Modes, solve_modes
+from fenics_mech.eigenmodes import Modes, natural, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -266,6 +266,6 @@ def slower_than(system: System, omega: float) -> int:
     omega
         The angular frequency (rad/s).
     """
-    mass, stiffness = (part.symmetric for part in system.held_matrices())
+    mass, stiffness = (part.symmetric for part in natural(system).held_matrices())
     pivots = (stiffness + mass * -float(omega**2)).factors.pivots
     return int((pivots < 0).sum(axis=1).max())

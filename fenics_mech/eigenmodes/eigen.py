@@ -62,6 +62,20 @@ def modes_kept(modes: int | Literal["all"], size: int) -> int:
     return size if modes == "all" else min(modes, size)
 
 
+def natural(system: System) -> System:
+    """Give the mechanism whose natural modes are told and damped in the place of another.
+
+    Under exact strains it is that without axial forces, at all rates of the drive: the law of the elements has these,
+    and what they change along an element would be half of them.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    """
+    return system if system.terms.law is None else system.without_axial_forces
+
+
 @guarded()
 def solve_modes(system: System, modes: int | Literal["all"], options: Mapping[str, Any] | None = None) -> Modes:
     """Solve for the lowest modes at every angle of a system and track them over the cycle.
@@ -81,7 +95,7 @@ def solve_modes(system: System, modes: int | Literal["all"], options: Mapping[st
     SolverError
         When SLEPc does not converge, or an eigenvalue is not positive.
     """
-    count = modes_kept(modes, system.size)
+    count, system = modes_kept(modes, system.size), natural(system)
     return system.once("modes", lambda: _solve_all(system, count, options or {}), (count, str(options)))
 
 

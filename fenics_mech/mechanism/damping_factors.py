@@ -58,12 +58,13 @@ class FullFactor:
 
     def axial(self, equation: Equation, strained: Array, law: ArcLength) -> Array:
         """Give the axial forces of the elements of modes that strain the links so, ``(angles, modes, elements)``."""
-        return law.axial(equation.system.transformation.forward(equation.system.values[:, None], strained))
+        forward, values = equation.system.transformation.forward, equation.system.values[:, None]
+        return self._once(equation.system, "axial forces of modes", lambda: law.axial(forward(values, strained)))
 
     def _lasts(self, system: System) -> bool:
         """Whether F is that of all rates of the drive, as no axial force stiffens, and little enough to be kept."""
         terms = system.terms
-        return self.values.size <= MOST and terms.stiffening is None and not terms.uneven
+        return self.values.size <= MOST and (terms.law is not None or not terms.axial_stiffness)
 
     def _once(self, system: System, what: str, make: Callable[[], Made]) -> Made:
         """Make something from F and the positions, once for all rates of the drive where F is that of all."""

@@ -13,6 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, summed
 from fenics_mech._constants import TINY
+from fenics_mech.eigenmodes import natural
 from fenics_mech.forces.elastic_response import rate_of_cycle
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.beam_links import reducible
@@ -92,7 +93,8 @@ class LeftOut:
             return None
         angles = slice(None, None, max(1, len(system.motion.theta) // DAMPED.angles))
         there = moved(scene, system, system.motion.part(angles))
-        squares, forces = system.once("all modes at few angles", lambda: every(*held(modes.at(there)))[:2], modes.links)
+        find = lambda: every(*held(modes.at(there)))[:2]  # noqa: E731
+        squares, forces = natural(system).once("all modes at few angles", find, modes.links)
         inverse = np.sqrt(np.maximum(squares, 0.0))  # without mass it is 0, but for rounding
         omega = 1 / np.maximum(inverse, TINY)
         damping = 2 * damping_ratios(scene.damping.ratio, omega) * inverse
@@ -150,7 +152,8 @@ def damped_modes(scene: Scene, system: System, enough: float | None = None) -> D
     rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
     if not np.any(scene.damping.ratio) or system.size <= DAMPED.small or wound or rings:
         return None
-    frequencies = system.once("lowest frequencies", lambda: _lowest(system))
+    modal = natural(system)
+    frequencies = modal.once("lowest frequencies", lambda: _lowest(modal))
     lowest = float(frequencies.min())
     if enough is None:
         enough = DAMPED.fastest * (DAMPED.farther if scene.tolerances else 1.0)
@@ -160,7 +163,7 @@ def damped_modes(scene: Scene, system: System, enough: float | None = None) -> D
     bounds = lowest * 2.0 ** (np.arange(least, most + 1) / DAMPED.finer)
     links = _reduced(scene, system, float(bounds[-1]))
     fastest = _fastest(scene, system, links, frequencies, bounds)
-    return system.once("damped modes", lambda: _up_to(system, links, fastest), (fastest, links))
+    return modal.once("damped modes", lambda: _up_to(modal, links, fastest), (fastest, links))
 
 
 def _lowest(system: System) -> Array:

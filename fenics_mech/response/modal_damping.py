@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
+from fenics_mech.eigenmodes import natural
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import DampingFactor, FullFactor, ReducedFactor
 from fenics_mech.mechanism.reduced_damping import ReducedLinks
@@ -110,7 +111,7 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
     """
     if not np.any(ratio):
         return None
-    key = str(ratio), modes
+    key, system = (str(ratio), modes), natural(system)
     if modes is None:
         return FullFactor(system.once("modal damping", lambda: _of_all(ratio, *held(system)), key))
     here = modes.at(system)

@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
+from fenics_mech.eigenmodes import natural
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.matrices import not_positive
@@ -28,7 +29,7 @@ SHAPES = ShapeLimits()
 
 
 def held(system: System) -> tuple[Stack, Stack]:
-    """Give mass and positive stiffness at the angles of a mechanism.
+    """Give mass and positive stiffness at the angles of a mechanism, by which it has its natural modes.
 
     Parameters
     ----------
@@ -40,6 +41,7 @@ def held(system: System) -> tuple[Stack, Stack]:
     SolverError
         When the stiffness is not positive.
     """
+    system = natural(system)
     return system.once("held matrices", lambda: _positive(system))
 
 

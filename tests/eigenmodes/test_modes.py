@@ -9,7 +9,8 @@ from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.eigenmodes.eigen import _solve_among
 from fenics_mech.eigenmodes.tracking import track
 from fenics_mech.errors import SolverError
-from fenics_mech.response.setup import mechanism
+from fenics_mech.response.modal_damping import modal_damping
+from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies import scaling
 from tests.common import scene_modes
@@ -41,6 +42,19 @@ def test_frequencies_converge_with_the_fourth_power_of_the_element_size(mode, or
     assert all(error > 0 for error in errors)  # Rayleigh: from above
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(np.abs(rates - order) < 0.1)
+
+
+def test_no_speed_changes_modes_and_damping_under_exact_strains():
+    """Their law has the axial forces, so that modes are those of the linear links, made once for all speeds."""
+    scene = seed_four_bar(effects=("coupling", "large-rotations"), analysis={"sub_intervals": 4, "modes": 4})
+    common = CommonParts()
+    systems = [mechanism(scene.changed(drive__speed=speed), common=common) for speed in (20.0, 40.0)]
+    slow, fast = (solve_modes(system, 4) for system in systems)
+    assert fast is slow
+    one, other = (modal_damping(0.02, system) for system in systems)
+    assert other.values is one.values
+    linear = mechanism(scene.changed(effects=("coupling",)))
+    assert (slow.frequency == scene_modes(scene, linear).frequency).all()
 
 
 def test_sparse_and_dense_eigensolvers_agree():

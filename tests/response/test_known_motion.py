@@ -11,6 +11,7 @@ from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic import collocation, steady_state
 from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.response.periodic.newton import NEWTON
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Mesh
@@ -124,7 +125,7 @@ def test_a_motion_that_ends_at_a_share_of_the_load_is_not_sought_by_all_steps(it
     with pytest.raises(UnresolvedError, match=r"at 0\.\d+ of the load") as failed:
         solved(scene, coarse[2])
     assert 0 < failed.value.found_up_to < 1
-    assert 0 < iterations.count(3 * 360) < 10  # beside the known motion alone
+    assert 0 < iterations.count(3 * 360) <= NEWTON.most_iterations  # beside the known motion alone
     assert iterations.count(3 * 90) > 30
 
 

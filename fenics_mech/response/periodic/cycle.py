@@ -10,7 +10,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.eigenmodes import Modes
+from fenics_mech.eigenmodes import Modes, natural
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import axial_forces
@@ -121,7 +121,7 @@ class Cycle:
         if self.start.modal_damping is None or not self.steps.regular.all() or self._known_damping is None:
             return None
         known, key = self._known_damping, (str(self.scene.damping.ratio), self.damped)
-        return there.once("damping between", lambda: known.at(tableau.points), key)
+        return natural(there).once("damping between", lambda: known.at(tableau.points), key)
 
     @property
     def damped_by_starts(self) -> bool:

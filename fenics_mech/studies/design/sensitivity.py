@@ -20,7 +20,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
-from fenics_mech.eigenmodes import Modes, solve_modes
+from fenics_mech.eigenmodes import Modes, natural, solve_modes
 from fenics_mech.errors import DerivativeError, SolverError
 from fenics_mech.forces.elastic_response import elastic_response
 from fenics_mech.mechanism import System
@@ -192,7 +192,7 @@ class _Known:
         equation = self.cycle.at_points(tableau)
         if tableau not in self._modes:
             self._modes[tableau] = KnownModes.of(equation.system)
-        ahead, behind = (side.at_points(tableau).held_matrices() for side in sides)
+        ahead, behind = (natural(side.at_points(tableau)).held_matrices() for side in sides)
         return _damping_change(self._modes[tableau], equation, sides, (ahead, behind))
 
 
@@ -231,7 +231,7 @@ class _Side:
     @cached_property
     def held(self) -> Held:
         """M and K at the starts of the sub-intervals."""
-        return self.cycle.system.held_matrices()
+        return natural(self.cycle.system).held_matrices()
 
     def at_points(self, tableau: Tableau) -> System:
         """The mechanism at collocation points; many variables would keep much of it."""
