@@ -163,19 +163,21 @@ class KnownDamping:
         # a polynomial through four positions errs by the fourth power of their distance
         return next((parts for parts in FACTOR.parts if rough <= parts**4), 0)
 
-    def at(self, places: Array) -> DampingFactor | None:
+    def at(self, places: Array, together: int = 1) -> DampingFactor | None:
         """Interpolate by polynomials through six positions; None where some mode has no damping.
 
         Parameters
         ----------
         places
             Where in every step, 0..1.
+        together
+            How many steps are taken as one.
         """
-        alike, found = self.alike, []
+        alike, parts, found = self.alike, self.parts * together, []
         for place in places:
-            part, inside = divmod(place * self.parts, 1)
-            here = {ahead: values[min(int(part), self.parts - 1) :: self.parts] for ahead, values in alike.items()}
-            found.append(through(range(-2, 4), inside + max(0.0, part - self.parts + 1), here))
+            part, inside = divmod(place * parts, 1)
+            here = {ahead: values[min(int(part), parts - 1) :: parts] for ahead, values in alike.items()}
+            found.append(through(range(-2, 4), inside + max(0.0, part - parts + 1), here))
         values = np.stack(found, axis=1).reshape(-1, *found[0].shape[1:])
         try:
             factors = values if self._few else np.linalg.cholesky(values).transpose(0, 2, 1)

@@ -131,6 +131,15 @@ def test_damping_between_few_positions_is_that_found_there():
     assert cycle._known_damping.parts == 2
     found = cycle.at_points(Tableau.of("radau", 3)).modal_damping.values
     there = cycle.damped_equation(system_at_places(scene, cycle.system, cycle.steps, places)).modal_damping.values
-    scaled = (values / cycle._known_damping.unit for values in (found, there))
-    whole, exact = (values.transpose(0, 2, 1) @ values for values in scaled)
+    assert_alike(cycle._known_damping.unit, found, there)
+    coarse = scene.changed(analysis__sub_intervals=40)
+    longer = Cycle(coarse, mechanism(coarse), shorter=cycle)  # three steps in one
+    found = longer.at_points(Tableau.of("radau", 3)).modal_damping.values
+    there = system_at_places(coarse, longer.system, longer.steps, places)
+    assert_alike(cycle._known_damping.unit, found, cycle.damped_equation(there).modal_damping.values)
+
+
+def assert_alike(unit, *factors):
+    """Factors F of the same damping ``F^T F``, but for interpolation."""
+    whole, exact = (scaled.transpose(0, 2, 1) @ scaled for scaled in (values / unit for values in factors))
     assert np.abs(whole - exact).max() < FACTOR.few_smooth * np.abs(exact).max()

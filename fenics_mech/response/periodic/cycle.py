@@ -48,11 +48,14 @@ class Cycle:
         The scene, and its mechanism at the starts of the sub-intervals.
     damped_up_to
         As `enough` of `damped_modes`.
+    shorter
+        The same cycle by steps of which several make one of these, and whose damping of modes is taken.
     """
 
     scene: Scene
     system: System
     damped_up_to: float | None = None
+    shorter: Cycle | None = None
     _equations: dict[Tableau, Equation] = field(default_factory=dict)
     _flows: dict[Tableau, Flow] = field(default_factory=dict)
 
@@ -118,10 +121,11 @@ class Cycle:
 
     def _between_starts(self, there: System, tableau: Tableau) -> DampingFactor | None:
         """Give the damping of modes at points by that at equal positions; None where it is not smooth."""
-        if self.start.modal_damping is None or not self.steps.regular.all() or self._known_damping is None:
+        of = self.shorter or self
+        if of.start.modal_damping is None or not of.steps.regular.all() or (known := of._known_damping) is None:
             return None
-        known, key = self._known_damping, (str(self.scene.damping.ratio), self.damped)
-        return natural(there).once("damping between", lambda: known.at(tableau.points), key)
+        together, key = len(of.steps.start) // len(self.steps.start), (str(self.scene.damping.ratio), of.damped)
+        return natural(there).once("damping between", lambda: known.at(tableau.points, together), key)
 
     @property
     def damped_by_starts(self) -> bool:

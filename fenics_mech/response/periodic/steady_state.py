@@ -37,10 +37,10 @@ logger = logging.getLogger(__name__)
 
 @dataclass(frozen=True)
 class LongerSteps:
-    """Steps whose motion is where Newton's method begins: measured, it then takes two iterations."""
+    """Steps whose motion is where Newton's method begins: measured, it then takes two or three iterations."""
 
     times: int = 4  # as long
-    fewest: int = 90  # of them: with fewer the longer steps cost about what they save
+    fewest: int = 60  # of them: with fewer the longer steps cost about what they save
 
 
 LONGER = LongerSteps()
@@ -241,13 +241,13 @@ def _by_longer_steps(cycle: Cycle) -> KnownMotion | None:
     Where it ends at a share of the load, one by all steps does so too.
     """
     scene, system = cycle.scene, cycle.system
-    count = scene.analysis.sub_intervals // LONGER.times
-    if system.terms.law is None or system.beams.reduction is not None or count < LONGER.fewest:
+    count, left = divmod(scene.analysis.sub_intervals, LONGER.times)
+    if system.terms.law is None or system.beams.reduction is not None or left or count < LONGER.fewest:
         return None
     there = scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"sub_intervals": count})})
     try:
         motion = solve_motion(there, there.drive_angles(count), near=system.motion)
-        longer = Cycle(there, moved(there, system, motion))
+        longer = Cycle(there, moved(there, system, motion), shorter=cycle if cycle.steps.regular.all() else None)
         equation = longer.at_points(longer.tableau)
         return KnownMotion.of(equation, _orbit(longer, equation))
     except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all steps may have one
