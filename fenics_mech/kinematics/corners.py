@@ -68,7 +68,7 @@ def missed_corner(path: Path, vibrates: bool) -> Corner | None:
 
 
 def _missed_corner(path: Path, vibrates: bool) -> Corner | None:
-    loops, branch = path.linkage.loops, path.linkage.branch(path.theta)
+    loops, branch = path.loops, path.whole.over(path.theta)
     inside = np.clip(branch.theta, path.theta.min(), path.theta.max())
     highest = int((np.abs(branch.curvature[:, 2::3]).max(axis=1) * (branch.theta == inside)).argmax())
     first, last = max(highest - 1, 0), min(highest + 1, len(inside) - 1)

@@ -43,9 +43,7 @@ def drive_influences(scene: Scene, motion: Motion) -> list[Motion]:
 
 def _of_path(path: Path) -> list[Motion]:
     still = np.zeros_like(path.q)
-    return [
-        replace(path, slope=rates, curvature=still).motion(1.0) for rates in _influences(path.linkage.loops, path.q)
-    ]
+    return [replace(path, slope=rates, curvature=still).motion(1.0) for rates in _influences(path.loops, path.q)]
 
 
 def _influences(loops: Loops, q: Array) -> Array:

@@ -34,6 +34,33 @@ class CacheLimits:
 CACHE = CacheLimits()
 
 
+class Branch:
+    """The assembly branch of a linkage, followed as far as anyone asks.
+
+    Parameters
+    ----------
+    loops
+        The loop equations.
+    """
+
+    def __init__(self, loops: Loops) -> None:
+        self.loops = loops
+        self._known: AssemblyBranch | None = None
+
+    def over(self, theta: Array) -> AssemblyBranch:
+        """Give points of the branch over the range of some drive angles (rad), or over more.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), ``(angles,)``.
+        """
+        known = self._known
+        if known is None or theta.min() < known.theta[0] or theta.max() > known.theta[-1]:
+            self._known = known = follow_branch(self.loops, theta)
+        return known
+
+
 class Linkage:
     """The links of a scene as its drives move them, at any rate.
 
@@ -48,8 +75,8 @@ class Linkage:
 
     def __init__(self, scene: Scene) -> None:
         self.loops = Loops.of(scene)
+        self.branch = Branch(self.loops)
         self._geometry = _geometry(scene)
-        self._branch: AssemblyBranch | None = None
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
     def moves_as(self, scene: Scene) -> bool:
@@ -61,19 +88,6 @@ class Linkage:
             Another scene.
         """
         return self._geometry == _geometry(scene)
-
-    def branch(self, theta: Array) -> AssemblyBranch:
-        """Give points of the assembly branch over the range of some drive angles (rad), or over more.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(angles,)``.
-        """
-        known = self._branch
-        if known is None or theta.min() < known.theta[0] or theta.max() > known.theta[-1]:
-            self._branch = known = follow_branch(self.loops, theta)
-        return known
 
     def path(self, theta: Array, near: Path | None = None) -> Path:
         """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
@@ -88,35 +102,58 @@ class Linkage:
         key = theta.tobytes(), b"" if near is None else near.theta.tobytes()
         path = self._paths.pop(key, None)
         if path is None:
-            q = coordinates_at(self.loops, theta, self.branch(theta) if near is None else near.branch)
+            q = coordinates_at(self.loops, theta, self.branch.over(theta) if near is None else near.branch)
             refuse_singular(self.loops, theta, q)
-            path = Path(self, theta, q, *derivatives(self.loops, q, theta))
+            path = Path(self.branch, theta, q, *derivatives(self.loops, q, theta))
         self._paths[key] = path
         if len(self._paths) > CACHE.most_paths:
             del self._paths[next(iter(self._paths))]
         return path
+
+    def motion(self, theta: Array, rate: float, near: Path | None = None) -> Motion:
+        """Give the motion at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
+
+        Parameters
+        ----------
+        theta
+            Drive angles (rad), ``(angles,)``.
+        rate
+            Rate of the drive coordinate (rad/s).
+        near
+            As of `path`.
+        """
+        motion = self.path(theta, near).motion(rate)
+        object.__setattr__(motion, "linkage", self)
+        return motion
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
     """Positions of the links at drive angles, and what is made from them without a rate of the drive.
 
+    The linkage has its paths, and no path has the linkage: kept by each other, they would outlive their use.
+
     Parameters
     ----------
-    linkage
-        The linkage.
+    whole
+        The branch that they are on.
     theta
         Drive coordinate (rad), ``(angles,)``.
     q, slope, curvature
         Coordinates of the loops and their two derivatives by theta, ``(angles, 3 links)``.
     """
 
-    linkage: Linkage
+    whole: Branch
     theta: Array
     q: Array
     slope: Array
     curvature: Array
     _made: dict[str, dict[Hashable, tuple[tuple[object, ...], Any]]] = field(init=False, default_factory=dict)
+
+    @property
+    def loops(self) -> Loops:
+        """The loop equations."""
+        return self.whole.loops
 
     @cached_property
     def branch(self) -> AssemblyBranch:
@@ -127,7 +164,7 @@ class Path:
             q=self.q[order],
             rate=self.slope[order],
             curvature=self.curvature[order],
-            side=float(side(self.linkage.loops, self.q[:1])[0]),
+            side=float(side(self.loops, self.q[:1])[0]),
         )
 
     def motion(self, rate: float) -> Motion:
@@ -139,7 +176,7 @@ class Path:
             Rate of the drive coordinate (rad/s).
         """
         velocity, acceleration = rate * self.slope, rate**2 * self.curvature
-        motion = as_motion(self.linkage.loops, self.theta, self.theta / rate, self.q, velocity, acceleration)
+        motion = as_motion(self.loops, self.theta, self.theta / rate, self.q, velocity, acceleration)
         object.__setattr__(motion, "path", self)
         object.__setattr__(motion, "rate", rate)
         return motion
@@ -193,9 +230,9 @@ def solve_motion(scene: Scene, theta: Array, near: Motion | None = None) -> Moti
     theta = np.asarray(theta, dtype=float)
     if not scene.drives:
         return _at_rest(Loops.of(scene), theta)
-    known = None if near is None else near.path
-    linkage = Linkage(scene) if known is None else known.linkage
-    return linkage.path(theta, known).motion(scene.cycle_rate)
+    if near is None or near.linkage is None:
+        return Linkage(scene).motion(theta, scene.cycle_rate)
+    return near.linkage.motion(theta, scene.cycle_rate, near.path)
 
 
 def start_motion(scene: Scene) -> Motion:

@@ -12,7 +12,7 @@ from fenics_mech._arrays import Array, solved
 from fenics_mech.kinematics.loops import Loops
 
 if TYPE_CHECKING:
-    from fenics_mech.kinematics.linkage import Path
+    from fenics_mech.kinematics.linkage import Linkage, Path
 
 
 @dataclass(frozen=True)
@@ -34,9 +34,9 @@ class Motion:
     free
         Small motions of the frames (m, m, rad) that the joints of a linkage at rest leave, ``(motions, links, 3)``; see
         `free_motions`. With drives there are none.
-    path, rate
-        The positions of which this is the motion at a constant rate of the drive coordinate (rad/s), where it is one.
-        A copy with anything else in it has none.
+    path, rate, linkage
+        The positions of which this is the motion at a constant rate of the drive coordinate (rad/s), where it is one,
+        and the linkage that finds them at other angles. A copy with anything else in it has none.
     """
 
     theta: Array
@@ -51,6 +51,7 @@ class Motion:
     free: Array = field(default_factory=lambda: np.zeros((0, 0, 3)))
     path: Path | None = field(default=None, init=False, repr=False)
     rate: float = field(default=0.0, init=False, repr=False)
+    linkage: Linkage | None = field(default=None, init=False, repr=False)
 
     def part(self, angles: slice) -> Motion:
         """Give the motion at some of the angles.

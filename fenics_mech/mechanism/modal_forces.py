@@ -55,11 +55,14 @@ class ModalForces:
         """``Z^T forces``, ``(..., seen)`` to ``(..., coordinates)``."""
         return forces if self.seen is None else _times(self.seen.T, forces)
 
-    @cached_property
+    @property
     def spread(self) -> ModalForces:
         """The same over all coordinates: for few of them, or few modes."""
-        if self.seen is None:
-            return self
+        return self if self.seen is None else self._over_all  # kept in itself, it would outlive its use
+
+    @cached_property
+    def _over_all(self) -> ModalForces:
+        """The same over all coordinates, where the modes do not see all of them."""
         return ModalForces(*map(self._spread, (self.outward, self.by_rate, self.by_place)))
 
     @property

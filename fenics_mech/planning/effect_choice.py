@@ -231,7 +231,7 @@ def survey_positions(scene: Scene, common: CommonParts) -> int:
         return CHOICE.positions
     most = CHOICE.most_at_corners if scene.tolerance is not None else analysis.sub_intervals
     linkage = common.linkage(scene)
-    linkage.branch(scene.drive_angles(analysis.sub_intervals))  # as far as the run follows it
+    linkage.branch.over(scene.drive_angles(analysis.sub_intervals))  # as far as the run follows it
     return positions_for_corners(linkage, scene.drive_angles, analysis.method == "periodic", CHOICE.positions, most)
 
 

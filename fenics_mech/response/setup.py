@@ -154,7 +154,7 @@ class CommonParts:
         theta
             Drive angles (rad), ``(angles,)``.
         """
-        return self.linkage(scene).path(theta).motion(scene.cycle_rate) if scene.drives else solve_motion(scene, theta)
+        return self.linkage(scene).motion(theta, scene.cycle_rate) if scene.drives else solve_motion(scene, theta)
 
 
 @guarded()

@@ -1,15 +1,21 @@
 """What the analyses of a study have in common: made once, and the same result to the last bit."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
 from fenics_mech import load
-from fenics_mech.analysis import analyse
+from fenics_mech.analysis import analyse, solved
 from fenics_mech.beams.mesh import mesh_depends_on
 from fenics_mech.eigenmodes import eigen
 from fenics_mech.kinematics import Linkage, assembly, linkage
+from fenics_mech.kinematics.linkage import Path
 from fenics_mech.mechanism import beam_links, transformation
+from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response import setup
+from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.setup import CommonParts
 from tests.common import DEMOS
 
@@ -115,3 +121,21 @@ def test_rates_of_positions_scale_with_the_rate(seed):
     assert two.omega == pytest.approx(-3 * one.omega, rel=1e-15)
     assert two.alpha == pytest.approx(9 * one.alpha, rel=1e-15)
     assert np.array_equal(two.angle, one.angle)
+
+
+def test_what_an_analysis_made_ends_with_it(seed):
+    """Objects that held each other would keep their arrays until Python looks for such cycles."""
+    scene = seed.changed({"effects": ["coupling"], "damping.ratio": 0.02, **COARSE})
+    kinds = {Flow, Path, ModalForces}
+    gc.collect()
+    before = {id(thing) for thing in gc.get_objects() if type(thing) in kinds}
+    found = solved(scene)
+    made = [thing for thing in gc.get_objects() if type(thing) in kinds and id(thing) not in before]
+    assert {type(thing) for thing in made} == kinds
+    left = [weakref.ref(thing) for thing in made]
+    gc.disable()
+    try:
+        del found, made
+        assert not any(thing() for thing in left)
+    finally:
+        gc.enable()

@@ -10,11 +10,10 @@ Source: Ascher, Mattheij and Russell, Numerical Solution of Boundary Value Probl
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,7 +21,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._sparse import LANES
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic, not_closed
+from fenics_mech.response.periodic.cyclic import CYCLIC, not_closed
 from fenics_mech.response.periodic.krylov import krylov
 
 if TYPE_CHECKING:
@@ -30,6 +29,45 @@ if TYPE_CHECKING:
 
 MANY = 6  # iterations of GMRES for a load: a few less than measured, 7 to 20
 KRYLOV = {"ksp_gmres_restart": 300, "ksp_max_it": 600}
+
+
+@dataclass(frozen=True)
+class Passage:
+    """How states grow as they pass through a cycle.
+
+    Parameters
+    ----------
+    cuts
+        Parts of the cycle in which no state grows much.
+    growth
+        Power of 10 by which a disturbance grows in a cycle; below 0 where it dies out.
+    """
+
+    cuts: list[slice]
+    growth: float
+
+    @classmethod
+    def through(cls, steps: Flow) -> Passage:
+        """Follow a random state through its second cycle.
+
+        Parameters
+        ----------
+        steps
+            The steps of the cycle.
+        """
+        unit = np.tile(steps.unit, 2)
+        state = np.random.default_rng(0).standard_normal(len(unit)) / unit
+        for _ in range(2):
+            begins, count, growth = [0], len(steps.duration), 0.0
+            while begins[-1] < count:
+                passed = steps.march(state, steps=slice(begins[-1], count)) * unit
+                sizes = np.linalg.norm(passed, axis=1)
+                grown = np.flatnonzero(sizes > CYCLIC.growth * np.minimum.accumulate(sizes))
+                begins.append(begins[-1] + int(grown[0]) if len(grown) else count)
+                at = begins[-1] - begins[-2]
+                state = passed[at] / (max(sizes[at], TINY) * unit)
+                growth += math.log10(max(sizes[at], TINY)) - math.log10(max(sizes[0], TINY))
+        return cls([slice(first, last) for first, last in pairwise(begins)], growth)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,12 +78,9 @@ class Closing:
     ----------
     steps
         The steps.
-    options
-        PETSc options with the prefix "periodic_".
     """
 
     steps: Flow
-    options: Mapping[str, Any]
 
     @cached_property
     def unit(self) -> Array:
@@ -55,28 +90,12 @@ class Closing:
     @property
     def cuts(self) -> list[slice]:
         """Parts of the cycle in which no state grows much."""
-        return self._passage[0]
+        return self.steps.passage.cuts
 
     @property
     def growth(self) -> float:
         """Power of 10 by which a disturbance grows in a cycle; below 0 where it dies out."""
-        return self._passage[1]
-
-    @cached_property
-    def _passage(self) -> tuple[list[slice], float]:
-        """Cuts and growth, found by a random state in its second cycle."""
-        state = np.random.default_rng(0).standard_normal(len(self.unit)) / self.unit
-        for _ in range(2):
-            begins, count, growth = [0], len(self.steps.duration), 0.0
-            while begins[-1] < count:
-                passed = self.steps.march(state, steps=slice(begins[-1], count)) * self.unit
-                sizes = np.linalg.norm(passed, axis=1)
-                grown = np.flatnonzero(sizes > CYCLIC.growth * np.minimum.accumulate(sizes))
-                begins.append(begins[-1] + int(grown[0]) if len(grown) else count)
-                at = begins[-1] - begins[-2]
-                state = passed[at] / (max(sizes[at], TINY) * self.unit)
-                growth += math.log10(max(sizes[at], TINY)) - math.log10(max(sizes[0], TINY))
-        return [slice(first, last) for first, last in pairwise(begins)], growth
+        return self.steps.passage.growth
 
     def solve(self, right: Array, guess: Array | None = None, tolerance: float = CYCLIC.tolerance) -> Array:
         """Solve for the states at the starts of all steps, ``(steps, state)``, or of several cycles.
@@ -101,14 +120,14 @@ class Closing:
             if known is None:
                 known = np.stack([self.solve(part, None, tolerance) for part in parts], axis=-1)
             return known
-        if "_direct" in vars(self):  # marches failed before
-            return self._direct.solve(right)
+        if "by_matrices" in vars(self.steps):  # marches failed before
+            return self.steps.by_matrices.solve(right)
         try:
             return self._marched(right, guess, tolerance)
         except SolverError:
-            if self._large or any(name.startswith("periodic_") for name in self.options):
+            if self._large or any(name.startswith("periodic_") for name in self.steps.options):
                 raise
-            return self._direct.solve(right)
+            return self.steps.by_matrices.solve(right)
 
     @property
     def _large(self) -> bool:
@@ -140,11 +159,6 @@ class Closing:
         """
         return np.broadcast_to(CYCLIC.terms * np.abs(states).max(axis=0), states.shape)
 
-    @cached_property
-    def _direct(self) -> BlockCyclic:
-        """The system with its matrices, where marches round too much: a matrix rounds always alike."""
-        return BlockCyclic(self.steps.transitions, self.options)
-
     def _marched(self, right: Array, guess: Array | None, tolerance: float) -> Array:
         """Solve by marches."""
         cuts, size = self.cuts, len(self.unit)
@@ -163,7 +177,7 @@ class Closing:
         load, whole = -misfit(start, right), float(np.linalg.norm(right * self.unit))
         reduction = min(tolerance * whole / max(float(np.linalg.norm(load)), TINY), CYCLIC.least_reduction)
         change, reason = krylov(
-            lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": reduction}, self.options
+            lambda starts: misfit(starts, None), load, KRYLOV | {"ksp_rtol": reduction}, self.steps.options
         )
         starts = (start + change).reshape(-1, size) / self.unit
         parts = [self.steps.march(state, right[part], part) for state, part in zip(starts, cuts)]

@@ -19,8 +19,8 @@ from fenics_mech._arrays import Array, times
 from fenics_mech._sparse import LANES, FewModes, Stack, kernels, pointer
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices, refuse_rigid_damping
-from fenics_mech.response.periodic.closing import Closing
-from fenics_mech.response.periodic.cyclic import CYCLIC
+from fenics_mech.response.periodic.closing import Closing, Passage
+from fenics_mech.response.periodic.cyclic import CYCLIC, BlockCyclic
 from fenics_mech.response.periodic.tableau import Tableau
 
 Complex = NDArray[np.complex128]
@@ -49,13 +49,23 @@ class Flow:
     step: float | Array
     options: Mapping[str, Any] = field(default_factory=dict)
 
-    @cached_property
+    @property
     def cycle(self) -> Closing:
-        """The system that closes the cycle."""
+        """The system that closes the cycle: not kept, as this and it would hold each other, but what it finds is."""
         modal = self.matrices.modal
         if modal is not None and not modal.few and 2 * self.size <= FEW_STATES:
             _ = self._few_transitions  # for a dozen marches: through full factors each takes six times as long
-        return Closing(self, self.options)
+        return Closing(self)
+
+    @cached_property
+    def passage(self) -> Passage:
+        """Parts of the cycle in which no state grows much."""
+        return Passage.through(self)
+
+    @cached_property
+    def by_matrices(self) -> BlockCyclic:
+        """The system of the cycle with its matrices, where marches round too much: a matrix rounds always alike."""
+        return BlockCyclic(self.transitions, self.options)
 
     @cached_property
     def mean_step(self) -> float:
