@@ -45,7 +45,7 @@ from fenics_mech.studies.sweep_points import (
     tabulated,
 )
 from fenics_mech.studies.sweep_runs import longest_run, runs_of
-from fenics_mech.studies.worker_processes import over_processes
+from fenics_mech.studies.worker_processes import Workers
 
 Found = TypeVar("Found")
 Point = tuple[float, ...]  # the value of each field
@@ -191,20 +191,22 @@ def run_sweep(
     at_peaks = at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
-    run = _SweepRun(scene_data(scene), tuple(axes), folder, gauge or Gauge(), MPI.COMM_WORLD, progress, jobs, at_peaks)
-    run.at_root(run.claim_folder)
-    values = [axis.values for axis in axes]
-    quick = run.without_estimates if at_peaks else run
-    quick.compute(grid(values))
-    left = refine_peaks
-    while left and (added := quick.at_peaks(values, left)):
-        values = [tuple(sorted((*values[0], *added)))]
+    data, comm = scene_data(scene), MPI.COMM_WORLD
+    with Workers(jobs) as workers:
+        run = _SweepRun(data, tuple(axes), folder, gauge or Gauge(), comm, progress, workers, at_peaks)
+        run.at_root(run.claim_folder)
+        values = [axis.values for axis in axes]
+        quick = run.without_estimates if at_peaks else run
         quick.compute(grid(values))
-        left -= len(added)
-    estimated = grid(values)
-    if at_peaks:
-        estimated = quick.at_root(lambda: quick.ends_and_peaks(values))
-        run.compute(estimated)
+        left = refine_peaks
+        while left and (added := quick.at_peaks(values, left)):
+            values = [tuple(sorted((*values[0], *added)))]
+            quick.compute(grid(values))
+            left -= len(added)
+        estimated = grid(values)
+        if at_peaks:
+            estimated = quick.at_root(lambda: quick.ends_and_peaks(values))
+            run.compute(estimated)
     return run.at_root(lambda: run.finish(values, estimated, quick))
 
 
@@ -223,7 +225,7 @@ class _SweepRun:
     gauge: Gauge
     comm: Any
     progress: Callable[[int, int], None]
-    jobs: int
+    workers: Workers
     at_peaks_alone: bool
     common: CommonParts = field(default_factory=lambda: CommonParts(begin_from_last=True))
 
@@ -259,7 +261,7 @@ class _SweepRun:
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
     def compute(self, points: Sequence[Point]) -> None:
-        """Compute those points that are missing: one on the first process, which compiles the forms, then the rest.
+        """Compute those points that are missing.
 
         Points whose links are the same follow each other, as they have them in common.
         """
@@ -269,28 +271,24 @@ class _SweepRun:
             lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
         )
         runs = runs_of(points, set(missing), longest_run(Scene.read(self.scene)))
-        first, rest = runs[:1], runs[1:]
-        shared = first * (self.comm.rank == 0) + rest[self.comm.rank :: self.comm.size]
         mine = [
             [self.task(points[index], points[run[0]] if place else None) for place, index in enumerate(run)]
-            for run in shared
+            for run in runs[self.comm.rank :: self.comm.size]
         ]
         begun, count = itertools.count(), sum(map(len, mine))
 
         def started(task: Task) -> None:
             self.progress(next(begun), count)
 
-        def work(share: Sequence[Sequence[Task]]) -> None:
-            for task in itertools.chain(*share):
+        def work() -> None:
+            if self.workers.count > 1:
+                self.workers.share(mine, compute_here, lambda task: give_up(task.path), started)
+                return
+            for task in itertools.chain(*mine):
                 started(task)
                 compute_point(task, self.common)
 
-        def share_out(share: Sequence[Sequence[Task]]) -> None:
-            over_processes(self.jobs, share, compute_here, lambda task: give_up(task.path), started)
-
-        warm = len(first) if self.comm.rank == 0 else 0
-        together(self.comm, lambda: work(mine[:warm]))
-        together(self.comm, lambda: (work if self.jobs == 1 else share_out)(mine[warm:]))
+        together(self.comm, work)
 
     def task(self, point: Point, first: Point | None) -> Task:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""

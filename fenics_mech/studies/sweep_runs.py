@@ -26,7 +26,7 @@ def longest_run(scene: Scene) -> int:
 
 
 def runs_of(points: Sequence[Sequence[float]], missing: Collection[int], longest: int) -> list[list[int]]:
-    """Split those points that are missing into runs: the first point is one of its own, as it compiles the forms.
+    """Split those points that are missing into runs.
 
     Parameters
     ----------
@@ -45,10 +45,9 @@ def runs_of(points: Sequence[Sequence[float]], missing: Collection[int], longest
     runs: list[list[int]] = []
     for number, point in enumerate(points):
         changes = sum(here != before for here, before in zip(point, points[number - 1]))
-        if number > 1 and len(runs[-1]) < longest and changes == 1:
+        if number and len(runs[-1]) < longest and changes == 1:
             runs[-1].append(number)
         else:
             runs.append([number])
     left = [[number for number in run if number in missing] for run in runs]
-    first, *rest = [run for run in left if run] or [[]]
-    return [run for run in (first[:1], first[1:], *rest) if run]
+    return [run for run in left if run]

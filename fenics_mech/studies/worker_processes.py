@@ -13,11 +13,12 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context, parent_process
-from typing import TypeVar
+from contextlib import ExitStack
+from multiprocessing import forkserver, get_context, parent_process
+from typing import Self, TypeVar
 
 from fenics_mech.errors import SolverError
-from fenics_mech.studies.worker_logs import Channel, heard, send_log
+from fenics_mech.studies.worker_logs import Channel, WorkerLogs, heard, send_log
 
 MAX_FAILED_STARTS = 10
 AFTER_FAILURE = 0.05  # s that a start waits after one that failed, and after each further one as much more
@@ -25,46 +26,86 @@ STARTER = "fenics_mech.studies.process_starter"  # what the process that starts 
 Task = TypeVar("Task")
 
 
-def over_processes(
-    count: int,
-    runs: Iterable[Sequence[Task]],
-    work: Callable[[Task], object],
-    lost: Callable[[Task], None],
-    started: Callable[[Task], None] = lambda task: None,
-) -> None:
-    """Work on tasks in so many processes.
+def prepare(count: int, module: str) -> None:
+    """Let what starts several processes import what they need, while this one imports what it needs itself.
 
     Parameters
     ----------
     count
         Number of processes.
-    runs
-        What to work on, in this order; each task is pickled. One process works on a run, unless it is lost: another
-        then goes on with the run after the task that was lost.
-    work
-        A function of a module, that each process imports. Its first error ends all.
-    lost
-        Called with the task of a process that was ended from outside; another process takes its place.
-    started
-        Called with each task as it begins.
-
-    Raises
-    ------
-    SolverError
-        If `MAX_FAILED_STARTS` processes in a row are lost before they work.
+    module
+        The module of the work.
     """
-    context = get_context("forkserver")
-    context.set_forkserver_preload([STARTER, __name__, work.__module__])  # imported once for all
-    idle, failures = list[ProcessPoolExecutor](), 0
-    waiting: deque[tuple[Sequence[Task], ProcessPoolExecutor | None]] = deque((run, None) for run in runs)
-    running: dict[Future[object], tuple[ProcessPoolExecutor, Sequence[Task]]] = {}
-    with heard() as logs:
+    from fenics_mech._petsc import MPI  # noqa: PLC0415  (not for other commands)
+
+    if count > 1 and MPI.COMM_WORLD.size == 1:
+        forkserver.set_forkserver_preload([STARTER, __name__, module])  # imported once for all
+        forkserver.ensure_running()
+
+
+class Workers:
+    """Processes that are started as there is work, and end with the block of a study: ``with Workers(2) as workers``.
+
+    What they keep from one task to the next, they keep from one call of `share` to the next too.
+
+    Parameters
+    ----------
+    count
+        Number of processes; 0 after the block.
+    """
+
+    def __init__(self, count: int) -> None:
+        self.count = count
+        self._context = get_context("forkserver")
+        self._idle: list[ProcessPoolExecutor] = []
+        self._open = ExitStack()
+        self._logs: WorkerLogs | None = None
+
+    def __enter__(self) -> Self:
+        """Give itself, to end the processes with the block."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End the processes, and tell the last that they logged."""
+        _end(self._idle)
+        self._open.close()
+        self.count = 0
+
+    def share(
+        self,
+        runs: Iterable[Sequence[Task]],
+        work: Callable[[Task], object],
+        lost: Callable[[Task], None],
+        started: Callable[[Task], None] = lambda task: None,
+    ) -> None:
+        """Let the processes work on tasks.
+
+        Parameters
+        ----------
+        runs
+            What to work on, in this order; each task is pickled. One process works on a run, unless it is lost: another
+            then goes on with the run after the task that was lost.
+        work
+            A function of a module, that each process imports. Its first error ends all.
+        lost
+            Called with the task of a process that was ended from outside; another process takes its place.
+        started
+            Called with each task as it begins.
+
+        Raises
+        ------
+        SolverError
+            If `MAX_FAILED_STARTS` processes in a row are lost before they work.
+        """
+        prepare(self.count, work.__module__)
+        failures = 0
+        waiting: deque[tuple[Sequence[Task], ProcessPoolExecutor | None]] = deque((run, None) for run in runs)
+        running: dict[Future[object], tuple[ProcessPoolExecutor, Sequence[Task]]] = {}
         try:
             while waiting or running:
-                while waiting and len(running) < count:
+                while waiting and len(running) < self.count:
                     run, pool = waiting.popleft()
-                    if pool is None:
-                        pool = idle.pop() if idle else ProcessPoolExecutor(1, context, _begin, (logs.channel(context),))
+                    pool = pool or self._pool()
                     try:
                         running[pool.submit(work, run[0])] = pool, run
                     except (BrokenProcessPool, EOFError, OSError) as error:  # lost before the task reached it
@@ -87,10 +128,22 @@ def over_processes(
                     if rest:
                         waiting.appendleft((rest, kept))
                     elif kept is not None:
-                        idle.append(kept)
+                        self._idle.append(kept)
         finally:
-            for pool in (*idle, *(pool for pool, _ in running.values()), *(pool for _, pool in waiting if pool)):
-                pool.shutdown(wait=False, cancel_futures=True)
+            _end([*(pool for pool, _ in running.values()), *(pool for _, pool in waiting if pool)])
+
+    def _pool(self) -> ProcessPoolExecutor:
+        """Give a process that has nothing to do, or a new one."""
+        if self._idle:
+            return self._idle.pop()
+        if self._logs is None:
+            self._logs = self._open.enter_context(heard())
+        return ProcessPoolExecutor(1, self._context, _begin, (self._logs.channel(self._context),))
+
+
+def _end(pools: Iterable[ProcessPoolExecutor]) -> None:
+    for pool in pools:
+        pool.shutdown(wait=False, cancel_futures=True)
 
 
 def _begin(channel: Channel) -> None:

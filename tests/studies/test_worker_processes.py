@@ -16,7 +16,7 @@ from fenics_mech import load
 from fenics_mech.errors import SolverError
 from fenics_mech.studies.sweep import Sweep, run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.studies.worker_processes import over_processes
+from fenics_mech.studies.worker_processes import Workers
 from tests.studies.processes import ENVIRONMENT, command, finished
 from tests.studies.test_sweep import ARM, RANGE
 
@@ -27,6 +27,12 @@ OVER = RANGE.replace(":16", f":{POINTS}")
 def alone(count):
     """So many tasks, of which none follows another."""
     return [[task] for task in range(count)]
+
+
+def shared(count, *arguments):
+    """Let so many processes work on tasks, and end."""
+    with Workers(count) as workers:
+        workers.share(*arguments)
 
 
 def write(folder, task):
@@ -46,7 +52,7 @@ def fail(task):
 
 def test_each_task_is_done_once_by_one_of_the_processes(tmp_path):
     begun = []
-    over_processes(2, alone(8), partial(write, tmp_path), pytest.fail, begun.append)
+    shared(2, alone(8), partial(write, tmp_path), pytest.fail, begun.append)
     found = [path.read_text() for path in sorted(tmp_path.iterdir())]
     assert len(found) == 8
     assert 1 <= len(set(found)) <= 2
@@ -54,16 +60,41 @@ def test_each_task_is_done_once_by_one_of_the_processes(tmp_path):
     assert begun == list(range(8))
 
 
+def ended(process):
+    """Whether a process ends in time."""
+    limit = time.monotonic() + 20
+    while time.monotonic() < limit and Path(f"/proc/{process}").exists():
+        time.sleep(0.05)
+    return not Path(f"/proc/{process}").exists()
+
+
+def test_processes_work_on_until_the_study_ends(tmp_path):
+    """From one call to the next, but for one that is lost in between."""
+    by = []
+    with Workers(2) as workers:
+        for name in "abc":
+            (tmp_path / name).mkdir()
+            workers.share(alone(8), partial(write, tmp_path / name), pytest.fail)
+            by.append({int(path.read_text()) for path in (tmp_path / name).iterdir()})
+            if name == "b":
+                os.kill(lost := min(by[1]), signal.SIGKILL)
+                assert ended(lost)
+                time.sleep(0.5)  # until it is known here too
+    assert by[1] <= by[0]
+    assert lost not in by[2]
+    assert all(map(ended, set().union(*by)))
+
+
 def test_a_process_that_is_killed_costs_its_task(tmp_path):
     lost = []
-    over_processes(2, alone(8), partial(write_or_die, tmp_path), lost.append)
+    shared(2, alone(8), partial(write_or_die, tmp_path), lost.append)
     assert lost == [3]
     assert sorted(int(path.name) for path in tmp_path.iterdir()) == [0, 1, 2, 4, 5, 6, 7]
 
 
 def test_one_process_works_on_a_run_and_another_goes_on_where_it_is_killed(tmp_path):
     lost = []
-    over_processes(2, [range(3), range(3, 6), range(6, 8)], partial(write_or_die, tmp_path), lost.append)
+    shared(2, [range(3), range(3, 6), range(6, 8)], partial(write_or_die, tmp_path), lost.append)
     assert lost == [3]
     by = {int(path.name): path.read_text() for path in tmp_path.iterdir()}
     assert sorted(by) == [0, 1, 2, 4, 5, 6, 7]
@@ -81,7 +112,7 @@ def log_or_die(task):
 
 def test_what_processes_log_is_told_here(caplog):
     caplog.set_level(logging.INFO, "fenics_mech")
-    over_processes(2, alone(6), log_or_die, lambda task: None)
+    shared(2, alone(6), log_or_die, lambda task: None)
     told = [record.getMessage() for record in caplog.records if record.name == "fenics_mech.somewhere"]
     assert sorted(told) == [f"task {n}" for n in range(6)]
 
@@ -105,8 +136,8 @@ def link_of(path):
 @pytest.mark.slow
 def test_no_daemon_of_mpi_keeps_the_socket_at_which_processes_are_asked_for(tmp_path):
     """Else who asks a process for another one that is lost in between waits for ever."""
-    work = "from tests.studies.test_worker_processes import over_processes, tell_holders"
-    ended = finished("-c", f"{work}; over_processes(1, [[{str(tmp_path / 'holders')!r}]], tell_holders, print)")
+    work = "from tests.studies.test_worker_processes import shared, tell_holders"
+    ended = finished("-c", f"{work}; shared(1, [[{str(tmp_path / 'holders')!r}]], tell_holders, print)")
     assert ended.returncode == 0, ended.stderr
     starter, *holders = (tmp_path / "holders").read_text().split()
     assert holders == [starter]
@@ -120,14 +151,14 @@ def end_the_starter(task):
 @pytest.mark.slow
 def test_the_loss_of_the_process_that_starts_the_others_costs_their_tasks():
     lost = []
-    over_processes(2, alone(4), end_the_starter, lost.append)
+    shared(2, alone(4), end_the_starter, lost.append)
     assert set(lost) <= set(range(4))
     assert lost
 
 
 def test_an_error_of_a_task_ends_all():
     with pytest.raises(SolverError, match="no answer"):
-        over_processes(2, alone(8), fail, pytest.fail)
+        shared(2, alone(8), fail, pytest.fail)
 
 
 def python_children(process):

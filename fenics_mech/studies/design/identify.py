@@ -25,6 +25,7 @@ from fenics_mech.studies.design.measured_values import Observation, read_observa
 from fenics_mech.studies.design.trial import Trial, Trials
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.sweep_axes import value_in_si
+from fenics_mech.studies.worker_processes import Workers
 
 FAILED = 1e3  # of the size of the measured values: what a trial that failed predicts
 
@@ -204,7 +205,7 @@ def identify(
     '66.4 GPa, deviation 0.6 GPa'
     """
     begun, observations = time.perf_counter(), _observations(scene, data)
-    with kept_folder(folder) as kept:
+    with kept_folder(folder) as kept, Workers(jobs) as workers:
         explorers: list[Explorer] = []
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:
@@ -213,7 +214,7 @@ def identify(
         count = len(Design.of(scene).variables)
         measured = _noisy(observations, count)  # which says where they are too few
         for at, group in _groups(observations).items():
-            explorers.append(_explorer(_placed(scene, at), group, (kept / "trials", jobs), told))
+            explorers.append(_explorer(_placed(scene, at), group, (kept / "trials", workers), told))
             explorers[-1].first  # noqa: B018  (it says what is wrong at the start)
         first = explorers[0]
         points = np.random.default_rng(seed).random((starts, count))
@@ -266,7 +267,7 @@ def _placed(scene: Scene, at: At) -> Scene:
 def _explorer(
     scene: Scene,
     observations: Sequence[Observation],
-    kept: tuple[Path, int],
+    kept: tuple[Path, Workers],
     progress: Callable[[int, Trial, Trial | None], None],
 ) -> Explorer:
     """Prepare the trials of data that were measured at the same numbers of the scene."""

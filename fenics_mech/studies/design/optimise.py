@@ -22,6 +22,7 @@ from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem, bounds_of
 from fenics_mech.studies.design.trial import Trial, Trials
 from fenics_mech.studies.lead_process import led
+from fenics_mech.studies.worker_processes import Workers
 
 ERRORS = {  # attribute of a result with the relative error of a number, by how its name begins
     "strain": "error_estimate",
@@ -171,8 +172,8 @@ def optimise(
     10.0
     """
     begun, search = time.perf_counter(), search or Search()
-    with kept_folder(folder) as kept:
-        trials = Trials.of(scene, folder=kept / "trials", jobs=jobs)
+    with kept_folder(folder) as kept, Workers(jobs) as workers:
+        trials = Trials.of(scene, folder=kept / "trials", workers=workers)
         bounds_of(trials.design.study)  # which says what is wrong with a limit
         name, trials = _method(Problem(trials), method), trials.with_fixed_effects()
         history = History(kept / "history.csv")

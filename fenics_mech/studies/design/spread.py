@@ -26,6 +26,7 @@ from fenics_mech.studies.design.scatter import Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import SobolIndices, saltelli_points, sobol_indices
 from fenics_mech.studies.design.trial import Trial, Trials
 from fenics_mech.studies.lead_process import led
+from fenics_mech.studies.worker_processes import Workers
 
 MOST_ANGLES = 180  # of a curve
 QUANTILES = (0.05, 0.5, 0.95)
@@ -210,9 +211,9 @@ def spread(
     1.1
     """
     begun, scattered = time.perf_counter(), Scattered.of(scene)
-    with kept_folder(folder) as kept:
+    with kept_folder(folder) as kept, Workers(jobs) as workers:
         points = _points(scattered, (samples, sampling, seed), indices)
-        trials = _trials(scattered, kept / "trials", jobs)
+        trials = _trials(scattered, kept / "trials", workers)
         explorer = Explorer(trials)
         explorer.first  # noqa: B018  (it says what is wrong at the means)
         explorer.derivatives(explorer.to_unit(scattered.design.start))  # they are kept
@@ -223,7 +224,7 @@ def spread(
     return found
 
 
-def _trials(scattered: Scattered, folder: Path, jobs: int) -> Trials:
+def _trials(scattered: Scattered, folder: Path, workers: Workers) -> Trials:
     """Prepare the trials, with the numbers and curves of the study."""
     design, study = scattered.design, scattered.design.study
     bounds_of(study)  # which says what is wrong with a limit
@@ -234,7 +235,7 @@ def _trials(scattered: Scattered, folder: Path, jobs: int) -> Trials:
     if not looked_at:
         hint = 'Write results = ["strain.max"], curves = ["torque"] or limits'
         raise SceneError("the study looks at no number", place="study", hint=hint)
-    return Trials(design, tuple(looked_at), folder, jobs).with_fixed_effects()
+    return Trials(design, tuple(looked_at), folder, workers).with_fixed_effects()
 
 
 def _points(scattered: Scattered, how: tuple[int, str, int], indices: bool) -> Array:

@@ -39,7 +39,7 @@ from fenics_mech.studies.design.trial_tasks import (
 )
 from fenics_mech.studies.lead_process import leads, over_machines
 from fenics_mech.studies.sweep_axes import placed, scene_data
-from fenics_mech.studies.worker_processes import over_processes
+from fenics_mech.studies.worker_processes import Workers
 
 
 @dataclass(frozen=True)
@@ -82,8 +82,8 @@ class Trials:
         The numbers that are looked at.
     folder
         Where finished trials are kept; None for nowhere.
-    jobs
-        Processes of this machine that share trials.
+    workers
+        Processes of this machine that share trials, if any do.
 
     Examples
     --------
@@ -98,17 +98,22 @@ class Trials:
     design: Design
     quantities: tuple[ResultNumbers, ...]
     folder: Path | None = None
-    jobs: int = 1
+    workers: Workers | None = field(default=None, compare=False, repr=False)
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
     _last: dict[tuple[float, ...], Solution] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what other processes get: nothing that a solver works with."""
-        return self.__dict__ | {"common": CommonParts(), "_last": {}}
+        return self.__dict__ | {"workers": None, "common": CommonParts(), "_last": {}}
 
     @classmethod
     def of(
-        cls, scene: Scene, names: Sequence[str] | None = None, *, folder: Path | None = None, jobs: int = 1
+        cls,
+        scene: Scene,
+        names: Sequence[str] | None = None,
+        *,
+        folder: Path | None = None,
+        workers: Workers | None = None,
     ) -> Trials:
         """Prepare the trials of a scene.
 
@@ -118,7 +123,7 @@ class Trials:
             The scene, with its study.
         names
             The numbers to look at; by default those that the study names.
-        folder, jobs
+        folder, workers
             As of the class.
 
         Raises
@@ -127,7 +132,7 @@ class Trials:
             When the study is not valid; see `Design.of` and `Quantity.read`.
         """
         design = Design.of(scene)
-        return cls(design, read_all(design.study.names if names is None else names), folder, jobs)
+        return cls(design, read_all(design.study.names if names is None else names), folder, workers)
 
     def quantity(self, name: str) -> ResultNumbers:
         """Give the number with a name, as the study states it."""
@@ -197,8 +202,8 @@ class Trials:
 
         if leads():
             over_machines(missing, run_there, kept)
-        elif self.jobs > 1:
-            over_processes(self.jobs, [[task] for task in missing], run_here, give_up, lambda task: counted())
+        elif self.workers is not None and self.workers.count > 1:
+            self.workers.share([[task] for task in missing], run_here, give_up, lambda task: counted())
         else:
             return set()
         return {task.path for task in missing}

@@ -11,6 +11,7 @@ from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.result_numbers import Quantity, total_mass
 from fenics_mech.studies.design.trial import Trials
+from fenics_mech.studies.worker_processes import Workers
 
 SPEED = {"numbers": ["drive.speed"], "between": ["100 rpm", "500 rpm"]}
 QUICK = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "effects": ()}
@@ -132,7 +133,8 @@ def test_processes_give_the_same_as_one(tmp_path):
     scene = scene_of({"speed": SPEED}, minimise=["strain.max"])
     points = [[20.0], [30.0]]
     alone = [trial.numbers for trial in Trials.of(scene).run(points)]
-    shared = Trials.of(scene, folder=tmp_path, jobs=2).run(points)
+    with Workers(2) as workers:
+        shared = Trials.of(scene, folder=tmp_path, workers=workers).run(points)
     assert [trial.numbers for trial in shared] == alone
 
 
