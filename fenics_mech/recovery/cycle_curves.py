@@ -32,15 +32,17 @@ class CycleCurves:
     corners: Array | None = None
 
     @classmethod
-    def through(cls, values: Array) -> CycleCurves:
+    def through(cls, values: Array, largest: float | None = None) -> CycleCurves:
         """Draw curves through values: a cubic spline each, or where a curve has corners, that of Akima.
 
         Parameters
         ----------
         values
             Values at the positions, ``(positions, ...)``.
+        largest
+            As of `cornered`.
         """
-        return cls._of_kinds(values, cornered(values.reshape(len(values), -1)).reshape(values.shape[1:]))
+        return cls._of_kinds(values, cornered(values.reshape(len(values), -1), largest).reshape(values.shape[1:]))
 
     @classmethod
     def of_positions(cls, values: Array) -> CycleCurves:
@@ -220,7 +222,7 @@ def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -
     return lambda places, order=0: np.asarray(curve(places, order))
 
 
-def cornered(values: Array) -> Array:
+def cornered(values: Array, largest: float | None = None) -> Array:
     """Say which curves, ``(curves,)``, Akima's interpolant foretells better than a spline at positions left out.
 
     Of an odd number of positions, where not every second one can be left out, they are all.
@@ -229,11 +231,15 @@ def cornered(values: Array) -> Array:
     ----------
     values
         Values at the positions, ``(positions, curves)``.
+    largest
+        Largest norm over the positions, where these are some of more curves; else it is theirs.
     """
     if len(values) % 2:
         return np.ones(values.shape[1], dtype=bool)
     by_splines = _missed(_spline_slopes, values)
-    found = by_splines > SMOOTH * np.linalg.norm(values, axis=0).max(initial=0.0)
+    if largest is None:
+        largest = np.linalg.norm(values, axis=0).max(initial=0.0)
+    found = np.greater(by_splines, SMOOTH * largest)
     if found.any():
         found[found] = _missed(_akima_slopes, values[:, found]) < by_splines[found]
     return found

@@ -6,8 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
@@ -26,6 +27,7 @@ class PeakLimits:
     gained_at_corners: float = 2.0  # the same of other curves
     apart: float = 0.05  # share of the largest peak
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
+    near: float = 0.01  # share of a peak by which a vector may be shorter between positions than at them
     on_the_way: int = 17  # places of a pin that travels
 
 
@@ -72,16 +74,17 @@ def curves_of(result: Result, name: str) -> CycleCurves:
     name
         The variable, one of `CURVES`.
     """
-    return curves_over_cycle(result.scene, result.data[name].transpose(*_dims(result, name)).to_numpy())
+    return curves_over_cycle(result.scene, _ordered(result, name).to_numpy())
 
 
-def _dims(result: Result, name: str) -> list[str]:
-    """Order in which the dimensions of a variable are."""
-    return sorted(map(str, result.data[name].dims), key=ORDER.index)
+def _ordered(result: Result, name: str) -> xr.Variable:
+    """Give a variable with its dimensions in the order of `ORDER`, without its labels, which take longer."""
+    variable = result.data.variables[name]
+    return variable.transpose(*sorted(map(str, variable.dims), key=ORDER.index))
 
 
-def largest_of(result: Result, name: str) -> tuple[Array, Array]:
-    """Give where each curve of a variable is largest, in positions, and its value there.
+def peak_of(result: Result, name: str) -> tuple[Index, Array, Array]:
+    """Give the peak of a variable on each of its owners: members, joints or supports, or one alone.
 
     Parameters
     ----------
@@ -93,17 +96,41 @@ def largest_of(result: Result, name: str) -> tuple[Array, Array]:
     Returns
     -------
     tuple of numpy.ndarray
-        Places and values, ``(owners, curves of each)``: owners are members, joints or supports, or one alone.
+        Number of the owner's curve, place in positions, and value there, ``(owners,)`` each.
     """
-    return _by_owner(result, name, curves_of(result, name))
+    curves, which = _leading(result, name)
+    places, values = _peaks(result, name, curves)
+    highest = np.arange(len(values)), np.abs(values).argmax(axis=1)
+    return which[highest], places[highest], values[highest]
 
 
-def _by_owner(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array]:
-    """Give where curves of a variable are largest, and the values there, ``(owners, curves of each)``."""
-    found = curves.longest() if "component" in result.data[name].dims else curves.largest()
-    owners = result.data.sizes[CURVES[name]] if CURVES[name] else 1
-    places, values = (part.reshape(owners, -1) for part in found)
-    return places, values
+@kept
+def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
+    """Draw those curves of each owner that may have its peak, and tell which they are, ``(owners, curves)``.
+
+    Between two positions the curves of both kinds are beyond them by no more than the largest step from a position to
+    the next, and those through half of the positions by twice as much.
+    """
+    data, owner = _ordered(result, name), CURVES[name]
+    count, vector = data.sizes["theta"], "component" in data.dims
+    values = data.to_numpy().reshape(count, data.sizes[owner] if owner else 1, -1, 2 if vector else 1)
+    size = np.linalg.norm(values, axis=-1)
+    step = np.linalg.norm(np.abs(np.roll(values, -1, axis=0) - values).max(axis=0), axis=-1)
+    highest = size.max(axis=0) + 2 * step
+    surely = np.minimum(*(size[half::2].max(axis=(0, 2)) for half in (0, min(1, count - 1)))) * (1 - PEAK.near)
+    highest[~(highest < surely[:, None])] = np.inf  # what is no number is looked at too
+    most = int(np.isinf(highest).sum(axis=1).max(initial=1))
+    which = np.sort(np.argsort(-highest, axis=1, kind="stable")[:, :most], axis=1)
+    some = np.take_along_axis(values, which[None, :, :, None], axis=2)
+    some = some if vector else some[..., 0]
+    if not _smooth(result.scene, count):
+        return CycleCurves.of_positions(some), which
+    return CycleCurves.through(some, float(np.linalg.norm(values, axis=0).max(initial=0.0))), which
+
+
+def _peaks(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array]:
+    """Give where curves of a variable are largest, and the values there, of their shape."""
+    return curves.longest() if "component" in result.data.variables[name].dims else curves.largest()
 
 
 def between_positions(result: Result, least: int = PEAK.drawn) -> Result:
@@ -154,10 +181,9 @@ def _at_more(result: Result, least: int) -> tuple[Result, Array]:
     times = math.ceil(least / count)
     places = [np.arange(count * times) / times]
     for name in names:
-        where, size = largest_of(result, name)
-        places.append(np.take_along_axis(where, np.abs(size).argmax(axis=1)[:, None], axis=1)[:, 0])
+        places.append(peak_of(result, name)[1])
     at = np.unique(np.round(np.concatenate(places), 9) % count)
-    curves = {name: (_dims(result, name), curves_of(result, name).at(at), data[name].attrs) for name in names}
+    curves = {name: (_ordered(result, name).dims, curves_of(result, name).at(at), data[name].attrs) for name in names}
     found = data.drop_dims("theta").assign_coords(theta=angles_at(result, at)).assign(curves)
     return Result(found), at
 
@@ -209,13 +235,13 @@ def doubt(result: Result, name: str) -> float:
     count = result.data.sizes["theta"]
     if result.scene.analysis.method != "periodic" or not 4 <= count < PEAK.certain:
         return 0.0
-    curves = curves_of(result, name)
-    peaks, *others = (np.abs(_by_owner(result, name, part)[1]) for part in (curves, *curves.others()))
+    curves = _leading(result, name)[0]
+    peaks, *others = (np.abs(_peaks(result, name, part)[1]) for part in (curves, *curves.others()))
     apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]).max(axis=0)
     apart /= max(peaks.max(), np.finfo(float).tiny)
     if curves.corners is None or count % 2:
         return float(apart.max())
-    corners = curves.corners.any(axis=-1) if "component" in result.data[name].dims else curves.corners
-    highest = corners.reshape(peaks.shape)[np.arange(len(peaks)), peaks.argmax(axis=1)]
+    corners = curves.corners.any(axis=-1) if "component" in result.data.variables[name].dims else curves.corners
+    highest = corners[np.arange(len(peaks)), peaks.argmax(axis=1)]
     gained = np.where(apart < PEAK.apart, PEAK.gained, PEAK.gained_less)
     return float((apart / np.where(highest, PEAK.gained_at_corners, gained)).max())

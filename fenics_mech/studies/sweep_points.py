@@ -24,7 +24,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import angles_at, doubts, largest_of
+from fenics_mech.recovery.peaks import angles_at, doubts, peak_of
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.response.setup import CommonParts
@@ -258,23 +258,23 @@ def reduced(result: Result, gauge: Gauge) -> Record:
     gauge
         Where the strain is split into harmonics.
     """
-    data = result.data
+    data, variables = result.data, result.data.variables  # without labels, which take longer
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
     values = _strains(result, gauge)
     values["peak_doubt"] = np.array(max(doubts(result).values()))
     for name in ("stress", "deflection", "joint_force"):
-        values[f"peak_{name}"] = np.abs(largest_of(result, name)[1]).max(axis=1)
+        values[f"peak_{name}"] = np.abs(peak_of(result, name)[2])
     if "input_torque" in data:
-        values["peak_input_torque"] = np.abs(largest_of(result, "input_torque")[1]).max()
+        values["peak_input_torque"] = np.abs(peak_of(result, "input_torque")[2]).max()
         values["drive_rate"] = np.array(result.scene.cycle_rate)
     if "frequency" in data:
-        frequency = data["frequency"].transpose("theta", "mode").to_numpy()
+        frequency = variables["frequency"].transpose("theta", "mode").to_numpy()
         values["frequency_lowest"], values["frequency_highest"] = frequency.min(axis=0), frequency.max(axis=0)
         values["frequency_start"] = frequency[0]
     if "multiplier" in data:
-        values["multiplier"] = np.linalg.norm(data["multiplier"].transpose(..., "part").to_numpy(), axis=-1)
-        values["growth_rate"] = data["growth_rate"].to_numpy()
-    values |= {name: data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
+        values["multiplier"] = np.linalg.norm(variables["multiplier"].transpose(..., "part").to_numpy(), axis=-1)
+        values["growth_rate"] = variables["growth_rate"].to_numpy()
+    values |= {name: variables[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
     if "source" in data and "theory" in data["source"]:
         for prefix in ("", "deflection_"):
             left_out = float(data[f"{prefix}relative_error"].sel(source="theory"))
@@ -284,27 +284,26 @@ def reduced(result: Result, gauge: Gauge) -> Record:
         "effects": ", ".join(acting),
         "not_estimated": data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE,
         "warnings": "\n".join(result.warnings),
-        "labels": {name: data[name].to_numpy().tolist() for name in ("member", "joint")},
+        "labels": {name: variables[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},
     }
 
 
 def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
     """Give the peak of every member's strain, where it is, and the harmonics of the strain at the gauge."""
-    strain = result.data["strain"].transpose("member", "s", "fibre", "theta")
-    places, values = largest_of(result, "strain")
-    highest = np.abs(values).argmax(axis=1)
-    which = np.arange(len(highest)), highest
-    s, fibre = np.unravel_index(highest, strain.shape[1:3])
+    variables = result.data.variables
+    strain, stations, sides = variables["strain"], *(variables[name].to_numpy() for name in ("s", "fibre"))
+    highest, places, values = peak_of(result, "strain")
+    s, fibre = np.unravel_index(highest, (len(stations), len(sides)))
     found = {
-        "peak_strain": np.maximum(result.data["largest_strain"].to_numpy(), np.abs(values[which])),
-        "peak_strain_theta": angles_at(result, places[which]),
-        "peak_strain_s": strain["s"].to_numpy()[s],
-        "peak_strain_side": np.where(strain["fibre"].to_numpy()[fibre] == "+", 1.0, -1.0),
+        "peak_strain": np.maximum(variables["largest_strain"].to_numpy(), np.abs(values)),
+        "peak_strain_theta": angles_at(result, places),
+        "peak_strain_s": stations[s],
+        "peak_strain_side": np.where(sides[fibre] == "+", 1.0, -1.0),
     }
     if (cycle := last_cycle(result.scene.analysis, result.scene.drives, result.data)) is not None:
-        wave = result.data["strain"].sel(fibre=gauge.fibre).isel(theta=cycle).transpose("theta", "member", "s")
-        along = harmonics(at_place(wave.to_numpy(), wave["s"].to_numpy(), gauge.s))
+        wave = strain.isel(theta=cycle, fibre=int(np.argmax(sides == gauge.fibre))).transpose("theta", "member", "s")
+        along = harmonics(at_place(wave.to_numpy(), stations, gauge.s))
         found["strain_harmonic"] = np.abs(along).T[:, : 1 + gauge.harmonics]
     return found
 

@@ -6,7 +6,8 @@ import xarray as xr
 
 from fenics_mech import Impulse, Result
 from fenics_mech.analysis import analyse
-from fenics_mech.recovery.peaks import PEAK, between_positions, doubts, largest_of, smoothed
+from fenics_mech.recovery.cycle_curves import CycleCurves
+from fenics_mech.recovery.peaks import PEAK, between_positions, curves_of, doubts, peak_of, smoothed
 from fenics_mech.scene.factories import seed_four_bar
 
 
@@ -57,11 +58,11 @@ def test_positions_keep_their_values_and_peaks_have_positions_of_their_own(resul
     closer = between_positions(result).data
     assert theta.tolist() == closer["theta"].to_numpy().tolist()
     for name in ("strain", "stress", "input_torque"):
-        largest = np.abs(largest_of(result, name)[1]).max()
+        largest = np.abs(peak_of(result, name)[2]).max()
         assert np.abs(closer[name]).max() == pytest.approx(largest, rel=1e-9)
     force = np.linalg.norm(closer["joint_force"].transpose("theta", "joint", "component"), axis=-1).max(axis=0)
     # a place beside the one at which the cubic of the length is largest may have a length that is larger by h^4
-    assert force == pytest.approx(largest_of(result, "joint_force")[1][:, 0], rel=1e-5)
+    assert force == pytest.approx(peak_of(result, "joint_force")[2], rel=1e-5)
 
 
 def test_a_largest_value_has_no_kink_where_its_place_moves(result):
@@ -78,11 +79,43 @@ def test_a_spline_does_not_swing_beyond_a_corner(result):
     assert peak(step) < 1.01
 
 
+@pytest.mark.parametrize("harmonics", [2, 8, 20])  # 20 at 48 positions are beyond these by 70 %
+def test_peaks_are_those_of_all_curves(result, harmonics):
+    """They are sought among the few curves of each member or joint that may have them."""
+    random, shape = np.random.default_rng(harmonics), {}
+    for name in ("strain", "joint_force"):
+        data = result.data[name].transpose("theta", ...)
+        amplitude = random.standard_normal((harmonics, *data.shape[1:]))
+        waves = np.cos(np.outer(data["theta"], 1 + np.arange(harmonics)))
+        sizes = random.uniform(0.2, 1, data.shape[1:])  # of which some curves are far below others
+        shape[name] = data.copy(data=np.tensordot(waves, amplitude, 1) * sizes)
+    found = Result(result.data.assign(shape))
+    for name, seen in (("strain", CycleCurves.largest), ("joint_force", CycleCurves.longest)):
+        places, values = (part.reshape(len(part), -1) for part in seen(curves_of(found, name)))
+        highest = np.arange(len(values)), np.abs(values).argmax(axis=1)
+        which, place, value = peak_of(found, name)
+        assert (which == highest[1]).all()
+        assert (place == places[highest]).all()
+        assert (value == values[highest]).all()
+
+
+def test_a_peak_between_positions_is_found_on_a_curve_that_is_lower_at_them(result):
+    """One of 1 half way between two positions, where it is cos 30 deg, and others of 0.9 at a position."""
+    theta = result.data["theta"] - result.data["theta"][0]
+    lower, higher = np.cos(8 * (theta - np.pi / 48)), 0.9 * np.cos(8 * theta)
+    strain = xr.where((result.data["s"] == 0.5) & (result.data["fibre"] == "-"), lower, higher)
+    strain = strain.broadcast_like(result.data["strain"]).transpose(*result.data["strain"].dims)
+    which, place, value = peak_of(Result(result.data.assign(strain=strain)), "strain")
+    assert which.tolist() == [3, 3, 3]  # the second fibre of the second station
+    assert place % 3 == pytest.approx([0.5] * 3, abs=1e-6)
+    assert np.abs(value) == pytest.approx([1.0] * 3, rel=0.01)
+
+
 def test_jumps_and_many_positions_are_left_as_they_are(result):
     push = {"push": Impulse(at="coupler.B", impulse=(0.0, 0.1), angle=1.0)}
     jumping = Result(result.data.assign_attrs(scene=result.scene.changed(impulses=push).model_dump_json()))
     assert between_positions(jumping) is jumping
-    assert np.abs(largest_of(jumping, "strain")[1]).max() == np.abs(jumping.data["strain"]).max()
+    assert np.abs(peak_of(jumping, "strain")[2]).max() == np.abs(jumping.data["strain"]).max()
     many = result.data.reindex(theta=np.linspace(0, 2 * np.pi, PEAK.certain, endpoint=False), method="nearest")
     assert doubts(Result(many)) == {"strain": 0.0, "joint_force": 0.0}
 
