@@ -33,7 +33,8 @@ class TheoryLimits:
 
     stages: int = 3  # Radau points of a step
     tail: float = 0.003  # of the motion's amplitude, in harmonics that are left to shorter steps
-    positions: int = 8  # for the fastest of the other harmonics: with fewer the series has wrong axial forces
+    positions: int = 8  # for the fastest of the other harmonics: with fewer the series has wrong axial forces,
+    end: float = 1e-5  # unless what is beyond 3/8 of the positions has no more than this share of the amplitude
     steps: int = 4  # for the same; each has three Radau points
     turn: float = 0.8  # rad of the slowest vibration in a step in time; measured: 0.94 to 1.0 of the truth, 0.3 with 5
     steps_between: int = 8  # of these, between two positions

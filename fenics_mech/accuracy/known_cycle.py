@@ -39,7 +39,8 @@ def of_harmonics(solution: Solution) -> KnownCycle | None:
     energy[0] = 0.0
     beyond = np.cumsum(energy[::-1])[::-1]  # of each harmonic and all above it
     highest = int(np.count_nonzero(beyond > THEORY.tail**2 * beyond[0]))
-    if len(q) < THEORY.positions * highest:
+    has_end = beyond[3 * len(q) // 8] <= THEORY.end**2 * beyond[0]
+    if len(q) < THEORY.positions * highest and not has_end:
         return None
     steps = min(max(THEORY.fewest, THEORY.steps * highest), len(q))
     taken = {"sub_intervals": steps, "solver": "collocation", "scheme": "radau", "stages": THEORY.stages}
