@@ -3,46 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 
-SMOOTH = 1e-3  # of the largest curve: a curve that splines foretell to it has no corners that show
+DRAWN = 360  # positions of a cycle, in so many at least curves are drawn
+SMOOTH = 1e-3  # of the largest curve: a curve that its harmonics foretell to it has no corners that show
+FADING = 0.2  # ratio of the last quarter of the harmonics to the one before, below which they fade
 NEIGHBOURS = 4  # positions beyond the ends of a cycle, to which a curve of Akima goes on
 
 
 @dataclass(frozen=True, eq=False)
 class CycleCurves:
-    """Curves over a cycle, a cubic between every two positions that are neighbours.
+    """Curves over a cycle, a cubic between every two points that are neighbours.
 
     Parameters
     ----------
     values
-        Values at even positions of the cycle, ``(positions, ...)``.
+        Values at even points of the cycle, ``(points, ...)``.
     slopes
-        Slopes there, over the distance of two positions, ``(positions, ...)``.
+        Slopes there, over the distance of two points, ``(points, ...)``.
     corners
         Which curves are those of Akima, ``(...)``; None where they are nowhere beyond the positions beside them.
+    per_position
+        Points for each position that the curves were drawn through.
+    of_harmonics
+        Whether curves without corners are those of their harmonics; else they are splines.
     """
 
     values: Array
     slopes: Array
     corners: Array | None = None
+    per_position: int = 1
+    of_harmonics: bool = True
 
     @classmethod
-    def through(cls, values: Array, largest: float | None = None) -> CycleCurves:
-        """Draw curves through values: a cubic spline each, or where a curve has corners, that of Akima.
+    def through(cls, values: Array, of_harmonics: bool = True, largest: float | None = None) -> CycleCurves:
+        """Draw curves through values: by their harmonics or a spline, or where a curve has corners, that of Akima.
+
+        Where positions are few, the harmonics that they show give values between them, through which cubic splines go.
 
         Parameters
         ----------
         values
             Values at the positions, ``(positions, ...)``.
+        of_harmonics
+            Whether harmonics may be taken: those of motions with corners do not end.
         largest
             As of `cornered`.
         """
-        return cls._of_kinds(values, cornered(values.reshape(len(values), -1), largest).reshape(values.shape[1:]))
+        corners = cornered(values.reshape(len(values), -1), of_harmonics, largest).reshape(values.shape[1:])
+        return cls._of_kinds(values, corners, of_harmonics)
 
     @classmethod
     def of_positions(cls, values: Array) -> CycleCurves:
@@ -56,13 +69,15 @@ class CycleCurves:
         return cls(values, np.zeros(values.shape))
 
     @classmethod
-    def _of_kinds(cls, values: Array, corners: Array) -> CycleCurves:
+    def _of_kinds(cls, values: Array, corners: Array, of_harmonics: bool) -> CycleCurves:
         """Draw curves through values, ``(positions, ...)``: those with corners, ``(...)``, by Akima."""
-        slopes = np.empty(values.shape)
-        for of_kind, which in ((_spline_slopes, ~corners), (_akima_slopes, corners)):
+        times = -(-DRAWN // len(values))
+        found, slopes = np.empty((2, times * len(values), *values.shape[1:]))
+        smooth = _by_harmonics if of_harmonics else _by_splines
+        for of_kind, which in ((smooth, ~corners), (_by_akima, corners)):
             if which.any():
-                slopes[:, which] = of_kind(values[:, which])
-        return cls(values, slopes, corners)
+                found[:, which], slopes[:, which] = of_kind(values[:, which], times)
+        return cls(found, slopes, corners, times, of_harmonics)
 
     def others(self) -> list[CycleCurves]:
         """Draw other curves through the same positions, by which it is judged how certain these are.
@@ -70,12 +85,13 @@ class CycleCurves:
         They are curves of the same kinds through every second position, once the even ones and once the odd ones. Of an
         odd number of positions they are curves of the other kind through all.
         """
-        halves = [self.values[::2], self.values[1::2]]
+        values = self.values[:: self.per_position]
+        halves = [values[::2], values[1::2]]
         if self.corners is None:
             return [self.of_positions(half) for half in halves]
-        if len(self.values) % 2:
-            return [self._of_kinds(self.values, ~self.corners)]
-        return [self._of_kinds(half, self.corners) for half in halves]
+        if len(values) % 2:
+            return [self._of_kinds(values, ~self.corners, self.of_harmonics)]
+        return [self._of_kinds(half, self.corners, self.of_harmonics) for half in halves]
 
     def at(self, places: Array) -> Array:
         """Give the values at some places, ``(places, ...)``.
@@ -85,6 +101,7 @@ class CycleCurves:
         places
             Places in the cycle, where positions are 0, 1, 2 ..., ``(places,)``.
         """
+        places = places * self.per_position
         k = np.floor(places).astype(int)
         found = self.values[k % len(self.values)]
         between = places > k
@@ -98,7 +115,9 @@ class CycleCurves:
         size = np.linalg.norm(self.values, axis=-1)
         along = (self.values * self.slopes).sum(axis=-1)
         slopes = np.divide(along, size, out=np.zeros(size.shape), where=size > 0)
-        return CycleCurves(size, slopes, None if self.corners is None else self.corners.any(axis=-1))
+        return replace(
+            self, values=size, slopes=slopes, corners=None if self.corners is None else self.corners.any(axis=-1)
+        )
 
     def highest(self) -> tuple[Array, Array]:
         """Give where each curve is highest, in positions, and how high it is there, ``(...)`` each.
@@ -120,7 +139,7 @@ class CycleCurves:
     def longest(self) -> tuple[Array, Array]:
         """Give where vectors, whose components are the last dimension, are longest, in positions, and their lengths."""
         places, shape = self.lengths().highest()[0], self.values.shape[1:]
-        along = np.broadcast_to(places[..., None], shape).ravel()
+        along = np.broadcast_to(self.per_position * places[..., None], shape).ravel()
         k, which = np.floor(along).astype(int), np.arange(along.size)
         ends = [(at % len(self.values), which) for at in (k, k + 1)]
         parts = (part.reshape(len(part), -1) for part in (self.values, self.slopes))
@@ -140,20 +159,25 @@ class CycleCurves:
         np.maximum.at(highest, which, top)
         reached = top == highest[which]
         places[which[reached]] = ((k + f) % count)[reached]  # the end of a cycle is its start
-        return places.reshape(shape), sign * highest.reshape(shape)
+        return places.reshape(shape) / self.per_position, sign * highest.reshape(shape)
 
     def turning(self) -> Array:
-        """Give the values at the positions and where the curves turn between them, in order.
+        """Give the values at the points and where the curves turn between them, in order.
 
         Returns
         -------
         numpy.ndarray
-            Three values for each position, ``(3 positions, ...)``. What turns nowhere before the next repeats a value.
+            Three values for each point, ``(3 points, ...)``. What turns nowhere before the next repeats a value.
         """
         v, w, s, t = self.values, np.roll(self.values, -1, axis=0), self.slopes, np.roll(self.slopes, -1, axis=0)
         (f, top), (g, bottom) = _top(v, w, s, t), _top(-v, -w, -s, -t)
         first = np.where(f < g, top, -bottom)
         return np.stack([v, first, np.where(f < g, -bottom, top)], axis=1).reshape(-1, *v.shape[1:])
+
+
+def _slope(f: Array, v: Array, w: Array, s: Array, t: Array) -> Array:
+    """Give the slopes at f of the cubics that `_cubic` gives."""
+    return np.asarray(6 * f * (1 - f) * (w - v) + (1 - f) * (1 - 3 * f) * s + f * (3 * f - 2) * t)
 
 
 def _top(v: Array, w: Array, s: Array, t: Array) -> tuple[Array, Array]:
@@ -180,6 +204,48 @@ def _cubic(f: Array, v: Array, w: Array, s: Array, t: Array) -> Array:
     """Give the values at f of cubics over 0..1 with values v and w and slopes s and t at its ends (Hermite)."""
     g = 1 - f
     return np.asarray((1 + 2 * f) * g**2 * v + (1 + 2 * g) * f**2 * w + f * g * (g * s - f * t))
+
+
+def _by_harmonics(values: Array, times: int) -> tuple[Array, Array]:
+    """Give values of the harmonics that positions show, at so many times as many points, and slopes of splines there.
+
+    The error falls with the positions as fast as the harmonics do; that of a spline falls with their fourth power.
+
+    Parameters
+    ----------
+    values
+        Values at the positions, ``(positions, curves)``.
+    times
+        Points for each position.
+    """
+    if times > 1:
+        count, amplitudes = len(values), np.fft.rfft(values, axis=0)
+        if count % 2 == 0:
+            amplitudes[-1] /= 2  # of what positions show of it, half is that of the negative frequency
+        found = np.fft.irfft(times * amplitudes, times * count, axis=0)
+        found[::times] = values
+        values = found
+    return values, _spline_slopes(values)
+
+
+def _by_splines(values: Array, times: int) -> tuple[Array, Array]:
+    """Give values and slopes of splines at so many times as many points; parameters as of `_by_harmonics`."""
+    return _at_points(values, _spline_slopes(values), times)
+
+
+def _by_akima(values: Array, times: int) -> tuple[Array, Array]:
+    """Give values and slopes of Akima's curves at so many times as many points; parameters as of `_by_harmonics`."""
+    return _at_points(values, _akima_slopes(values), times)
+
+
+def _at_points(values: Array, slopes: Array, times: int) -> tuple[Array, Array]:
+    """Give values and slopes of cubics at so many times as many points, ``(points, curves)`` each."""
+    if times == 1:
+        return values, slopes
+    f = (np.arange(times) / times)[:, None, None]
+    ends = values, np.roll(values, -1, axis=0), slopes, np.roll(slopes, -1, axis=0)
+    found = [np.moveaxis(part(f, *ends), 0, 1).reshape(-1, values.shape[1]) for part in (_cubic, _slope)]
+    return found[0], found[1] / times
 
 
 def _spline_slopes(values: Array) -> Array:
@@ -222,8 +288,8 @@ def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -
     return lambda places, order=0: np.asarray(curve(places, order))
 
 
-def cornered(values: Array, largest: float | None = None) -> Array:
-    """Say which curves, ``(curves,)``, Akima's interpolant foretells better than a spline at positions left out.
+def cornered(values: Array, of_harmonics: bool = True, largest: float | None = None) -> Array:
+    """Say which curves, ``(curves,)``, Akima's interpolant foretells better at positions left out.
 
     Of an odd number of positions, where not every second one can be left out, they are all.
 
@@ -231,28 +297,39 @@ def cornered(values: Array, largest: float | None = None) -> Array:
     ----------
     values
         Values at the positions, ``(positions, curves)``.
+    of_harmonics
+        Whether other curves are those of their harmonics, or splines.
     largest
         Largest norm over the positions, where these are some of more curves; else it is theirs.
     """
     if len(values) % 2:
         return np.ones(values.shape[1], dtype=bool)
-    by_splines = _missed(_spline_slopes, values)
+    smooth = _missed(_by_harmonics if of_harmonics else _by_splines, values)
     if largest is None:
         largest = np.linalg.norm(values, axis=0).max(initial=0.0)
-    found = np.greater(by_splines, SMOOTH * largest)
+    found = np.greater(smooth, SMOOTH * largest)
+    if of_harmonics:
+        found &= ~_fading(values)
     if found.any():
-        found[found] = _missed(_akima_slopes, values[:, found]) < by_splines[found]
+        found[found] = _missed(_by_akima, values[:, found]) < smooth[found]
     return found
 
 
-def _missed(of_kind: Callable[[Array], Array], values: Array) -> Array:
+def _fading(values: Array) -> Array:
+    """Say which curves, ``(curves,)``, have harmonics that fade before the highest that the positions show.
+
+    Half of the positions may miss such a curve, and all of them do not. At corners the ratio is 0.2 to 1.
+    """
+    amplitudes, quarter = np.abs(np.fft.rfft(values, axis=0)), len(values) // 8
+    before, last = (
+        np.linalg.norm(amplitudes[part], axis=0)
+        for part in np.split(np.arange(len(amplitudes)), [2 * quarter, 3 * quarter])[1:]
+    )
+    return np.asarray(last < FADING * before)
+
+
+def _missed(of_kind: Callable[[Array, int], tuple[Array, Array]], values: Array) -> Array:
     """By how much halves of the positions miss curves at the others, root of the sum of squares, ``(curves,)``."""
     even, odd = values[::2], values[1::2]
-    missed = [_midway(even, of_kind(even)) - odd, _midway(odd, of_kind(odd)) - np.roll(even, -1, axis=0)]
+    missed = [of_kind(even, 2)[0][1::2] - odd, of_kind(odd, 2)[0][1::2] - np.roll(even, -1, axis=0)]
     return np.asarray(np.linalg.norm(np.concatenate(missed), axis=0))
-
-
-def _midway(values: Array, slopes: Array) -> Array:
-    """Give curves midway between their positions, ``(positions, curves)``."""
-    sums, turns = values + np.roll(values, -1, axis=0), slopes - np.roll(slopes, -1, axis=0)
-    return np.asarray(sums / 2 + turns / 8)

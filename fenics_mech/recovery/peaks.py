@@ -9,16 +9,15 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.recovery.cycle_curves import CycleCurves
+from fenics_mech.recovery.cycle_curves import DRAWN, CycleCurves
 from fenics_mech.recovery.result import Result, kept
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Harmonics, Scene
 
 
 @dataclass(frozen=True)
 class PeakLimits:
     """How peaks between positions and stations are found."""
 
-    drawn: int = 360  # positions of a cycle, in so many at least curves are drawn
     certain: int = 720  # positions of a cycle, from so many on its peaks are not doubted
     gained: float = (
         8.0  # times that a peak of a spline is more certain than by half of the positions; measured 7 to 130
@@ -29,6 +28,7 @@ class PeakLimits:
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     near: float = 0.01  # share of a peak by which a vector may be shorter between positions than at them
     on_the_way: int = 17  # places of a pin that travels
+    under_pins: int = 120  # positions at least, at which the strain under a pin that travels is looked at
 
 
 PEAK = PeakLimits()
@@ -48,7 +48,7 @@ ORDER = ("theta", "member", "joint", "support", "s", "fibre", "component")  # of
 
 
 def curves_over_cycle(scene: Scene, values: Array) -> CycleCurves:
-    """Draw curves through values at the positions of a cycle: cubic splines, and at corners Akima's curves.
+    """Draw curves through values at the positions of a cycle: by their harmonics, and at corners Akima's curves.
 
     Where the positions are no periodic motion, are fewer than four, or something jumps between them, the curves are
     nowhere beyond the positions.
@@ -60,7 +60,15 @@ def curves_over_cycle(scene: Scene, values: Array) -> CycleCurves:
     values
         Values at the positions of its result, ``(positions, ...)``.
     """
-    return CycleCurves.through(values) if _smooth(scene, len(values)) else CycleCurves.of_positions(values)
+    if not _smooth(scene, len(values)):
+        return CycleCurves.of_positions(values)
+    return CycleCurves.through(values, of_harmonics=_without_corners(scene))
+
+
+def _without_corners(scene: Scene) -> bool:
+    """Whether nothing in a scene may give its motion corners: then harmonics of curves fade away."""
+    smooth = all(drive.law is None or isinstance(drive.law, Harmonics) for drive in scene.drives)
+    return smooth and not scene.joint_laws and all(load.factor is None for load in scene.loads.values())
 
 
 @kept
@@ -125,7 +133,8 @@ def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
     some = some if vector else some[..., 0]
     if not _smooth(result.scene, count):
         return CycleCurves.of_positions(some), which
-    return CycleCurves.through(some, float(np.linalg.norm(values, axis=0).max(initial=0.0))), which
+    largest = float(np.linalg.norm(values, axis=0).max(initial=0.0))
+    return CycleCurves.through(some, _without_corners(result.scene), largest), which
 
 
 def _peaks(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array]:
@@ -133,7 +142,7 @@ def _peaks(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array
     return curves.longest() if "component" in result.data.variables[name].dims else curves.largest()
 
 
-def between_positions(result: Result, least: int = PEAK.drawn) -> Result:
+def between_positions(result: Result, least: int = DRAWN) -> Result:
     """Give the curves of a cycle also where they have their peaks, as most of these lie between two positions.
 
     Where positions are few, the curves are given at more of them. Where the result is no periodic motion, or something
@@ -165,7 +174,7 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
     return closer.data["theta"].to_numpy(), values
 
 
-def _closer(result: Result, least: int = PEAK.drawn) -> tuple[Result, Array]:
+def _closer(result: Result, least: int = DRAWN) -> tuple[Result, Array]:
     """Give the curves of a cycle at so many positions at least, and these places, in positions of the result."""
     count = result.data.sizes["theta"]
     if not _smooth(result.scene, count):

@@ -7,7 +7,7 @@ import xarray as xr
 from fenics_mech import Impulse, Result
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery.cycle_curves import CycleCurves
-from fenics_mech.recovery.peaks import PEAK, between_positions, curves_of, doubts, peak_of, smoothed
+from fenics_mech.recovery.peaks import PEAK, between_positions, curves_of, curves_over_cycle, doubts, peak_of, smoothed
 from fenics_mech.scene.factories import seed_four_bar
 
 
@@ -38,15 +38,16 @@ def test_a_smooth_peak_between_positions_is_right_and_no_more_doubted_than_it_is
     assert doubts(found)["strain"] < 0.02
 
 
-def test_the_error_falls_with_the_fourth_power_of_the_positions():
-    """A cubic spline of cos(k theta) errs by (k h)^4/384 between positions, at the largest."""
-    for count in (48, 96):
+def test_the_error_falls_with_the_fourth_power_of_the_points():
+    """A cubic spline of cos(k theta) errs by (k h)^4/384 between points: 8 for each of 48 positions, 4 of 100."""
+    for count, points in ((48, 384), (100, 400)):
         analysis = {"sub_intervals": count, "modes": 2, "stations": 3, "error_estimates": False, "stability": False}
         result = analyse(seed_four_bar(effects=(), analysis=analysis))
         theta = result.data["theta"].to_numpy()
-        closer, values = smoothed(result, np.cos(4 * theta))
-        bound = (4 * 2 * np.pi / count) ** 4 / 384
-        assert 0.5 * bound < np.abs(values - np.cos(4 * closer)).max() < 1.2 * bound
+        at = np.arange(0, count, count / 1440)
+        values = curves_over_cycle(result.scene, np.cos(10 * theta)).at(at)
+        bound = (10 * 2 * np.pi / points) ** 4 / 384
+        assert 0.5 * bound < np.abs(values - np.cos(10 * (theta[0] + at * (theta[1] - theta[0])))).max() < 1.2 * bound
 
 
 def test_positions_keep_their_values_and_peaks_have_positions_of_their_own(result):
