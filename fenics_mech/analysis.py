@@ -7,11 +7,8 @@ import logging
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
-from fenics_mech._guard import ADVICE, guarded
-from fenics_mech.accuracy.estimate import Errors, estimate
-from fenics_mech.accuracy.validity import refuse_far
+from fenics_mech._guard import guarded
+from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
@@ -25,8 +22,9 @@ from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state, state_to_go_on_from
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.dataset import collect, of_stability
-from fenics_mech.recovery.fields import recover
+from fenics_mech.recovery.fields import Fields
+from fenics_mech.recovery.labelled import labelled, recovered
+from fenics_mech.recovery.peaks import PEAKS
 from fenics_mech.recovery.rigid_result import rigid_result
 from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response.periodic.known_motion import KnownMotion
@@ -100,8 +98,7 @@ def analyse(
         progress("response")
         result = rigid_result(scene, state_to_go_on_from(scene, 0))
     elif scene.tolerance is not None:
-        trials = Trials(progress, common)
-        result = within(scene, trials.analyse, common, trials.judged)
+        result = within(scene, Trials(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
     result.data.attrs["warnings"] = json.dumps(
@@ -184,7 +181,7 @@ def solved(
 ) -> tuple[Solution, Result]:
     """Analyse a scene as `as_planned` does, and give the solution too."""
     solution, solver = _answer(scene, progress, common)
-    result = _collected(solution, choices, progress, names=names)[0]
+    result = _collected(solution, choices, progress, names)
     result.data.attrs["solver"] = solver
     return solution, result
 
@@ -205,7 +202,7 @@ def _answer(
 
 @dataclass
 class Trials:
-    """Analyses with one discretisation after the other, of which only some are judged as to stability.
+    """Analyses with one discretisation after the other, of which only that which is kept is whole.
 
     Each begins from what is known by the one before: its motion, or where only the stations are others, its solution.
 
@@ -213,16 +210,21 @@ class Trials:
     ----------
     progress, common
         As of `analyse`.
+    theory
+        Whether what the theory leaves out decides on a trial.
     """
 
     progress: Progress
     common: CommonParts
+    theory: bool
     _last: Solution | None = None
     _solver: str = ""
+    _fields: Fields | None = None
     _errors: Errors | None = None
+    _choices: Sequence[Choice] = ()
 
     def analyse(self, trial: Scene, choices: Sequence[Choice]) -> Result:
-        """Analyse a scene as it states, but for stability.
+        """Analyse a scene as it states, and give as much as tells whether it is within its tolerance.
 
         Parameters
         ----------
@@ -231,23 +233,20 @@ class Trials:
         choices
             What was decided about each effect.
         """
-        unjudged = trial.changed(analysis__stability=False)
+        unjudged, self._choices = trial.changed(analysis__stability=False), choices
         if self._last is not None and _but_for_stations(self._last.scene) == _but_for_stations(unjudged):
             self._last = replace(self._last, scene=unjudged)
         else:
-            near, self._errors, self._last = _known(self._last), None, None  # whose memory the next needs
+            near, self._errors, self._fields, self._last = _known(self._last), None, None, None
             self._last, self._solver = _answer(unjudged, self.progress, self.common, near)
-        result, self._errors = _collected(self._last, choices, self.progress, self._errors)
-        result.data.attrs["solver"] = self._solver
-        return result
+        self._fields, self._errors = recovered(self._last, choices, self.progress, self._errors, self.theory)
+        return labelled(self._last, self._fields, self._errors, _by_errors(choices, self._errors), PEAKS)
 
-    def judged(self, result: Result, allow_unstable: bool) -> Result:
-        """Judge the stability of the last motion, if its kind has one, and give its result with the multipliers.
+    def judge(self, allow_unstable: bool) -> None:
+        """Judge the stability of the last motion, if its kind has one.
 
         Parameters
         ----------
-        result
-            The last result.
         allow_unstable
             Whether an unstable motion passes.
 
@@ -256,10 +255,18 @@ class Trials:
         SolverError
             When the motion is unstable, or at an undamped resonance.
         """
-        if not isinstance(self._last, CollocationSolution):
-            return result
-        stability = stability_of(self._last, allow_unstable)
-        return Result(result.data.merge(of_stability(stability), combine_attrs="no_conflicts"))
+        if isinstance(self._last, CollocationSolution):
+            self._last = replace(self._last, stability=stability_of(self._last, allow_unstable))
+
+    def whole(self) -> Result:
+        """Give the whole result of the last trial."""
+        assert self._last is not None
+        assert self._fields is not None
+        assert self._errors is not None
+        errors = self._errors if self.theory else self._errors.with_theory(self._last, self._choices)
+        result = labelled(self._last, self._fields, errors, _by_errors(self._choices, errors))
+        result.data.attrs["solver"] = self._solver
+        return result
 
 
 def _but_for_stations(scene: Scene) -> Scene:
@@ -352,38 +359,20 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
     SolverError
         When deflections are beyond the theory, or something is not finite.
     """
-    return _collected(solution, choices, progress)[0]
+    return _collected(solution, choices, progress)
 
 
 def _collected(
-    solution: Solution,
-    choices: Sequence[Choice],
-    progress: Progress,
-    elsewhere: Errors | None = None,
-    names: Collection[str] | None = None,
-) -> tuple[Result, Errors | None]:
-    """Do as `collected`, and give the errors too; `elsewhere` are those of the same motion at other stations."""
-    progress("recovery")
-    fields, errors = recover(solution), None
-    if solution.scene.analysis.error_estimates:
-        progress("errors")
-        if elsewhere is None:
-            errors = estimate(solution, fields.system, fields.curves, fields.sampling, choices)
-        else:
-            errors = elsewhere.at_stations(fields.curves)
-            errors.judge(solution.scene)
-        choices = sized(choices, errors.relative("strain").get("theory"))
-    refuse_far(solution.scene, fields.system, fields.members)
-    result = collect(solution, fields, errors, choices, names)
-    _refuse_infinite(result)
-    return result, errors
+    solution: Solution, choices: Sequence[Choice], progress: Progress, names: Collection[str] | None = None
+) -> Result:
+    """Do as `collected`; `names` are as of `analyse`."""
+    fields, errors = recovered(solution, choices, progress)
+    return labelled(solution, fields, errors, _by_errors(choices, errors), names)
 
 
-def _refuse_infinite(result: Result) -> None:
-    """Raise `SolverError` where a result holds what is no number."""
-    for name in ("strain", "deflection", "joint_force", "input_torque"):
-        if name in result.data and not np.isfinite(result.data[name].to_numpy()).all():
-            raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
+def _by_errors(choices: Sequence[Choice], errors: Errors | None) -> Sequence[Choice]:
+    """Give what was decided about effects with the size of the theory's error, where that is known."""
+    return choices if errors is None else sized(choices, errors.relative("strain").get("theory"))
 
 
 def _refuse_undriven(scene: Scene) -> None:

@@ -41,7 +41,7 @@ def response_of(scene: Scene) -> Result:
     content = scene.model_dump_json()
     if content not in _references:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("fenics_mech.analysis.estimate", _no_errors)
+            patch.setattr("fenics_mech.recovery.labelled.estimate", _no_errors)
             _references[content] = Result(analyse(scene).data.drop_dims("source"))
     return _references[content]
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -82,6 +82,38 @@ FAULTS = {
 
 
 @dataclass(frozen=True)
+class AtStations:
+    """What was recovered at the stations of a result.
+
+    Parameters
+    ----------
+    curves
+        As magnitudes ``(angles, members, stations, fibres)`` or with their sign: "strain" of the outer fibres and
+        "deflection" (m).
+    under_pins
+        Largest strain of each member under pins that travel along it, 0 where none do, ``(members,)``.
+    sampling
+        Error of the members' strains by the number of positions, ``(members,)``; it counts as "time".
+    """
+
+    curves: Mapping[str, Array]
+    under_pins: Array
+    sampling: Array | None = None
+
+    @property
+    def largest(self) -> dict[str, Array]:
+        """Largest value of each member at the stations, by quantity, ``(members,)``."""
+        return {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in self.curves.items()}
+
+    @property
+    def between(self) -> dict[str, Array]:
+        """By how much values between stations surpass the largest that are known, by quantity, ``(members,)``."""
+        surpassing = {name: between_stations(curve) for name, curve in self.curves.items()}
+        known = np.maximum(self.under_pins - self.largest["strain"], 0.0)  # where strains along members have corners
+        return surpassing | {"strain": np.maximum(surpassing["strain"] - known, 0.0)}
+
+
+@dataclass(frozen=True)
 class Errors:
     """Errors by their sources.
 
@@ -100,12 +132,15 @@ class Errors:
         By quantity, what errors are relative to; see `measures`.
     remarks
         What is wrong by more than the estimates say.
+    largest
+        By quantity, the largest values.
     """
 
-    errors: Mapping[str, Mapping[str, Array]]
-    order: Mapping[str, float]
+    errors: Mapping[str, dict[str, Array]]
+    order: dict[str, float]
     measure: Mapping[str, Array]
     remarks: tuple[str, ...] = ()
+    largest: Mapping[str, Array] = field(default_factory=dict)
 
     def relative(self, what: str) -> dict[str, float]:
         """Largest error of a quantity by each source, relative to its measure."""
@@ -140,18 +175,45 @@ class Errors:
         found = [self.errors[what][source] for source in sources if source in self.errors[what]]
         return np.sum(found, axis=0) / self.measure[what] if found else np.zeros_like(self.measure[what])
 
-    def at_stations(self, curves: Mapping[str, Array]) -> Errors:
+    def at_stations(self, there: AtStations) -> Errors:
         """Give the errors of the same motion at other stations.
 
         Parameters
         ----------
-        curves
-            As of `estimate`, at these stations.
+        there
+            What was recovered there.
         """
-        largest = {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
-        here = {name: {"stations": between_stations(curve)} for name, curve in curves.items()}
-        errors = {name: {**by_source, **here.get(name, {})} for name, by_source in self.errors.items()}
-        return replace(self, errors=errors, measure={**self.measure, **measures_of_members(largest)})
+        here, largest = there.between, there.largest
+        errors = {
+            name: by_source | {"stations": here[name]} if name in here else by_source
+            for name, by_source in self.errors.items()
+        }
+        measure = {**self.measure, **measures_of_members(largest)}
+        return replace(self, errors=errors, measure=measure, largest={**self.largest, **largest})
+
+    def with_theory(self, solution: Solution, choices: Sequence[Choice] = ()) -> Errors:
+        """Add what the theory of a response and the effects that are off leave out.
+
+        Parameters
+        ----------
+        solution
+            The response.
+        choices
+            What was decided about effects.
+        """
+        theory, remarks, added = theory_errors(solution.on_few_nodes), self.remarks, dict[str, dict[str, Array]]()
+        if theory is None:
+            remarks = (*remarks, UNKNOWN)
+        elif theory:
+            added["theory"] = {name: np.minimum(theory[name], size) for name, size in self.measure.items()}
+        known = () if theory is None else judged(solution.scene.analysis.method)
+        if (left := left_out(choices, known)) is not None:
+            added["effects"] = {name: left * size for name, size in self.largest.items()}
+        errors = {
+            name: by_source | {source: parts[name] for source, parts in added.items()}
+            for name, by_source in self.errors.items()
+        }
+        return replace(self, errors=errors, order=self.order | dict.fromkeys(added, 0.0), remarks=remarks)
 
     @property
     def too_large(self) -> bool:
@@ -178,9 +240,9 @@ def _refusal(
 def estimate(
     solution: Solution,
     system: System,
-    curves: Mapping[str, Array],
-    sampling: Array | None = None,
+    found: AtStations,
     choices: Sequence[Choice] = (),
+    theory: bool = True,
 ) -> Errors:
     """Estimate the errors of a result by all sources that are known.
 
@@ -190,13 +252,12 @@ def estimate(
         The response.
     system
         Its mechanism, as forces act on it.
-    curves
-        At the stations of the result, as magnitudes ``(angles, members, stations, fibres)`` or with their sign:
-        "strain" of the outer fibres and "deflection" (m).
-    sampling
-        Error of the members' strains by the number of positions, ``(members,)``; it counts as "time".
+    found
+        What was recovered at the stations of the result.
     choices
         What was decided about effects.
+    theory
+        Whether they are told of what is left out of the equation, too; else `Errors.with_theory` adds it.
 
     Raises
     ------
@@ -204,9 +265,16 @@ def estimate(
         When a linearisation leaves out so much, or the mesh is so coarse, that estimates do not hold. When numerical
         errors are larger than `Errors.judge` lets pass.
     """
+    errors = _numerical(solution, system, found)
+    errors.judge(solution.scene)  # before the theory, which takes longest
+    return errors.with_theory(solution, choices) if theory else errors
+
+
+def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
+    """Estimate the errors by steps, mesh, modes and stations; parameters are those of `estimate`."""
     remarks = left_out_of_drag(solution)
     scene, whole = solution.scene, Compared.of(solution, system)
-    largest = whole.base.largest | {name: np.abs(curve).max(axis=(0, 2, 3)) for name, curve in curves.items()}
+    largest = whole.base.largest | at.largest
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     found: dict[str, dict[str, Array]] = {name: {} for name in largest}
     order: dict[str, float] = {}
@@ -234,20 +302,11 @@ def estimate(
     if (unlike := misfit(scene.rigidity, system.beams)).any():
         most = {name: unlike.max() * size for name, size in largest.items()}
         add("mesh", most | {"strain": unlike * largest["strain"]}, 1.0, 1.0)
-    if sampling is not None:
-        add("time", {"strain": sampling}, 1.0, 1.0)
-    add("stations", {name: between_stations(curve) for name, curve in curves.items()}, 1.0, 2.0)
-    measure = measures(scene, largest)
-    Errors(found, order, measure).judge(scene)  # before the theory, which takes longest
-    theory = theory_errors(few.solution)
-    if theory is None:
-        remarks.append(UNKNOWN)
-    elif theory:
-        add("theory", {name: np.minimum(error, measure[name]) for name, error in theory.items()}, 1.0, 0.0)
-    if (left := left_out(choices, () if theory is None else judged(scene.analysis.method))) is not None:
-        add("effects", largest, left, 0.0)
-    of_sources = [without.remark for without in corrected.values() if without.remark]
-    return Errors(found, order, measure, (*of_sources, *not_estimated(solution), *remarks))
+    if at.sampling is not None:
+        add("time", {"strain": at.sampling}, 1.0, 1.0)
+    add("stations", at.between, 1.0, 2.0)
+    told = [without.remark for without in corrected.values() if without.remark]
+    return Errors(found, order, measures(scene, largest), (*told, *not_estimated(solution), *remarks), largest)
 
 
 def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:

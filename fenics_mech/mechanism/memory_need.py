@@ -19,6 +19,7 @@ class MemoryNeed:
     factors: int = 3  # of the modes' own equations in each step
     coordinate: int = 300  # of a coordinate, with its factors: rough, for meshes that are not yet made
     damped: int = 1000  # the same with damping of modes
+    beside_pin: int = 8  # of a coordinate for each other one, where pins travel, which pass all elements
 
 
 MEMORY_NEED = MemoryNeed()

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from fenics_mech._guard import memory
 from fenics_mech.mechanism.memory_need import MEMORY_NEED
 from fenics_mech.scene import Scene
@@ -132,26 +134,31 @@ class Trial:
     orders: Mapping[str, float]
     dofs: int
 
-    def too_large(self, discretisation: Discretisation, periodic: bool, damped: bool) -> str:
-        """Say which number of a discretisation exceeds memory or time, where modes are damped or not; empty if none.
+    def too_large(self, discretisation: Discretisation, scene: Scene) -> str:
+        """Say which number of a discretisation of a scene exceeds memory or time; empty if none.
+
+        Where the response is not periodic, the steps are not limited.
 
         Parameters
         ----------
         discretisation
             The discretisation to look at.
-        periodic
-            Whether the response is periodic; for others the steps are not limited.
-        damped
-            Whether modes are damped.
+        scene
+            The scene.
         """
         if discretisation.stations > SCENE.most_stations:
             return "stations"
         if discretisation.elements > MESH.most_unreduced:
             return "elements"
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
+        damped = bool(np.any(scene.damping.ratio))
         most = REFINE.most_damped if damped else REFINE.most_sparse
-        numbers = MEMORY_NEED.damped if damped else MEMORY_NEED.coordinate
-        if periodic and discretisation.sub_intervals * dofs > min(most, memory() / (8 * numbers * REFINE.stages)):
+        numbers: float = MEMORY_NEED.damped if damped else MEMORY_NEED.coordinate
+        if any(getattr(joint, "member", None) for joint in scene.joints.values()):
+            numbers = max(numbers, MEMORY_NEED.beside_pin * dofs)
+        if scene.analysis.method == "periodic" and discretisation.sub_intervals * dofs > min(
+            most, memory() / (8 * numbers * REFINE.stages)
+        ):
             return "sub_intervals and elements"
         return ""
 

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import logging
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
+from typing import Protocol
 
 from fenics_mech.accuracy.estimate import ORIGINS
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.theory_ladder import UNKNOWN
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
-from fenics_mech.errors import SceneError, SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
+from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
-from fenics_mech.planning.discretisation import NUMBERS, REFINE, TAKEN, Discretisation, Trial, slow_order
+from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
+from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.recovery.result import stamp
@@ -33,7 +33,19 @@ WORDS = {
     "joint_force": "joint forces",
     "torque": "efforts of the drives",
 }
-Analyse = Callable[[Scene, tuple[Choice, ...]], Result]
+
+
+class Trials(Protocol):
+    """Analyses with one discretisation after the other, of which the last one is kept."""
+
+    def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
+        """Analyse a scene as it states, and give as much as tells whether it is within its tolerance."""
+
+    def judge(self, allow_unstable: bool) -> None:
+        """Raise where the last motion is unstable and may not be so."""
+
+    def whole(self) -> Result:
+        """Give the whole result of the last trial."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +59,13 @@ class SearchLimits:
     most_stations: float = 4.0  # times as many in a round
     most_steps: float = 5.0  # the same of sub-intervals
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
-    order_of_peaks: float = 6.0  # with which doubts of peaks fall in the positions: splines have 4, and more at first
+    order_of_peaks: float = 6.0  # with which doubts of peaks fall in the positions at least
     share_of_mesh: float = 0.28  # of the tolerance, that its error is sent below
     doubted_order: float = 2.0  # of the mesh, with which errors along members fall, which may be what is left
     doubted_up_to: float = 3.0  # times as many elements, that are taken for the case that they are
     margin: float = 1.1  # by how much more it grows than it should
     margin_of_peaks: float = 1.25  # the same of positions between which peaks are doubted, of which few tell little
-    fewest_after_doubt: int = 120  # of these: with fewer, peaks that were doubted may be so again
+    unseen: float = 2.0  # times as many where peaks are doubtful: half of these positions do not see the curves
 
     def share(self, source: str) -> float:
         """Share of a tolerance that the error of a source is sent below."""
@@ -65,9 +77,8 @@ SEARCH = SearchLimits()
 
 def within(
     scene: Scene,
-    analyse: Analyse,
+    attempts: Trials,
     common: CommonParts | None = None,
-    judge: Callable[[Result, bool], Result] = lambda result, allow_unstable: result,
 ) -> Result:
     """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
 
@@ -76,12 +87,10 @@ def within(
     scene
         A scene with a tolerance. Where effects are the program's to choose, they are taken so that what the theory
         leaves out is within the tolerance. Where the scene lists them, it is not counted.
-    analyse
-        Analyses a scene as it states, but for stability.
+    attempts
+        Analyses it with one discretisation after the other.
     common
         What scenes have in common with this one.
-    judge
-        Gives the last result with the stability of its motion, and raises where an unstable one may not pass.
 
     Raises
     ------
@@ -92,16 +101,16 @@ def within(
         When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
         scene asks for another solver, scheme or reduction than the tolerance takes, or has none of a quantity named.
     """
-    _refuse_stated(scene)
+    refuse_stated(scene)
     common = common or CommonParts()
     theories = rungs(scene, common)
     chosen, choices = theories.pop(0)
-    _refuse_unknown(chosen)
+    refuse_unknown(chosen)
     discretisation, trials, judged = _start(chosen, common), list[Trial](), False
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
-            result = analyse(trial, choices)
+            result = attempts.analyse(trial, choices)
         except UnresolvedError:  # steps that are far too long may have no answer at all
             if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
                 chosen
@@ -124,17 +133,20 @@ def within(
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
-        doubt = _doubt(scene, result)
-        met = not missed and doubt <= 1
+        doubted = doubts(result)
+        met = not missed and _beyond(scene, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
-            result, judged = judge(result, scene.analysis.allow_unstable), True
+            attempts.judge(scene.analysis.allow_unstable)
+            judged = True
         if met:
+            result = attempts.whole()
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
             result.data.attrs["chosen"] = _account(trial, result, this, done)
             return result
         trials.append(this)
-        discretisation = _seeing_peaks(_next(chosen, trials) if missed else discretisation, this, doubt)
+        discretisation = _next(chosen, trials) if missed else discretisation
+        discretisation = _seeing_peaks(scene, discretisation, this, doubted)
     raise _not_met(chosen, trials, f"{SEARCH.most_rounds} rounds were made")
 
 
@@ -155,11 +167,10 @@ def _missed(scene: Scene, trial: Trial) -> list[str]:
     ]
 
 
-def _doubt(scene: Scene, result: Result) -> float:
+def _beyond(scene: Scene, doubted: Mapping[str, float]) -> float:
     """Give the uncertainty of peaks between the positions, over what the tolerance leaves to it."""
-    return max(
-        found / min(PEAK.doubtful, scene.tolerances.get(name, PEAK.doubtful)) for name, found in doubts(result).items()
-    )
+    limits = {name: min(PEAK.doubtful, scene.tolerances.get(name, PEAK.doubtful)) for name in doubted}
+    return max(found / limits[name] for name, found in doubted.items())
 
 
 def _periodic(scene: Scene) -> bool:
@@ -189,19 +200,20 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     finer = least = last.discretisation
     for source, (by, least_by) in more.items():
         finer, least = finer.finer(source, by), least.finer(source, least_by)
-    kind = _periodic(scene), bool(np.any(scene.damping.ratio))
-    if what := last.too_large(least, *kind):
+    if what := last.too_large(least, scene):
         too_many = f"so many {what} take too much memory or time"
         raise _not_met(scene, trials, f"it would take about {_numbers(least)}: {too_many}")
-    return least if last.too_large(finer, *kind) else finer
+    return least if last.too_large(finer, scene) else finer
 
 
-def _seeing_peaks(chosen: Discretisation, last: Trial, doubt: float) -> Discretisation:
+def _seeing_peaks(scene: Scene, chosen: Discretisation, last: Trial, doubted: Mapping[str, float]) -> Discretisation:
     """Give choices whose positions leave no doubt of peaks between them, by what they leave in the last trial."""
-    if doubt <= 1:
+    if (beyond := _beyond(scene, doubted)) <= 1:
         return chosen
-    enough = SEARCH.margin_of_peaks * last.discretisation.steps * doubt ** (1 / SEARCH.order_of_peaks)
-    return replace(chosen, sub_intervals=max(chosen.sub_intervals, enough, SEARCH.fewest_after_doubt))
+    more = SEARCH.margin_of_peaks * beyond ** (1 / SEARCH.order_of_peaks)
+    if max(doubted.values()) > PEAK.doubtful:
+        more = max(more, SEARCH.unseen)
+    return replace(chosen, sub_intervals=max(chosen.sub_intervals, more * last.discretisation.steps))
 
 
 def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tuple[float, float]:
@@ -266,45 +278,6 @@ def _left(trials: Sequence[Trial], what: str) -> str:
 def _numbers(discretisation: Discretisation) -> str:
     elements, stations = math.ceil(discretisation.elements), math.ceil(discretisation.stations)
     return f"{discretisation.steps} sub_intervals, {elements} elements a member and {stations} stations"
-
-
-def _refuse_stated(scene: Scene) -> None:
-    """Raise `SceneError` where the scene asks for another method than the tolerance takes."""
-    taken = (TAKEN if _periodic(scene) else {}) | {"reduction": ("none",)}
-    for name, values in taken.items():
-        if (stated := getattr(scene.analysis, name)) not in values:
-            raise SceneError(
-                f"{stated!r} is stated beside a tolerance, which keeps all nodes and takes collocation with "
-                f"{REFINE.stages} Radau points",
-                place=f"analysis.{name}",
-                hint=f"Leave {name} or the tolerance out",
-            )
-
-
-def _refuse_unknown(scene: Scene) -> None:
-    """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
-    damping = scene.damping
-    damped = np.any(damping.ratio) or damping.material or damping.external or damping.relative or scene.dampers
-    if damping.air is not None:
-        what, hint = "the drag of the air, which is linearised about the rigid motion", "elements and sub_intervals"
-    elif scene.analysis.method == "transient":
-        what, hint = (
-            "a motion in time, whose steps it does not choose",
-            "analysis.time_tolerance and elements",
-        )
-    elif scene.impulses:
-        what, hint = "impulses, as they move modes beyond any mesh", "elements and sub_intervals"
-    elif _periodic(scene) and not damped:
-        what, hint = "vibration that nothing damps: errors add up beyond their estimates", "some damping"
-    elif "torque" in scene.tolerances and not scene.drives:
-        what, hint = "the torque of a drive, as the scene drives nothing", "tolerances of other quantities"
-    elif "joint_force" in scene.tolerances and not scene.joints:
-        what, hint = "joint forces, as the scene has no joints", "tolerances of other quantities"
-    else:
-        return
-    raise SceneError(
-        f"a tolerance is not available for {what}", place="tolerance", hint=f"Leave it out, and give {hint}"
-    )
 
 
 def _start(scene: Scene, common: CommonParts) -> Discretisation:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.accuracy.estimate import AtStations
 from fenics_mech.accuracy.validity import bow, euler_ratio, largest_rotation
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.dampers import damper_forces
@@ -21,7 +22,8 @@ from fenics_mech.forces.section_forces import MemberState, recover_members, sect
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain, sampling_error
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.peak_places import places_between_stations
+from fenics_mech.recovery.peak_places import along_member, even_share, places_between_stations
+from fenics_mech.recovery.peaks import curves_over_cycle
 from fenics_mech.response.solution import Solution, StaticSolution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections import Rigidity
@@ -45,6 +47,8 @@ class Fields:
         Labels of their dimensions.
     reactions
         Forces and moments of the joints on their bodies; see `forces.joint_forces.reactions`.
+    under_pins
+        Largest strain of each member under pins that travel along it, 0 where none do, ``(members,)``.
     sampling
         Error of the members' strains by the number of positions, ``(members,)``, where the material damps.
     """
@@ -54,13 +58,15 @@ class Fields:
     variables: Variables
     coordinates: dict[str, Any]
     reactions: Reactions
+    under_pins: Array
     sampling: Array | None = None
 
     @property
-    def curves(self) -> dict[str, Array]:
-        """Strains of both fibres, and magnitudes of deflections (m), ``(angles, members, stations, fibres or 1)``."""
+    def at_stations(self) -> AtStations:
+        """What errors are told of: strains of both fibres, and magnitudes of deflections (m)."""
         bent = np.linalg.norm(self.variables["deflection"][1], axis=-1, keepdims=True)
-        return {"strain": self.variables["strain"][1], "deflection": bent}
+        curves = {"strain": self.variables["strain"][1], "deflection": bent}
+        return AtStations(curves, self.under_pins, self.sampling)
 
 
 def recover(solution: Solution) -> Fields:
@@ -81,7 +87,7 @@ def recover(solution: Solution) -> Fields:
     variables = _of_members(sections, system.beams.mesh.member_length, members, strains)
     variables |= _of_springs(scene, system, response)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
-    largest = _largest_strain(scene, system, response, variables["strain"][1])
+    largest, under_pins = _largest_strain(scene, system, response, variables["strain"][1])
     variables["largest_strain"] = (("member",), largest)
     coordinates = {
         "theta": system.motion.theta,
@@ -97,7 +103,7 @@ def recover(solution: Solution) -> Fields:
     if scene.damping.material and not isinstance(solution, StaticSolution):
         axial, bending = stress_over_modulus(sections, elastic.axial_force, elastic.moment)
         sampling = sampling_error(scene, axial[..., None] + bending)
-    return Fields(system, members, variables, coordinates, found, sampling)
+    return Fields(system, members, variables, coordinates, found, under_pins, sampling)
 
 
 def _with_viscous_forces(
@@ -147,15 +153,23 @@ def _of_members(
     }
 
 
-def _largest_strain(scene: Scene, system: System, response: ElasticResponse, strain: Array) -> Array:
-    """Largest strain of each member, at its stations and where it may have a peak between them, ``(members,)``."""
+def _largest_strain(scene: Scene, system: System, response: ElasticResponse, strain: Array) -> tuple[Array, Array]:
+    """Largest strain of each member, at its stations and between them, and under pins alone, ``(members,)`` each."""
     found, places = np.abs(strain).max(axis=(0, 2, 3)), places_between_stations(scene, system, response)
-    if not len(places):
-        return found
-    undamped = response.undamped
-    elastic = recover_members(system, undamped, places, pin_loads(system, undamped))
-    axial, bending = _elastic_strains(scene, elastic)
-    return np.maximum(found, np.abs(axial[..., None] + bending).max(axis=(0, 2, 3)))
+    pins, members = pin_loads(system, response.undamped), system.beams.mesh.cell_member
+
+    def at(places: Array) -> Array:
+        axial, bending = _elastic_strains(scene, recover_members(system, response.undamped, places, pins))
+        return axial[..., None] + bending
+
+    if len(places):
+        found = np.maximum(found, np.abs(at(places)).max(axis=(0, 2, 3)))
+    under_pins = np.zeros_like(found)
+    for pin in pins if scene.analysis.method == "periodic" else ():
+        some, member = even_share(len(strain)), members[pin.element[0]]
+        under = at(along_member(system, pin)[some])[some, member, np.arange(len(some))]
+        under_pins[member] = max(under_pins[member], np.abs(curves_over_cycle(scene, under).largest()[1]).max())
+    return np.maximum(found, under_pins), under_pins
 
 
 def _of_springs(scene: Scene, system: System, response: ElasticResponse) -> Variables:

@@ -7,9 +7,9 @@ from functools import partial
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_loads import pin_loads
+from fenics_mech.forces.element_loads import PointLoad, pin_loads
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.scene import Scene
@@ -58,11 +58,36 @@ def _weakest(rigidity: Callable[[Array], Rigidity], gaps: int) -> list[float]:
 
 def _under_pins(system: System, response: ElasticResponse) -> list[float]:
     """Places of pins that travel: all along their way, and where they press most."""
-    mesh = system.beams.mesh
     places: list[float] = []
     for pin in pin_loads(system, response.undamped):
-        along = mesh.cell_start[pin.element] + pin.place * mesh.cell_length[pin.element]
-        place = along / mesh.member_length[mesh.cell_member[pin.element]]
+        place = along_member(system, pin)
         pressed = [np.abs(part).argmax() for part in (pin.across, pin.moment)]
         places += [*np.linspace(place.min(), place.max(), PEAK.on_the_way), *place[pressed]]
     return places
+
+
+def along_member(system: System, load: PointLoad) -> Array:
+    """Give the places of a load along its member, 0..1, ``(angles,)``.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    load
+        The load.
+    """
+    mesh = system.beams.mesh
+    along = mesh.cell_start[load.element] + load.place * mesh.cell_length[load.element]
+    return np.asarray(along / mesh.member_length[mesh.cell_member[load.element]])
+
+
+def even_share(count: int) -> Index:
+    """Give every so many of the positions of a cycle, even ones and not many: the curves that they show are smooth.
+
+    Parameters
+    ----------
+    count
+        Number of the positions.
+    """
+    apart = max(n for n in range(1, max(count // PEAK.under_pins, 1) + 1) if count % n == 0)
+    return np.arange(0, count, apart)

@@ -102,7 +102,7 @@ def test_estimates_that_rounding_stops_name_mode_and_harmonic_too(monkeypatch, c
         monkeypatch.setattr(cyclic, "CYCLIC", replace(cyclic.CYCLIC, largest_residual=0.0))
         return estimate(*words)
 
-    monkeypatch.setattr("fenics_mech.analysis.estimate", strictly)
+    monkeypatch.setattr("fenics_mech.recovery.labelled.estimate", strictly)
     with pytest.raises(SolverError, match=r"mode 2 \(.* harmonic 5 of the drive"):
         solved(case("sub-intervals", critical[1] / 5 * (1 + 1e-9)))
 

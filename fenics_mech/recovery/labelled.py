@@ -1,0 +1,97 @@
+"""What comes after a solution: its fields, their errors, and the result that holds both."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Sequence
+
+import numpy as np
+
+from fenics_mech._guard import ADVICE
+from fenics_mech.accuracy.estimate import Errors, estimate
+from fenics_mech.accuracy.validity import refuse_far
+from fenics_mech.effects.effect import Choice
+from fenics_mech.errors import SolverError
+from fenics_mech.recovery.dataset import collect
+from fenics_mech.recovery.fields import Fields, recover
+from fenics_mech.recovery.result import Result
+from fenics_mech.response.solution import Solution
+
+
+def recovered(
+    solution: Solution,
+    choices: Sequence[Choice],
+    progress: Callable[[str], None],
+    elsewhere: Errors | None = None,
+    theory: bool = True,
+) -> tuple[Fields, Errors | None]:
+    """Recover the fields of a solution, and estimate their errors.
+
+    Parameters
+    ----------
+    solution
+        What a solver of `response` gave.
+    choices
+        What was decided about each effect.
+    progress
+        Called with the name of a step as it begins.
+    elsewhere
+        Errors of the same motion at other stations.
+    theory
+        Whether errors are told of what is left out of the equation, too.
+
+    Returns
+    -------
+    tuple
+        The fields, and their errors where the scene asks for them.
+
+    Raises
+    ------
+    UnresolvedError
+        When a numerical error is too large.
+    """
+    progress("recovery")
+    fields = recover(solution)
+    if not solution.scene.analysis.error_estimates:
+        return fields, None
+    progress("errors")
+    if elsewhere is None:
+        return fields, estimate(solution, fields.system, fields.at_stations, choices, theory)
+    errors = elsewhere.at_stations(fields.at_stations)
+    errors.judge(solution.scene)
+    return fields, errors
+
+
+def labelled(
+    solution: Solution,
+    fields: Fields,
+    errors: Errors | None,
+    choices: Sequence[Choice],
+    names: Collection[str] | None = None,
+) -> Result:
+    """Put what was recovered and its errors into a result.
+
+    Parameters
+    ----------
+    solution, fields, errors
+        A solution, and what `recovered` gives of it.
+    choices
+        What was decided about each effect.
+    names
+        Variables that the result is to hold, with those that come with them; None for all.
+
+    Raises
+    ------
+    SolverError
+        When deflections are beyond the theory, or something is not finite.
+    """
+    refuse_far(solution.scene, fields.system, fields.members)
+    result = collect(solution, fields, errors, choices, names)
+    _refuse_infinite(result)
+    return result
+
+
+def _refuse_infinite(result: Result) -> None:
+    """Raise `SolverError` where a result holds what is no number."""
+    for name in ("strain", "deflection", "joint_force", "input_torque"):
+        if name in result.data and not np.isfinite(result.data[name].to_numpy()).all():
+            raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")
