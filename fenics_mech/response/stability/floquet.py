@@ -189,7 +189,8 @@ def by_steps_that_damp(
     """Find the multipliers by the steps of the motion itself, at Radau points; None where these damp too much.
 
     No multiplier that is kept may be off by more than the tolerance, and none of the others, without what the steps
-    damp, may be larger than the least of the largest ones.
+    damp, may be larger than the least of the largest ones. Where the slowest modes are damped too much, as many as
+    are kept, nothing is solved for.
 
     Parameters
     ----------
@@ -207,6 +208,10 @@ def by_steps_that_damp(
         return None
     limit, stages = _limit(flow), len(flow.tableau.points)
     share = (math.factorial(stages - 1) / math.factorial(2 * stages - 1)) ** 2 / 2
+    omega = modes.omega.mean(axis=0)
+    slowest = omega[omega > 0][: STABILITY.kept // 2].max(initial=0.0)  # each has two multipliers
+    if STABILITY.varying * share * float(np.sum((slowest * flow.duration) ** (2 * stages))) > STABILITY.roughly:
+        return None
     most = share * float(np.sum((limit * flow.duration) ** (2 * stages)))  # of what the steps follow
     slow = flow if 2 * flow.size > MULTIPLIERS.few_states else None
     (values, states), every = next(eigenpairs(flow, slow, options or {}))
