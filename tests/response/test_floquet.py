@@ -5,14 +5,11 @@ import pytest
 from scipy.special import mathieu_a, mathieu_b
 
 from fenics_mech import analyse, load
-from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.setup import mechanism
-from fenics_mech.response.stability.floquet import by_steps_that_damp, floquet
+from fenics_mech.response.stability.floquet import floquet
 from fenics_mech.response.stability.multipliers import MULTIPLIERS, _slow, eigenpairs
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
@@ -74,41 +71,6 @@ def test_radau_points_damp_and_gauss_points_do_not():
         loss = -np.log(np.abs(found.multipliers[0]))
         expected = 0.0 if scheme == "gauss" else count * (omega * PERIOD / count) ** 6 / 7200
         assert loss == pytest.approx(expected, rel=0.1, abs=1e-12)  # the next term is (omega h)^2/20 of it
-
-
-def test_steps_of_the_motion_tell_what_they_do_not_damp():
-    """Radau points take ``N (omega h)^6/7200`` of a multiplier: 1e-7 of the fastest with 360 steps, 0.02 with 30.
-
-    A fast vibration without damping is no less a multiplier where they damp it below those that are kept.
-    """
-    tableau, known = Tableau.of("radau", 3), np.sort(np.repeat(np.abs(exact()), 2))[::-1]
-
-    def found(count, omega=OMEGA, zeta=ZETA):
-        matrices = oscillators(places(tableau.points, count), omega, 2 * zeta * omega)
-        flow = Flow(matrices, tableau, PERIOD / count)
-        return by_steps_that_damp(flow, matrices, axes_of(matrices, count), modes_of(omega))
-
-    assert np.abs(found(360).multipliers) == pytest.approx(known, abs=2e-7)
-    assert found(30) is None
-    slow, zeta = np.array([2.0, 2.3, 2.6, 55.0]), np.array([0.05, 0.05, 0.05, 0.0])
-    assert found(60, slow, zeta) is None  # at 1.9 rad in a step they leave 0.7 of it, and of 2.6 rad/s 0.76 is left
-    assert np.abs(found(720, slow, zeta).multipliers[:2]) == pytest.approx([1, 1], abs=1e-5)
-
-
-def test_a_motion_is_judged_by_its_own_steps():
-    """Its multipliers are those of Gauss points to the tolerance, 1e-4; with few steps they are found by these."""
-    scene = seed_four_bar(effects=("coupling", "large-rotations"), damping={"ratio": 0.02})
-    for steps, own in ((360, True), (60, False)):
-        changed = scene.changed(analysis__sub_intervals=steps, analysis__allow_coarse=True)
-        system = mechanism(changed)
-        solution = by_collocation(changed, system, solve_modes(system, 5))
-        cycle = solution.cycle
-        gauss = cycle.multipliers(solution.modes, cycle.motion(solution.orbit))
-        off = np.abs(np.abs(solution.stability.multipliers) - np.abs(gauss.multipliers)).max()
-        assert 0 < off < 2e-5 if own else off == 0
-        assert solution.stability.frequency == pytest.approx(gauss.frequency, rel=1e-4)
-        assert (solution.stability.mode == gauss.mode).all()
-        assert solution.stability.link == gauss.link
 
 
 def mathieu(a, q, damping=0.0, count=60):

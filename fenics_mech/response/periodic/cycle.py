@@ -30,7 +30,7 @@ from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import system_at
-from fenics_mech.response.stability.floquet import Stability, by_steps_that_damp, floquet
+from fenics_mech.response.stability.floquet import Stability, floquet
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene import Scene
@@ -259,24 +259,12 @@ class Cycle:
         SolverError
             As of `multipliers` and `stability`.
         """
-        found = self._by_own_steps(modes) or self.multipliers(modes, motion)
+        found = self.multipliers(modes, motion)
         if not allow_unstable:
             found.refuse_unstable()
         if self.linear:
             found.refuse_resonance()
         return found
-
-    def _by_own_steps(self, modes: Modes) -> Stability | None:
-        """Find the multipliers by the steps that a nonlinear motion was solved with, where these tell them.
-
-        A linear equation is not judged so, as the distance of a multiplier from 1 tells its resonance. Nor is a motion
-        for a tolerance: its steps are linearised about Newton's last but one, which may be as far off as that.
-        """
-        own, scene = self._flows.get(self.tableau), self.scene
-        radau = scene.analysis.scheme == "radau"
-        if own is None or not radau or scene.tolerances or self.linear or self.massless:
-            return None
-        return by_steps_that_damp(own, self._at_start(None), self.axes, modes, self.scene.petsc)
 
     def multipliers(self, modes: Modes, motion: States | None) -> Stability:
         """Find the Floquet multipliers of a motion, stable or not.

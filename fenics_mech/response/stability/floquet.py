@@ -3,11 +3,10 @@
 A small disturbance of the state is multiplied by the monodromy matrix in each cycle, the product of the collocation
 steps' transitions. Its eigenvalues are the multipliers: the motion is stable where all are inside the unit circle.
 
-On an undamped oscillator Gauss points keep the magnitude of a multiplier exactly, and its angle to order 2s. Radau
-points damp it by ``N (omega h)^(2s) ((s-1)!/(2s-1)!)^2/2`` in a cycle of N steps. Where that is within the tolerance,
-a motion that was solved for at Radau points is judged by the same steps. Else Gauss points are taken. They hardly damp
-what is too fast for the steps, so that such disturbances are left out. They count where the stiffness is not positive
-somewhere in the cycle and they grow without turning, as a buckled strut diverges.
+Gauss points are taken. On an undamped oscillator they keep the magnitude of a multiplier exactly, and its angle to
+order 2s; Radau points would damp it by ``N (omega h)^(2s) (s!/(2s)!)^2/2`` in a cycle of N steps. Gauss points
+hardly damp what is too fast for the steps, so that such disturbances are left out. They count where the stiffness is
+not positive somewhere in the cycle and they grow without turning, as a buckled strut diverges.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics, ch. 3; Hairer and Wanner, Solving Ordinary Differential
 Equations II, section IV.5.
@@ -17,7 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -43,8 +42,6 @@ class StabilityLimits:
     longest_step: float = 2 / 3  # angle (rad) per collocation point that a disturbance may turn by in a step
     tolerance: float = 1e-4  # of the magnitude: what steps may make of an undamped motion (7e-6 for 360 on the seed)
     kept: int = 6  # multipliers that are kept
-    roughly: float = 0.01  # of a small multiplier, that Radau points may damp
-    varying: float = 4.0  # times as much as of an oscillator: what Radau points damp as the stiffness varies, measured
 
 
 STABILITY = StabilityLimits()
@@ -166,11 +163,10 @@ def floquet(
     SolverError
         When SLEPc does not converge.
     """
-    limit = _limit(flow)
+    limit, n = STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step)), flow.size
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
     followed = 0 < flow.matrices.growth < limit
-    many = 2 * flow.size > MULTIPLIERS.few_states
-    slow = damped() if damped is not None and many and not diverging else None
+    slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
     for (values, states), every in eigenpairs(flow, slow, options or {}):
         judged, enough = _judged(flow, values, states, start, limit * flow.mean_step)
         if followed and damped is not None:
@@ -178,104 +174,31 @@ def floquet(
             judged = judged[[bound or _grows(damped(), states[i]) for bound, i in zip(bounded, judged)]]
         if enough or every:
             break
-    needed = 0 if followed or not diverging else math.ceil(1.05 * len(flow.duration) * flow.matrices.growth / limit)
-    found = _told(flow, start, axes, modes, (values, states, judged))
-    return replace(found, enough_steps=needed)
-
-
-def by_steps_that_damp(
-    flow: Flow, start: Matrices, axes: LinkAxes, modes: Modes, options: Mapping[str, Any] | None = None
-) -> Stability | None:
-    """Find the multipliers by the steps of the motion itself, at Radau points; None where these damp too much.
-
-    No multiplier that is kept may be off by more than the tolerance, and none of the others, without what the steps
-    damp, may be larger than the least of the largest ones. Where the slowest modes are damped too much, as many as
-    are kept, nothing is solved for.
-
-    Parameters
-    ----------
-    flow
-        The steps.
-    start, axes, modes, options
-        As of `floquet`.
-
-    Raises
-    ------
-    SolverError
-        When SLEPc does not converge.
-    """
-    if flow.matrices.growth:
-        return None
-    limit, stages = _limit(flow), len(flow.tableau.points)
-    share = (math.factorial(stages - 1) / math.factorial(2 * stages - 1)) ** 2 / 2
-    omega = modes.omega.mean(axis=0)
-    slowest = omega[omega > 0][: STABILITY.kept // 2].max(initial=0.0)  # each has two multipliers
-    if STABILITY.varying * share * float(np.sum((slowest * flow.duration) ** (2 * stages))) > STABILITY.roughly:
-        return None
-    most = share * float(np.sum((limit * flow.duration) ** (2 * stages)))  # of what the steps follow
-    slow = flow if 2 * flow.size > MULTIPLIERS.few_states else None
-    (values, states), every = next(eigenpairs(flow, slow, options or {}))
-    judged, enough = _judged(flow, values, states, start, limit * flow.mean_step, most)
-    if not (enough or every):
-        return None
-    turned = np.sqrt(np.divide(*_squares(flow, states[judged], start))) * (flow.duration / flow.mean_step)[:, None]
-    lost = STABILITY.varying * share * np.sum(turned ** (2 * stages), axis=0)
-    kept = np.isin(judged, _leading(values, judged))
-    known = _known(np.abs(values[judged]), lost, kept)
-    return _told(flow, start, axes, modes, (values, states, judged)) if known else None
-
-
-def _known(sizes: Array, lost: Array, kept: NDArray[np.bool_]) -> bool:
-    """Whether leading multipliers are known, where steps take at most a power of e, `lost`, of each that is judged."""
-    if len(sizes) < STABILITY.kept or lost[kept].max() > STABILITY.roughly:
-        return False
-    order = np.argsort(-sizes, kind="stable")
-    whole = (np.log(np.maximum(sizes, np.finfo(float).tiny)) + lost)[order]
-    least = whole[: STABILITY.kept].min() + STABILITY.tolerance
-    off = float((sizes * lost)[kept].max())
-    return off <= STABILITY.tolerance and bool((whole[STABILITY.kept :] <= least).all())
-
-
-def _limit(flow: Flow) -> float:
-    """Angular frequency (rad/s) up to which steps follow a vibration."""
-    return STABILITY.longest_step * len(flow.tableau.points) / float(np.max(flow.step))
-
-
-def _told(
-    flow: Flow, start: Matrices, axes: LinkAxes, modes: Modes, found: tuple[Complex, Complex, Index]
-) -> Stability:
-    """Tell the leading ones of multipliers, of disturbances and of those that are judged."""
-    values, states, judged = found
     states[judged] = separated(axes, flow, values[judged], states[judged])
-    kept, n = _leading(values, judged), flow.size
+    kept = _leading(values, judged)
     values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
     mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.mean_step, modes)
     turned, link, vibrates = turns(axes, flow, values, states)
     frequency = np.abs(turned) / period
     names = tuple(axes.names[i] for i in link)
-    return Stability(values, frequency, names, mode, share, vibrates, period, _limit(flow) / (2 * np.pi), 0)
+    needed = 0 if followed or not diverging else math.ceil(1.05 * len(flow.duration) * flow.matrices.growth / limit)
+    return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi), needed)
 
 
-def _judged(
-    flow: Flow, values: Complex, states: Complex, start: Matrices, limit: float, damped: float = 0.0
-) -> tuple[Index, bool]:
+def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit: float) -> tuple[Index, bool]:
     """Find the disturbances that count: those that the steps can follow, and those that grow without turning.
 
     The largest are examined, few at a time, until there are enough, and the one next to 1 is among them. Those of a
     smaller magnitude are further off. The second value says whether there were enough. There are also enough where many
-    are too fast, as Radau points damp these more than the others. `damped` is the power of e by which the steps damp at
-    most: by so much larger each is taken to be that is not examined.
+    are too fast, as Radau points damp these more than the others.
     """
     order, found = np.argsort(-np.abs(values), kind="stable"), np.zeros(0, dtype=np.int64)
 
     def enough(next_size: float) -> bool:
         """Whether those of no larger magnitude can be left: they are further off."""
-        if len(found) < STABILITY.kept:
-            return False
-        nearest = min(np.abs(values[found] - 1).min(), STABILITY.beside)
-        least = np.sort(np.abs(values[found]))[-STABILITY.kept]
-        return bool(1 - math.exp(damped) * next_size > nearest and math.exp(damped) * next_size <= least)
+        nearest = min(np.abs(values[found] - 1).min(initial=np.inf), STABILITY.beside)
+        return len(found) >= STABILITY.kept and 1 - next_size > nearest
 
     sizes = np.abs(values[order])
     for first in range(0, len(order), STABILITY.kept):
@@ -312,17 +235,9 @@ def _slow_enough(flow: Flow, states: Complex, start: Matrices, limit: float) -> 
     The limit is the angle (rad) of a vibration in a step that the steps can follow. Both sizes are weighed by mass,
     which the links' stiff directions do not upset.
     """
-    fast, slow = (np.sum(part, axis=0) for part in _squares(flow, states, start))
-    return np.asarray(np.sqrt(fast / slow) < limit)
-
-
-def _squares(flow: Flow, states: Complex, start: Matrices) -> tuple[Array, Array]:
-    """Squares of the velocity, times the mean step, and the displacement at all starts, ``(steps, disturbances)``.
-
-    What dies out counts no less.
-    """
-    slow, fast = (_norm(start, part) ** 2 for part in np.split(alike(flow, states)[:-1], [flow.size], axis=-1))
-    return fast, slow
+    passed = alike(flow, states)[:-1]  # what dies out counts no less
+    slow, fast = (np.sum(_norm(start, part) ** 2, axis=0) for part in np.split(passed, [flow.size], axis=-1))
+    return np.asarray(np.sqrt(fast / np.maximum(slow, np.finfo(float).tiny)) < limit)
 
 
 def _carriers(start: Matrices, q: Complex, rate: Complex, modes: Modes) -> tuple[Index, Array]:

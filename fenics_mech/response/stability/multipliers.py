@@ -89,12 +89,9 @@ def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> 
     limits = {"eps_tol": MULTIPLIERS.tolerance, "eps_max_it": MULTIPLIERS.restarts}
     krylov = {"eps_type": "krylovschur", "eps_nev": wanted} | limits
     values, states = _solved(matrix, krylov, options)
-    large = np.abs(values) > MULTIPLIERS.lost * np.abs(values).max(initial=0.0)
-    kept = states[large]
+    kept = states[np.abs(values) > MULTIPLIERS.lost * np.abs(values).max(initial=0.0)]
     if not len(kept):
         return (np.zeros(0, dtype=complex), np.zeros((0, len(unit)), dtype=complex)), False
-    if damped is flow:
-        return (values[large], kept / unit), len(kept) < len(states)
     space = np.linalg.svd(np.concatenate([kept.real, kept.imag]).T, full_matrices=False)[0][:, : len(kept)]
     left, right = carried(space, damped), carried(carried(space, flow), damped)
     rounding = np.linalg.norm(left[:, 0] - carried(space[:, :1], damped)[:, 0])  # one state is summed in another order

@@ -145,11 +145,8 @@ class _Known:
         if not judged or stability is None:
             return None
         share = LARGEST if all(quantity.name == "stability" for quantity in judged) else 0.0
-        motion = self.cycle.motion(self.solution.orbit)
         same = self.gauss == self.cycle.tableau
-        flow = self.flow if same else self.cycle.flow(self.gauss, motion)
-        if not self.cycle.linear:  # it may have been judged by its own steps
-            stability = self.cycle.multipliers(self.solution.modes, motion)
+        flow = self.flow if same else self.cycle.flow(self.gauss, self.cycle.motion(self.solution.orbit))
         return Disturbances.find(flow, stability, share)
 
     @cached_property
