@@ -25,6 +25,11 @@ CASES = {  # demo, what is stated, what changes
     "truncated": ("four_bar", {}, {"drive.speed": (20, 30, -25)}),
     "coupling": ("four_bar", {"effects": ["coupling"]}, {"drive.speed": (20, 30), "damping.ratio": (0.02, 0.05)}),
     "large rotations": ("four_bar", {"effects": ["coupling", "large-rotations"]}, {"drive.speed": (20, 30)}),
+    "longer steps": (
+        "four_bar",
+        {"effects": ["coupling", "large-rotations"], "analysis.error_estimates": False},
+        {"analysis.sub_intervals": (240, 60)},
+    ),
     "axial forces": ("four_bar", {"effects": ["coupling", "geometric-stiffness"]}, {"drive.speed": (20, 30)}),
     "springs": (
         "four_bar",

@@ -121,10 +121,13 @@ class Cycle:
 
     def _between_starts(self, there: System, tableau: Tableau) -> DampingFactor | None:
         """Give the damping of modes at points by that at equal positions; None where it is not smooth."""
-        of = self.shorter or self
-        if of.start.modal_damping is None or not of.steps.regular.all() or (known := of._known_damping) is None:
+        finer = self.shorter or self
+        if finer.start.modal_damping is None or not (self.steps.regular.all() and finer.steps.regular.all()):
             return None
-        together, key = len(of.steps.start) // len(self.steps.start), (str(self.scene.damping.ratio), of.damped)
+        if (known := finer._known_damping) is None:
+            return None
+        together = len(finer.steps.start) // len(self.steps.start)
+        key = str(self.scene.damping.ratio), finer.damped, together * known.parts
         return natural(there).once("damping between", lambda: known.at(tableau.points, together), key)
 
     @property

@@ -247,7 +247,7 @@ def _by_longer_steps(cycle: Cycle) -> KnownMotion | None:
     there = scene.model_copy(update={"analysis": scene.analysis.model_copy(update={"sub_intervals": count})})
     try:
         motion = solve_motion(there, there.drive_angles(count), near=system.motion)
-        longer = Cycle(there, moved(there, system, motion), shorter=cycle if cycle.steps.regular.all() else None)
+        longer = Cycle(there, moved(there, system, motion), shorter=cycle)
         equation = longer.at_points(longer.tableau)
         return KnownMotion.of(equation, _orbit(longer, equation))
     except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all steps may have one
