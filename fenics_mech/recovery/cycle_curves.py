@@ -244,7 +244,8 @@ def _at_points(values: Array, slopes: Array, times: int) -> tuple[Array, Array]:
         return values, slopes
     f = (np.arange(times) / times)[:, None, None]
     ends = values, np.roll(values, -1, axis=0), slopes, np.roll(slopes, -1, axis=0)
-    found = [np.moveaxis(part(f, *ends), 0, 1).reshape(-1, values.shape[1]) for part in (_cubic, _slope)]
+    shape = times * len(values), values.shape[1]
+    found = [np.moveaxis(part(f, *ends), 0, 1).reshape(shape) for part in (_cubic, _slope)]
     return found[0], found[1] / times
 
 

@@ -47,7 +47,7 @@ CURVES = {  # whose peaks are sought between positions, and along what each has 
 ORDER = ("theta", "member", "joint", "support", "s", "fibre", "component")  # of the dimensions of their curves
 
 
-def curves_over_cycle(scene: Scene, values: Array) -> CycleCurves:
+def curves_over_cycle(scene: Scene, values: Array, name: str = "") -> CycleCurves:
     """Draw curves through values at the positions of a cycle: by their harmonics, and at corners Akima's curves.
 
     Where the positions are no periodic motion, are fewer than four, or something jumps between them, the curves are
@@ -59,16 +59,23 @@ def curves_over_cycle(scene: Scene, values: Array) -> CycleCurves:
         The scene.
     values
         Values at the positions of its result, ``(positions, ...)``.
+    name
+        The variable whose values at stations they are.
     """
     if not _smooth(scene, len(values)):
         return CycleCurves.of_positions(values)
-    return CycleCurves.through(values, of_harmonics=_without_corners(scene))
+    return CycleCurves.through(values, of_harmonics=_without_corners(scene, name))
 
 
-def _without_corners(scene: Scene) -> bool:
-    """Whether nothing in a scene may give its motion corners: then harmonics of curves fade away."""
+def _without_corners(scene: Scene, name: str = "") -> bool:
+    """Whether nothing in a scene may give curves of a variable corners: then their harmonics fade away.
+
+    Strains and stresses at stations have corners where a pin passes that travels along the member.
+    """
     smooth = all(drive.law is None or isinstance(drive.law, Harmonics) for drive in scene.drives)
-    return smooth and not scene.joint_laws and all(load.factor is None for load in scene.loads.values())
+    travels = name in ("strain", "stress") and any(getattr(joint, "member", None) for joint in scene.joints.values())
+    varies = any(load.factor is not None for load in scene.loads.values())
+    return smooth and not (travels or varies or scene.joint_laws)
 
 
 @kept
@@ -82,7 +89,7 @@ def curves_of(result: Result, name: str) -> CycleCurves:
     name
         The variable, one of `CURVES`.
     """
-    return curves_over_cycle(result.scene, _ordered(result, name).to_numpy())
+    return curves_over_cycle(result.scene, _ordered(result, name).to_numpy(), name)
 
 
 def _ordered(result: Result, name: str) -> xr.Variable:
@@ -116,12 +123,14 @@ def peak_of(result: Result, name: str) -> tuple[Index, Array, Array]:
 def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
     """Draw those curves of each owner that may have its peak, and tell which they are, ``(owners, curves)``.
 
-    Between two positions the curves of both kinds are beyond them by no more than the largest step from a position to
-    the next, and those through half of the positions by twice as much.
+    Others are lower by more than twice the largest step from a position to the next. Splines and curves of Akima are
+    beyond their positions by one such step at most, and curves by harmonics were by 1.5 at most.
     """
     data, owner = _ordered(result, name), CURVES[name]
     count, vector = data.sizes["theta"], "component" in data.dims
-    values = data.to_numpy().reshape(count, data.sizes[owner] if owner else 1, -1, 2 if vector else 1)
+    owners = data.sizes[owner] if owner else 1
+    each = math.prod(size for dim, size in data.sizes.items() if dim not in ("theta", owner, "component"))
+    values = data.to_numpy().reshape(count, owners, each, 2 if vector else 1)
     size = np.linalg.norm(values, axis=-1)
     step = np.linalg.norm(np.abs(np.roll(values, -1, axis=0) - values).max(axis=0), axis=-1)
     highest = size.max(axis=0) + 2 * step
@@ -134,7 +143,7 @@ def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
     if not _smooth(result.scene, count):
         return CycleCurves.of_positions(some), which
     largest = float(np.linalg.norm(values, axis=0).max(initial=0.0))
-    return CycleCurves.through(some, _without_corners(result.scene), largest), which
+    return CycleCurves.through(some, _without_corners(result.scene, name), largest), which
 
 
 def _peaks(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array]:
@@ -158,7 +167,7 @@ def between_positions(result: Result, least: int = DRAWN) -> Result:
     return _closer(result, least)[0]
 
 
-def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
+def smoothed(result: Result, values: Array, name: str = "") -> tuple[Array, Array]:
     """Give drive angles (rad) and the values of a curve there: those at which `between_positions` has its curves.
 
     Parameters
@@ -167,10 +176,12 @@ def smoothed(result: Result, values: Array) -> tuple[Array, Array]:
         The result.
     values
         At its positions, ``(angles, ...)``.
+    name
+        As of `curves_over_cycle`.
     """
     closer, places = _closer(result)
     if closer is not result:
-        values = curves_over_cycle(result.scene, values).at(places)
+        values = curves_over_cycle(result.scene, values, name).at(places)
     return closer.data["theta"].to_numpy(), values
 
 

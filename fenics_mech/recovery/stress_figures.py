@@ -42,7 +42,7 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     found: dict[str, Any] = {}
     along, size = ("member", "s", "fibre"), np.abs(stress).max(axis=0)
     if part is not None:
-        curves = curves_over_cycle(scene, stress[part])
+        curves = curves_over_cycle(scene, stress[part], "stress")
         largest, least = curves.highest()[1], curves.lowest()[1]
         found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
         found["stress_ratio"] = (along, least / np.where(largest, largest, np.nan))
@@ -111,7 +111,7 @@ def fatigue(result: Result) -> xr.Dataset:
     stress = stress if part is None else stress.isel(theta=part)
     waves = np.moveaxis(stress.to_numpy(), -1, 0)
     if part is not None:  # else the end does not go on at the start
-        waves = curves_over_cycle(scene, waves).turning()
+        waves = curves_over_cycle(scene, waves, "stress").turning()
     damage = np.full(stress.shape[:3], np.nan)
     for i, fibres in enumerate(curves.values()):
         for f, fibre in enumerate(stress["fibre"].to_numpy()):

@@ -147,7 +147,7 @@ def still_at(reading: Reading, peak: Peak) -> Array | None:
     if "strain_quasi_static" not in reading.result.data:
         return None
     curves = reading.result.data["strain_quasi_static"].transpose("theta", "member", "s", "fibre").to_numpy()
-    return smoothed(reading.result, curves[:, peak.i, peak.j, peak.f])[1] / reading.units.size("strain")
+    return smoothed(reading.result, curves[:, peak.i, peak.j, peak.f], "strain")[1] / reading.units.size("strain")
 
 
 def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Array, Array | None]:
@@ -161,7 +161,7 @@ def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Arr
     still, result, size = "strain_quasi_static", reading.result, reading.units.size("strain")
     sources = [result.data] + ([result.data.assign(strain=result.data[still])] if still in result.data else [])
     try:
-        curves = [smoothed(result, Result(data).strain_at(member, s, fibre))[1] / size for data in sources]
+        curves = [smoothed(result, Result(data).strain_at(member, s, fibre), "strain")[1] / size for data in sources]
     except ResultError as error:
         raise ViewError(str(error)) from error
     return curves[0], (curves[1] if len(curves) > 1 else None)

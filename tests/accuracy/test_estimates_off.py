@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-import fenics_mech.analysis
+import fenics_mech.recovery.labelled
 from fenics_mech import analyse, summary
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.scene.factories import seed_four_bar
@@ -23,7 +23,7 @@ def seed(effects=("coupling",), **analysis):
 def test_the_answer_is_the_same(method, monkeypatch):
     scene = seed(method=method, sub_intervals=90, cycles=1, allow_coarse=True)
     whole = analyse(scene).data
-    monkeypatch.setattr(fenics_mech.analysis, "estimate", None)  # is not called
+    monkeypatch.setattr(fenics_mech.recovery.labelled, "estimate", None)  # is not called
     data = analyse(scene.changed(OFF)).data
     for name in data.variables:
         if data[name].dtype.kind == "f":

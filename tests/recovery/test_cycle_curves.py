@@ -84,6 +84,13 @@ def test_a_curve_that_half_of_the_positions_miss_has_no_corners(share):
     assert curves.highest()[1] == pytest.approx(1.0, abs=1e-4)
 
 
+def test_there_may_be_no_curves():
+    for count in (24, 25, 400):
+        for of_harmonics in (True, False):
+            curves = CycleCurves.through(np.zeros((count, 0)), of_harmonics)
+            assert curves.at(np.arange(3.0)).shape == (3, 0)
+
+
 def test_lengths_of_vectors_turn_with_them():
     """A vector that turns keeps its length; one along a line has its size as length, with a corner at zero."""
     curves = CycleCurves.through(np.stack([np.cos(EIGHT), np.sin(EIGHT)], axis=1)).lengths()

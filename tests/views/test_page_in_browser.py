@@ -41,7 +41,7 @@ def picture(window, name="mechanism"):
 def test_it_opens_in_two_seconds_at_the_peak(window, file):
     window.open(file)
     assert float(window.run("return document.body.dataset.ready")) < 2000
-    assert window.text("#told") == "14°"
+    assert window.text("#told") == "15°"
     assert window.text("#curve-title") == "Stress at the peak\N{RIGHT SINGLE QUOTATION MARK}s place"
     assert window.text("#curve-where").startswith("crank, at O, ")
     assert window.run("return document.querySelectorAll('#forces figure').length") == 5  # with that on the frame
@@ -87,7 +87,7 @@ def test_all_follow_the_slider_and_the_arrow_keys(window, file):
     assert not set(before) & set(after)
     assert "at 180°" in window.text("#curve")
     window.click("#to-peak")
-    assert window.text("#told") == "14°"
+    assert window.text("#told") == "15°"
     assert picture(window) == before[0]
 
 

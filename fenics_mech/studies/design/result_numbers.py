@@ -234,7 +234,8 @@ class Quantity:
 def _between(result: Result, found: xr.DataArray, reduction: str) -> float:
     """Reduce curves over the cycle as `reduced` does, between the positions too."""
     vectors = ["component"] if "component" in found.dims else []
-    curves = curves_over_cycle(result.scene, found.transpose("theta", ..., *vectors).to_numpy().astype(float))
+    values = found.transpose("theta", ..., *vectors).to_numpy().astype(float)
+    curves = curves_over_cycle(result.scene, values, str(found.name))
     if vectors and reduction == "max":
         return float(curves.longest()[1].max())
     return float(BETWEEN[reduction](curves.lengths() if vectors else curves))

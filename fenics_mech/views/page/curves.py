@@ -160,7 +160,7 @@ def _curves(reading: ForceReading) -> dict[str, Array]:
         if (still := f"{name}_quasi_static") in data:
             curves = data[still].transpose("theta", "member", "s", "fibre").to_numpy() / reading.units.size(name)
             at_peaks = np.stack([curves[:, peak.i, peak.j, peak.f] for peak in reading.peaks], axis=1)
-            found[f"{name}_still"] = smoothed(reading.result, at_peaks)[1]
+            found[f"{name}_still"] = smoothed(reading.result, at_peaks, name)[1]
     return found
 
 
