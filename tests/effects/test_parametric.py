@@ -8,10 +8,12 @@ Bolotin, The Dynamic Stability of Elastic Systems (1964), sections 1, 2 and 5.
 import numpy as np
 import pytest
 from matplotlib.collections import QuadMesh
-from scipy.integrate import solve_ivp
+from scipy.integrate import simpson, solve_ivp
 from scipy.optimize import brentq
 
-from fenics_mech.scene import load
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.scene import Scene, load
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.views.sweep_maps import stability_map
@@ -118,3 +120,78 @@ def test_map_shows_the_regions(column, tmp_path):
     cells.update_scalarmappable()
     red, _, blue, _ = cells.get_facecolors().T
     assert (red > blue).tolist() == unstable.ravel().tolist()
+
+
+MAST = 0.5  # m
+ROOTS = np.array([1.8751040687, 4.6940911330, 7.8547574382, 10.9955407349])  # of cos x cosh x = -1
+FREE = (ROOTS / MAST) ** 2 * np.sqrt(EI / (DENSITY * WIDTH * HEIGHT))  # its frequencies (rad/s)
+RATE = (FREE[0] + FREE[1]) / 9  # rad/s
+RATIO = 0.0064
+PULSE = 3.0  # N
+
+
+def masts(steps):
+    """Welded strips under exact strains, of which a force along the first pulls and pushes it.
+
+    The others vibrate as slowly, so that steps which damp what is fast tell as many multipliers as are kept.
+    """
+    lengths = {"first": MAST, "second": 1.04 * MAST, "third": 1.08 * MAST}
+    feet = {name: (float(i), 0.0) for i, name in enumerate(lengths)}
+    flywheel = {"points": {"centre": (0, 0)}, "rigid": {"mass": 1.0, "inertia": 0.01}}
+    strips = {
+        name: {
+            "points": {"foot": (0, 0), "top": (0, length)},
+            "members": {"m": {"ends": ("foot", "top"), "section": "strip", "material": "steel"}},
+        }
+        for name, length in lengths.items()
+    }
+    welds = {name: {"kind": "weld", "connect": (f"ground.{name}", f"{name}.foot")} for name in lengths}
+    factor = {"kind": "harmonics", "cosine": (*[0.0] * 8, 1.0)}
+    return Scene.read(
+        {
+            "effects": ("large-rotations",),
+            "materials": {"steel": {"modulus": MODULUS, "density": DENSITY}},
+            "sections": {"strip": {"shape": "rectangle", "width": WIDTH, "height": HEIGHT}},
+            "ground": {"points": feet | {"shaft": (-0.5, 0)}},
+            "links": strips | {"flywheel": flywheel},
+            "joints": welds | {"shaft": {"connect": ("ground.shaft", "flywheel.centre")}},
+            "drive": {"joint": "shaft", "speed": float(RATE)},
+            "loads": {
+                "pulse": {"at": "first.top", "force": (0, -PULSE), "factor": factor},
+                "push": {"member": "first", "line": (0.01, 0)},
+            },
+            "damping": {"ratio": RATIO},
+            "mesh": {"elements": 6},
+            "analysis": {"solver": "collocation", "sub_intervals": steps, "error_estimates": False},
+        }
+    )
+
+
+def growth_of_a_mast():
+    """Largest multiplier of four modes of a cantilever, whose stiffness the force along it changes."""
+    x, turned = np.linspace(0, 1, 4001), ROOTS[:, None]
+    ratio = (np.cosh(turned) + np.cos(turned)) / (np.sinh(turned) + np.sin(turned))
+    shape = np.cosh(turned * x) - np.cos(turned * x) - ratio * (np.sinh(turned * x) - np.sin(turned * x))
+    slope, line = np.gradient(shape, x, axis=1, edge_order=2) / MAST, DENSITY * WIDTH * HEIGHT
+    mass = line * MAST * simpson(shape**2, x=x)
+    softer = MAST * simpson(slope[:, None] * slope, x=x) / mass[:, None]
+
+    def rates(t, y):
+        q, rate = y.reshape(2, 4, 8)
+        pushed = PULSE * np.cos(9 * RATE * t) * (softer @ q)
+        return np.concatenate([rate, pushed - FREE[:, None] ** 2 * q - 2 * RATIO * FREE[:, None] * rate]).ravel()
+
+    end = solve_ivp(rates, (0, 2 * np.pi / RATE), np.eye(8).ravel(), rtol=1e-9, atol=1e-10)
+    return np.abs(np.linalg.eigvals(end.y[:, -1].reshape(8, 8))).max()
+
+
+@pytest.mark.slow
+def test_few_steps_do_not_hide_a_sum_resonance():
+    """Two vibrations grow together, of which long steps damp the fast one."""
+    known = growth_of_a_mast()
+    assert known > 1 + 1e-3
+    for steps in (40, 120):
+        with pytest.raises(SolverError, match="unstable"):
+            analyse(masts(steps))
+        data = analyse(masts(steps).changed(analysis__allow_unstable=True)).data.isel(disturbance=0)
+        assert np.hypot(*data["multiplier"].to_numpy()) == pytest.approx(known, abs=2e-5)
