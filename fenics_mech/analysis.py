@@ -181,7 +181,7 @@ def solved(
 ) -> tuple[Solution, Result]:
     """Analyse a scene as `as_planned` does, and give the solution too."""
     solution, solver = _answer(scene, progress, common)
-    result = _collected(solution, choices, progress, names)
+    result = collected(solution, choices, progress, names)
     result.data.attrs["solver"] = solver
     return solution, result
 
@@ -340,7 +340,12 @@ def solve(
     return SOLVERS[solver](scene, system, modes), solver
 
 
-def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Progress = lambda step: None) -> Result:
+def collected(
+    solution: Solution,
+    choices: Sequence[Choice] = (),
+    progress: Progress = lambda step: None,
+    names: Collection[str] | None = None,
+) -> Result:
     """Recover the fields of a solution, estimate their errors, and collect all in a result.
 
     Parameters
@@ -351,6 +356,8 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
         What was decided about each effect.
     progress
         Called with the name of each of `STEPS` as it begins.
+    names
+        As of `analyse`.
 
     Raises
     ------
@@ -359,13 +366,6 @@ def collected(solution: Solution, choices: Sequence[Choice] = (), progress: Prog
     SolverError
         When deflections are beyond the theory, or something is not finite.
     """
-    return _collected(solution, choices, progress)
-
-
-def _collected(
-    solution: Solution, choices: Sequence[Choice], progress: Progress, names: Collection[str] | None = None
-) -> Result:
-    """Do as `collected`; `names` are as of `analyse`."""
     fields, errors = recovered(solution, choices, progress)
     return labelled(solution, fields, errors, _by_errors(choices, errors), names)
 

@@ -93,8 +93,8 @@ class LeftOut:
             return None
         angles = slice(None, None, max(1, len(system.motion.theta) // DAMPED.angles))
         there = moved(scene, system, system.motion.part(angles))
-        find = lambda: every(*held(modes.at(there)))[:2]  # noqa: E731
-        squares, forces = natural(system).once("all modes at few angles", find, modes.links)
+        kept = natural(system)
+        squares, forces = kept.once("all modes at few angles", lambda: every(*held(modes.at(there)))[:2], modes.links)
         inverse = np.sqrt(np.maximum(squares, 0.0))  # without mass it is 0, but for rounding
         omega = 1 / np.maximum(inverse, TINY)
         damping = 2 * damping_ratios(scene.damping.ratio, omega) * inverse
