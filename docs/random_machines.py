@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from theory_errors import QUANTITIES, TOLERANCES, Peer, compared, shown, write
+from theory_errors import QUANTITIES, TOLERANCES, Peer, as_in_exudyn, compared, shown, write
 
 import fenics_mech as fm
 from fenics_mech.studies.peers.beam_linkage import beam_linkage
@@ -109,12 +109,6 @@ def without_motion(scene: fm.Scene, reason: str) -> dict[str, Any]:
         repeats = "fails"
     empty = ("turn (rad)", "tolerance (%)", "last effect", *QUANTITIES.values(), "strain uncertain by")
     return dict.fromkeys(empty, "") | {"no motion": f"{kind}; Exudyn: {repeats}"}
-
-
-def as_in_exudyn(result: fm.Result) -> fm.Result:
-    """Give a result without rotary inertia, which Exudyn's beams lack."""
-    effects = [name for name in result.scene.effects if name != "rotary-inertia"]
-    return result if effects == list(result.scene.effects) else fm.analyse(result.scene.changed(effects=effects))
 
 
 if __name__ == "__main__":
