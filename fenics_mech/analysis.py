@@ -98,7 +98,7 @@ def analyse(
         progress("response")
         result = rigid_result(scene, state_to_go_on_from(scene, 0))
     elif scene.tolerance is not None:
-        result = within(scene, Trials(progress, common, scene.effects == "auto"), common)
+        result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
     result.data.attrs["warnings"] = json.dumps(
@@ -200,8 +200,19 @@ def _answer(
     return solution, solver
 
 
+@dataclass(frozen=True)
+class _Trial:
+    """What is known by an analysis with one discretisation."""
+
+    solution: Solution
+    solver: str
+    fields: Fields
+    errors: Errors
+    choices: Sequence[Choice]
+
+
 @dataclass
-class Trials:
+class RefinedAnalysis:
     """Analyses with one discretisation after the other, of which only that which is kept is whole.
 
     Each begins from what is known by the one before: its motion, or where only the stations are others, its solution.
@@ -217,11 +228,7 @@ class Trials:
     progress: Progress
     common: CommonParts
     theory: bool
-    _last: Solution | None = None
-    _solver: str = ""
-    _fields: Fields | None = None
-    _errors: Errors | None = None
-    _choices: Sequence[Choice] = ()
+    _last: _Trial | None = None
 
     def analyse(self, trial: Scene, choices: Sequence[Choice]) -> Result:
         """Analyse a scene as it states, and give as much as tells whether it is within its tolerance.
@@ -233,14 +240,17 @@ class Trials:
         choices
             What was decided about each effect.
         """
-        unjudged, self._choices = trial.changed(analysis__stability=False), choices
-        if self._last is not None and _but_for_stations(self._last.scene) == _but_for_stations(unjudged):
-            self._last = replace(self._last, scene=unjudged)
+        unjudged, known = trial.changed(analysis__stability=False), None
+        if self._last is not None and _but_for_stations(self._last.solution.scene) == _but_for_stations(unjudged):
+            solution, solver = replace(self._last.solution, scene=unjudged), self._last.solver
+            known = self._last.errors
         else:
-            near, self._errors, self._fields, self._last = _known(self._last), None, None, None
-            self._last, self._solver = _answer(unjudged, self.progress, self.common, near)
-        self._fields, self._errors = recovered(self._last, choices, self.progress, self._errors, self.theory)
-        return labelled(self._last, self._fields, self._errors, _by_errors(choices, self._errors), PEAKS)
+            near, self._last = _known(self._last), None
+            solution, solver = _answer(unjudged, self.progress, self.common, near)
+        fields, errors = recovered(solution, choices, self.progress, known, self.theory)
+        assert errors is not None  # by which a tolerance is judged
+        self._last = _Trial(solution, solver, fields, errors, choices)
+        return labelled(solution, fields, errors, _by_errors(choices, errors), PEAKS)
 
     def judge(self, allow_unstable: bool) -> None:
         """Judge the stability of the last motion, if its kind has one.
@@ -255,17 +265,17 @@ class Trials:
         SolverError
             When the motion is unstable, or at an undamped resonance.
         """
-        if isinstance(self._last, CollocationSolution):
-            self._last = replace(self._last, stability=stability_of(self._last, allow_unstable))
+        if self._last is not None and isinstance(solution := self._last.solution, CollocationSolution):
+            judged = replace(solution, stability=stability_of(solution, allow_unstable))
+            self._last = replace(self._last, solution=judged)
 
     def whole(self) -> Result:
         """Give the whole result of the last trial."""
         assert self._last is not None
-        assert self._fields is not None
-        assert self._errors is not None
-        errors = self._errors if self.theory else self._errors.with_theory(self._last, self._choices)
-        result = labelled(self._last, self._fields, errors, _by_errors(self._choices, errors))
-        result.data.attrs["solver"] = self._solver
+        last = self._last
+        errors = last.errors if self.theory else last.errors.with_theory(last.solution, last.choices)
+        result = labelled(last.solution, last.fields, errors, _by_errors(last.choices, errors))
+        result.data.attrs["solver"] = last.solver
         return result
 
 
@@ -273,8 +283,9 @@ def _but_for_stations(scene: Scene) -> Scene:
     return scene.changed(analysis__stations=Analysis().stations)
 
 
-def _known(solution: Solution | None) -> KnownMotion | None:
-    """Give the motion of a solution for Newton's method to begin from."""
+def _known(trial: _Trial | None) -> KnownMotion | None:
+    """Give the motion of a trial for Newton's method to begin from."""
+    solution = trial.solution if trial else None
     if not isinstance(solution, CollocationSolution) or isinstance(solution, MotorSolution):
         return None
     return KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit)

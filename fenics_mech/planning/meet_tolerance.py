@@ -35,7 +35,7 @@ WORDS = {
 }
 
 
-class Trials(Protocol):
+class Analyser(Protocol):
     """Analyses with one discretisation after the other, of which the last one is kept."""
 
     def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
@@ -77,7 +77,7 @@ SEARCH = SearchLimits()
 
 def within(
     scene: Scene,
-    attempts: Trials,
+    analyser: Analyser,
     common: CommonParts | None = None,
 ) -> Result:
     """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
@@ -87,7 +87,7 @@ def within(
     scene
         A scene with a tolerance. Where effects are the program's to choose, they are taken so that what the theory
         leaves out is within the tolerance. Where the scene lists them, it is not counted.
-    attempts
+    analyser
         Analyses it with one discretisation after the other.
     common
         What scenes have in common with this one.
@@ -110,7 +110,7 @@ def within(
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
-            result = attempts.analyse(trial, choices)
+            result = analyser.analyse(trial, choices)
         except UnresolvedError:  # steps that are far too long may have no answer at all
             if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
                 chosen
@@ -136,10 +136,10 @@ def within(
         doubted = doubts(result)
         met = not missed and _beyond(scene, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
-            attempts.judge(scene.analysis.allow_unstable)
+            analyser.judge(scene.analysis.allow_unstable)
             judged = True
         if met:
-            result = attempts.whole()
+            result = analyser.whole()
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             result.data.attrs |= stamp(trial)
             result.data.attrs["chosen"] = _account(trial, result, this, done)
