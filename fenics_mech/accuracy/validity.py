@@ -97,7 +97,7 @@ def _acting_on_rotations(
             links = (point.split(".")[0] for point in joints[drive.joint].connect)
             yield f"the motor of joint {drive.joint!r}", [label for link in links for label in of_link.get(link, [])]
     for name, joint in joints.items():
-        if getattr(joint, "member", None) is not None:
+        if joint.member is not None:
             yield f"the pin of joint {name!r}", of_link[joint.connect[0].split(".")[0]]
 
 

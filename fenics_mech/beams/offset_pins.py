@@ -119,7 +119,7 @@ def refuse_offsets(rigidity: Rigidities, members: Members, effect: str, neutral_
 def _refuse_travelling(rigidity: Rigidities, members: Members, joints: Mapping[str, Joint]) -> None:
     """Raise `SceneError` where a pin travels along a member whose neutral line is beside its axis."""
     for name, joint in joints.items():
-        if (member := getattr(joint, "member", None)) is None:
+        if (member := joint.member) is None:
             continue
         link = joint.connect[0].split(".")[0]
         label = link if link in members else f"{link}.{member}"

@@ -66,7 +66,7 @@ def missing_data(scene: Scene) -> str:
 def _refuse_travelling(joints: Mapping[str, Joint]) -> None:
     """Raise `SceneError` where the pin of a joint travels along a member."""
     for name, joint in joints.items():
-        if getattr(joint, "member", None) is not None:
+        if joint.member is not None:
             raise SceneError(
                 f"the effect {EFFECT.name!r} is not available where pins travel along members",
                 place=f"joints.{name}.member",

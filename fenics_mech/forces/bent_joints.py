@@ -369,7 +369,7 @@ def _whole(exerted: Mapping[str, Array]) -> Array:
 
 def _nodes_along(scene: Scene, mesh: BeamMesh, joint: str) -> list[str]:
     """Names of the nodes of the member that a joint's pin travels along, from end to end; none where it has no such."""
-    member = getattr(scene.joints[joint], "member", None)
+    member = scene.joints[joint].member
     if member is None:
         return []
     link = scene.joints[joint].connect[0].split(".")[0]

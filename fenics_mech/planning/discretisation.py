@@ -154,7 +154,7 @@ class Trial:
         damped = bool(np.any(scene.damping.ratio))
         most = REFINE.most_damped if damped else REFINE.most_sparse
         numbers: float = MEMORY_NEED.damped if damped else MEMORY_NEED.coordinate
-        if any(getattr(joint, "member", None) for joint in scene.joints.values()):
+        if any(joint.member for joint in scene.joints.values()):
             numbers = max(numbers, MEMORY_NEED.beside_pin * dofs)
         if scene.analysis.method == "periodic" and discretisation.sub_intervals * dofs > min(
             most, memory() / (8 * numbers * REFINE.stages)

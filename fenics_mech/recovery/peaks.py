@@ -73,7 +73,7 @@ def _without_corners(scene: Scene, name: str = "") -> bool:
     Strains and stresses at stations have corners where a pin passes that travels along the member.
     """
     smooth = all(drive.law is None or isinstance(drive.law, Harmonics) for drive in scene.drives)
-    travels = name in ("strain", "stress") and any(getattr(joint, "member", None) for joint in scene.joints.values())
+    travels = name in ("strain", "stress") and any(joint.member for joint in scene.joints.values())
     varies = any(load.factor is not None for load in scene.loads.values())
     return smooth and not (travels or varies or scene.joint_laws)
 

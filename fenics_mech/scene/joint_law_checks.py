@@ -61,7 +61,7 @@ def check_joint_laws(scene: Scene) -> None:
                 f"joint {law.joint!r} has no constraint: nothing drives it, and its angle states no freedom",
                 place=f"{place}.joint",
             )
-        if getattr(joint, "member", None) is not None and not isinstance(law, SideContact):
+        if joint.member is not None and not isinstance(law, SideContact):
             raise SceneError(
                 f"where a pin travels along a member that bends, as at {law.joint!r}, a side-contact is known alone",
                 place=f"{place}.joint",

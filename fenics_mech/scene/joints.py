@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
@@ -24,6 +24,7 @@ class Revolute(Part):
     'revolute'
     """
 
+    member: ClassVar[None] = None  # along which no pin travels, as in a slot
     kind: Literal["revolute"] = "revolute"
     connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
 
@@ -44,6 +45,7 @@ class Weld(Part):
     1.5708
     """
 
+    member: ClassVar[None] = None
     kind: Literal["weld"] = "weld"
     connect: tuple[PointName, PointName]
     angle: Angle = 0.0

@@ -173,7 +173,7 @@ def moving_guides(result: Result, motion: Motion, place: Callable[[list[str]], A
     for name, joint in scene.joints.items():
         if not isinstance(joint, Slot | Prismatic) or joint.connect[0].startswith("ground."):
             continue
-        if getattr(joint, "member", None) or "slide_place" not in result.data:
+        if joint.member or "slide_place" not in result.data:
             continue
         angle = motion.angle[:, motion.links.index(joint.connect[0].split(".")[0])] + scene.guide_angle(joint)
         travel = result.data["slide_place"].sel(slide=name).to_numpy()

@@ -127,7 +127,7 @@ class Skeleton:
         """Guides on links that move (m), ``(guides, 2, 2)``; those along members are drawn as these."""
         lines = []
         for joint in self.scene.joints.values():
-            if not isinstance(joint, Slot | Prismatic) or getattr(joint, "member", None):
+            if not isinstance(joint, Slot | Prismatic) or joint.member:
                 continue
             body, pin = (self.motion.of_point(*self.scene.point(point))[0][0] for point in joint.connect)
             link = joint.connect[0].split(".")[0]
