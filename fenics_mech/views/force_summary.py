@@ -8,6 +8,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
@@ -15,7 +16,6 @@ from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import sentence
 
 ON_FRAME = "shaking: total on the frame; the moment is about the ground's origin"
-ROUNDING = 1e-12  # of the largest number (SI), up to which another is none
 
 
 def joints_table(result: Result, units: AnswerUnits) -> Table:

@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import ResultError, shortened
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Result, kept
@@ -19,7 +20,6 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.words import MINUS, in_degrees, short
 
-ROUNDING = 1e-9  # of the largest joint force, below which an effort is nothing
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
 
 

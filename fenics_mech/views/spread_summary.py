@@ -11,6 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import percent
 from fenics_mech.studies.design.spread import statistics
 from fenics_mech.views.study_units import number_unit
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from fenics_mech.studies.design.problem import Bound
     from fenics_mech.studies.design.spread import Spread
 
-ROUNDING = 1e-9  # of a number, up to which nothing but rounding scatters it
 UNLIKE = 0.2  # difference of the linear estimate from the deviation of the samples, relative, that is told
 FEW = 0.1  # half the width of a 95 % interval, from which samples are too few for indices
 

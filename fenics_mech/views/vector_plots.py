@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import smoothed
@@ -22,7 +23,6 @@ TICKS = 45  # degrees of the drive between two dots
 COLUMNS, MOST_JOINTS = 3, 9  # of a figure
 MOST_PATHS = 7  # as many as there are colours
 HEIGHT = 5.4  # inches
-ROUNDING = 1e-9  # of the largest force, up to which another is none
 SEEN = 0.002  # of the largest path, by which two curves must be apart to be seen
 
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import TINY
+from fenics_mech._constants import ROUNDING, TINY
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
@@ -21,7 +21,6 @@ from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy, runnin
 from fenics_mech.views.words import share, short
 
 DECADES = 4  # of the bars of effects, up to 100 %
-ROUNDING = 1e-9  # of a force, below which its other component is nothing
 LEAST_TOP = 0.05  # of the bars of errors
 ON_FRAME = "on the frame"
 SHOWN = ("drive", "effects")  # elsewhere on the page
