@@ -79,7 +79,7 @@ def slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Ar
         shapes = np.linalg.inv(lower) @ shapes
         moved, before = mass.times(shapes), squares
         every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
-        squares, turn = every[:, : -count - 1 : -1], turn[..., ::-1].transpose(0, 2, 1)
+        squares, turn = every[:, : -count - 1 : -1], np.ascontiguousarray(turn[..., ::-1]).transpose(0, 2, 1)
         shapes, moved = turn @ shapes, turn @ moved
         if np.all(np.abs(squares - before) < SHAPES.converged * squares):
             break
@@ -104,5 +104,5 @@ def every(mass: Stack, stiffness: Stack) -> tuple[Array, Array, Array]:
     pairs = unit[:, :, None] * unit[:, None, :]  # so that rounding of stiff coordinates stays with them
     lower = np.linalg.cholesky(stiffness.full / pairs)
     scaled = np.linalg.solve(lower, np.linalg.solve(lower, mass.full / pairs).transpose(0, 2, 1))
-    squares, shapes = (part[..., ::-1] for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
+    squares, shapes = (np.ascontiguousarray(part[..., ::-1]) for part in np.linalg.eigh(scaled))  # (E.2) of 1/omega^2
     return squares, (unit[:, :, None] * lower @ shapes).transpose(0, 2, 1), shapes
