@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-
-if TYPE_CHECKING:
-    import scipy.sparse as sp
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -61,15 +57,14 @@ def at_places(of_elements: Array, element: Index, weights: Array) -> Array:
 
 def summed(values: Numbers, place: Index, size: int) -> Numbers:
     """Sum the entries of the last axis that share a place: ``(..., entries)`` to ``(..., size)``."""
-    collect = _collector(np.ascontiguousarray(place, dtype=np.int64).tobytes(), size)
-    flat = values.reshape(math.prod(values.shape[:-1]), values.shape[-1])
-    return np.ascontiguousarray((collect @ flat.T).T).reshape(*values.shape[:-1], size)
+    from fenics_mech._sparse.kernels import kernels, pointer  # noqa: PLC0415  (it needs what stands above)
 
-
-@lru_cache(maxsize=64)
-def _collector(place: bytes, size: int) -> sp.csr_matrix:
-    """Give the matrix that sums entries by their places: the same few are wanted again and again."""
-    import scipy.sparse as sp  # noqa: PLC0415  (slow to import, and a scene is read without)
-
-    rows = np.frombuffer(place, dtype=np.int64)
-    return sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), shape=(size, len(rows)))
+    if np.iscomplexobj(values):
+        return summed(values.real, place, size) + 1j * summed(values.imag, place, size)
+    module, entries = kernels(1), np.ascontiguousarray(place, dtype=np.int64)
+    given, found = np.ascontiguousarray(values, dtype=float), np.zeros((*values.shape[:-1], size))
+    if values.shape[-1] != len(entries) or (len(entries) and not 0 <= entries.min() <= entries.max() < size):
+        raise ValueError(f"{values.shape[-1]} entries cannot be summed by {len(entries)} places of {size}")
+    rows = math.prod(values.shape[:-1])
+    module.lib.collect(rows, len(entries), *(pointer(module, part) for part in (entries, given)), size, pointer(module, found))
+    return found

@@ -284,6 +284,16 @@ void products(long positions, long pairs, const int *left, const int *right, con
     }
 }
 
+/* Add to every place of a row the entries that belong there, in every row of values. */
+void collect(long rows, long entries, const long *place, const double *values, long size, double *result)
+{
+    for (long t = 0; t < rows; t++) {
+        const double *given = values + t * entries;
+        double *out = result + t * size;
+        for (long e = 0; e < entries; e++) out[place[e]] += given[e];
+    }
+}
+
 /* Call the kernel of a form, as FFCx compiles it, for every cell at every position. Values are those of the coefficients,
    (positions, cells, given), places the vertices of each cell, results (positions, cells, made). Kernels of FFCx before
    0.10 do not take the last argument, and leave it to the caller, which by the calling conventions removes it. */

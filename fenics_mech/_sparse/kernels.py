@@ -54,6 +54,7 @@ void tabulate(uintptr_t kernel, long positions, long cells, long given, long mad
               const double *places, double *results);
 void products(long positions, long pairs, const int *left, const int *right, const int *target, const double *one,
               long one_stride, const double *other, long other_stride, double *result, long stride);
+void collect(long rows, long entries, const long *place, const double *values, long size, double *result);
 """
 
 
