@@ -113,6 +113,10 @@ class SectionSpin:
         by_v, by_speed, by_acceleration = (self._matrices(part) for part in (by_b, by_rate, by_second))
         return constant, by_v, by_speed, by_acceleration
 
+    def mass(self, v: Array) -> Array:
+        """What it adds to the mass at a displacement as of `force`, ``(angles, elements, n, n)``: by_second there."""
+        return self._matrices(_secant(each(self.shape, v[:, self.dofs])) ** 2 - 1)
+
     def on_frames(self, v: Array, rate: Array, second: Array) -> Array:
         """Moment that the inertia of each element needs as its link turns (N m), ``(angles, elements)``.
 
@@ -138,8 +142,7 @@ class SectionSpin:
     def _sections(self, v: Array, rate: Array, second: Array) -> tuple[Array, Array, Array, Array]:
         """Give b, its two derivatives and c at the places; no numbers where a section turns by 90 degrees."""
         b, b_rate, b_second = (each(self.shape, part[:, self.dofs]) for part in (v, rate, second))
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return b, b_rate, b_second, 1 / np.sqrt(1 - b**2)
+        return b, b_rate, b_second, _secant(b)
 
     @cached_property
     def _products(self) -> Array:
@@ -151,3 +154,9 @@ class SectionSpin:
         """Give the matrices of numbers at the places."""
         found = each(self._products, self.weight * of_sections)
         return found.reshape(*found.shape[:2], *2 * (self.shape.shape[-1],))
+
+
+def _secant(sine: Array) -> Array:
+    """Give c of sections by b, the sine of their rotation."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(1 / np.sqrt(1 - sine**2))

@@ -23,7 +23,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.damping_factors import DampingFactor
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
-from fenics_mech.mechanism.spin_tangents import places_of, with_spin
+from fenics_mech.mechanism.spin_tangents import mass_with_spin, places_of, with_spin
 from fenics_mech.mechanism.system import System
 
 States = tuple[Array, Array, Array]  # coordinates and their first two time derivatives
@@ -199,8 +199,7 @@ class Equation:
         q
             Coordinates, ``(angles, coordinates)``.
         """
-        still = np.zeros_like(q)
-        return with_spin(self, self.linear, (q, still, still)).mass
+        return mass_with_spin(self, q)
 
     def _with_modes(self, tangents: Matrices, q: Array, rate: Array) -> Matrices:
         """Give the tangents with those of modal damping."""

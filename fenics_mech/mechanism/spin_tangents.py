@@ -11,6 +11,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.mechanism.matrices import Matrices
 
 if TYPE_CHECKING:
+    from fenics_mech._sparse import Stack
     from fenics_mech.mechanism.equation import Equation
 
 
@@ -44,6 +45,24 @@ def with_spin(equation: Equation, matrices: Matrices, state: tuple[Array, Array,
     mass, damping, stiffness = (old + new.on(old.pattern) for old, new in zip(parts, found))
     load = matrices.load - equation.to_coordinates(constant, spin.dofs)
     return replace(matrices, mass=mass, damping=damping, stiffness=stiffness, load=load)
+
+
+def mass_with_spin(equation: Equation, q: Array) -> Stack:
+    """Give M with this inertia at a displacement.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion.
+    q
+        Coordinates, ``(angles, coordinates)``.
+    """
+    spin, p, mass = equation.system.spin, equation.jets[0], equation.linear.mass
+    if spin is None:
+        return mass
+    of_sections = spin.mass(equation.system.transformation.forward(p, q)).reshape(len(p), -1)
+    products = equation.of_law
+    return mass + products.products(p, (products.values_of(*places_of(spin.dofs), of_sections), p)).on(mass.pattern)
 
 
 def places_of(dofs: Index) -> tuple[Index, Index]:
