@@ -66,6 +66,12 @@ def summed(values: Numbers, place: Index, size: int) -> Numbers:
     given, found = np.ascontiguousarray(values, dtype=float), np.zeros((*values.shape[:-1], size))
     if values.shape[-1] != len(entries) or (len(entries) and not 0 <= entries.min() <= entries.max() < size):
         raise ValueError(f"{values.shape[-1]} entries cannot be summed by {len(entries)} places of {size}")
-    rows = math.prod(values.shape[:-1])
-    module.lib.collect(rows, len(entries), *(pointer(module, part) for part in (entries, given)), size, pointer(module, found))
-    return found
+    module.lib.collect(
+        math.prod(values.shape[:-1]),
+        len(entries),
+        pointer(module, entries),
+        pointer(module, given),
+        size,
+        pointer(module, found),
+    )
+    return np.asarray(found, dtype=values.dtype)

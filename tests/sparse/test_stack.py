@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fenics_mech._arrays import each, summed
 from fenics_mech._sparse import Congruence, Pattern, SingularError, Stack
 
 FEW = settings(max_examples=40, deadline=None)
@@ -42,6 +43,29 @@ def test_sums_of_different_patterns(seed):
     vectors = np.random.default_rng(seed).standard_normal((3, 40, 9))  # so many that freed memory is taken again
     assert one.transposed.times(vectors) == pytest.approx(vectors @ one.full)
     assert Stack.of_full(one.full).full == pytest.approx(one.full)
+
+
+@FEW
+@given(st.integers(0, 10**6), st.integers(1, 9), st.booleans())
+def test_entries_are_summed_by_their_places(seed, size, complex_numbers):
+    chance = np.random.default_rng(seed)
+    values = chance.standard_normal((2, 3, 12)) + 1j * complex_numbers * chance.standard_normal((2, 3, 12))
+    values, place = values if complex_numbers else values.real, chance.integers(0, size, 12)
+    expected = np.zeros((2, 3, size), values.dtype)
+    np.add.at(expected, (slice(None), slice(None), place), values)
+    assert summed(values, place, size) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("place", [[0, 1, 3], [-1, 0, 1], [0, 1]])
+def test_places_that_are_none_are_refused(place):
+    with pytest.raises(ValueError, match="cannot be summed"):
+        summed(np.ones((4, 3)), np.array(place), 3)
+
+
+def test_products_of_elements_are_those_of_each_angle():
+    chance = np.random.default_rng(0)
+    matrices, vectors = chance.standard_normal((5, 2, 6)), chance.standard_normal((7, 5, 6))
+    assert each(matrices, vectors) == pytest.approx(np.einsum("eij,tej->tei", matrices, vectors))
 
 
 @FEW
