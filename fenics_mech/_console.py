@@ -19,6 +19,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.segment import Segment
 
+from fenics_mech._libraries import alone, leave_pint_out
 from fenics_mech._progress import heard
 from fenics_mech.errors import MechanismError, printable
 
@@ -73,17 +74,20 @@ def loading() -> Iterator[None]:
 def start_libraries(solver: bool = True) -> None:
     """Start PETSc and Matplotlib without the options that they read from files in the current folder.
 
-    A scene may lie in a folder from a stranger, and such options run programs.
+    A scene may lie in a folder from a stranger, and such options run programs. MPI and xarray start without what the
+    command does not use.
 
     Parameters
     ----------
     solver
         Whether something is to be solved: that PETSc is not there is an error then.
     """
-    with loading(), chdir(os.sep):
+    with loading(), chdir(os.sep), alone():
         import matplotlib  # noqa: F401, PLC0415
 
         from fenics_mech import _petsc  # noqa: PLC0415
+    with loading():
+        leave_pint_out()
     if hasattr(signal, "SIGPIPE"):  # PETSc ends the process where `head` has read enough; Python says it by an error
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
     if solver and isinstance(_petsc.PETSc, _petsc.Absent):

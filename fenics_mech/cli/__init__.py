@@ -12,6 +12,7 @@ import typer
 from rich.markup import escape
 
 from fenics_mech._console import drop_empty_folders, err, log_to_terminal, start_libraries
+from fenics_mech._libraries import launched
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
 from fenics_mech.cli.balance_command import balance
@@ -71,6 +72,10 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def started(*arguments: Any, **options: Any) -> None:
+        if options.get("jobs", 1) > 1 and not launched():
+            from fenics_mech.studies.worker_processes import prepare  # noqa: PLC0415
+
+            prepare(_SHARED[command])
         start_libraries(solver=command not in _OF_RESULTS)
         command(*arguments, **options)
 
@@ -82,6 +87,10 @@ _COMMANDS = (
     *(follow, compare, refine, fatigue, sound, cost, scaling),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
+_SHARED = {  # modules of what processes do that `--jobs` starts
+    sweep: "fenics_mech.studies.sweep_points",
+    **dict.fromkeys((optimise, identify, spread), "fenics_mech.studies.design.trial_tasks"),
+}
 _QUICK = check, import_scene, schema
 _OF_RESULTS = compare, fatigue, animate, plot, report, export  # which take a result without a solver too
 for _command in _COMMANDS:

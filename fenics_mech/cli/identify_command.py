@@ -41,9 +41,6 @@ def identify(
     Writes identified.toml, identified.csv and plots of prediction and measurement. Finished trials are kept in the
     folder, and not run again. Under mpirun the processes share the trials.
     """
-    from fenics_mech.studies.worker_processes import prepare  # noqa: PLC0415
-
-    prepare(jobs, "fenics_mech.studies.design.trial_tasks")
     from fenics_mech.studies.design.identify import identify as search  # noqa: PLC0415
     from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
     from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415

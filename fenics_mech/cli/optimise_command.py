@@ -46,9 +46,6 @@ def optimise(
     Under mpirun the processes share the trials.
     """
     from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
-    from fenics_mech.studies.worker_processes import prepare  # noqa: PLC0415
-
-    prepare(jobs, "fenics_mech.studies.design.trial_tasks")
     from fenics_mech.studies.design.methods import Search  # noqa: PLC0415
     from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
     from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415

@@ -33,9 +33,6 @@ def spread(
     Writes spread.csv, samples.csv, polynomials.csv and plots. Finished samples are kept in the folder, and are not run
     again. Under mpirun the processes share the samples.
     """
-    from fenics_mech.studies.worker_processes import prepare  # noqa: PLC0415
-
-    prepare(jobs, "fenics_mech.studies.design.trial_tasks")
     from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
     from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
     from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415

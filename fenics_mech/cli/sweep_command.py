@@ -63,9 +63,6 @@ def sweep(
     A sweep that was interrupted goes on when it is started again with the same folder. Under mpirun the processes
     share the points.
     """
-    from fenics_mech.studies.worker_processes import prepare  # noqa: PLC0415
-
-    prepare(jobs, "fenics_mech.studies.sweep_points")
     from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
     from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
     from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415

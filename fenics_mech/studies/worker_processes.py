@@ -13,33 +13,33 @@ from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack
+from contextlib import ExitStack, chdir
 from multiprocessing import forkserver, get_context, parent_process
 from typing import Self, TypeVar
 
+from fenics_mech._libraries import leave_pint_out
 from fenics_mech.errors import SolverError
 from fenics_mech.studies.worker_logs import Channel, WorkerLogs, heard, send_log
 
 MAX_FAILED_STARTS = 10
 AFTER_FAILURE = 0.05  # s that a start waits after one that failed, and after each further one as much more
-STARTER = "fenics_mech.studies.process_starter"  # what the process that starts the others imports before MPI
+STARTER = "fenics_mech.studies.process_starter"  # what the process that starts the others imports first
 Task = TypeVar("Task")
 
 
-def prepare(count: int, module: str) -> None:
-    """Let what starts several processes import what they need, while this one imports what it needs itself.
+def prepare(module: str) -> None:
+    """Let what starts processes import what they need, while this one imports what it needs itself.
+
+    Python and PETSc would look for modules and options in the current folder, which may be a stranger's. So that
+    process begins in another one; those that it starts are in the current folder.
 
     Parameters
     ----------
-    count
-        Number of processes.
     module
         The module of the work.
     """
-    from fenics_mech._petsc import MPI  # noqa: PLC0415  (not for other commands)
-
-    if count > 1 and MPI.COMM_WORLD.size == 1:
-        forkserver.set_forkserver_preload([STARTER, __name__, module])  # imported once for all
+    forkserver.set_forkserver_preload([STARTER, __name__, module])  # imported once for all
+    with chdir(os.sep):
         forkserver.ensure_running()
 
 
@@ -97,7 +97,7 @@ class Workers:
         SolverError
             If `MAX_FAILED_STARTS` processes in a row are lost before they work.
         """
-        prepare(self.count, work.__module__)
+        prepare(work.__module__)
         failures = 0
         waiting: deque[tuple[Sequence[Task], ProcessPoolExecutor | None]] = deque((run, None) for run in runs)
         running: dict[Future[object], tuple[ProcessPoolExecutor, Sequence[Task]]] = {}
@@ -148,6 +148,7 @@ def _end(pools: Iterable[ProcessPoolExecutor]) -> None:
 
 def _begin(channel: Channel) -> None:
     """Let the process end with the one that it works for, and at once where both are interrupted; it logs there."""
+    leave_pint_out()
     send_log(channel)
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     threading.Thread(target=_end_with_parent, daemon=True).start()

@@ -6,6 +6,7 @@ import sys
 
 import pytest
 
+from fenics_mech._libraries import alone
 from fenics_mech.cli import app
 from tests.common import DEMOS
 
@@ -60,3 +61,36 @@ def test_numerical_libraries_start_no_thread():
     environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
     work = "import fenics_mech, numpy as np, os; np.ones((400, 400)) @ np.ones((400, 400)); "
     assert printed(work + "print(len(os.listdir('/proc/self/task')))", **environment) == "1"
+
+
+def test_xarray_loads_no_pint_which_reads_units_all_the_same():
+    work = """
+import sys, xarray
+from fenics_mech._libraries import leave_pint_out
+leave_pint_out()
+xarray.DataArray([1.0], {"x": ["a"]}, "x").to_numpy()
+print("pint" in sys.modules)
+from fenics_mech.scene.units import registry
+print(registry()("2 furlong/fortnight").dimensionality)
+"""
+    assert printed(work, **os.environ).split("\n") == ["False", "[length] / [time]"]
+
+
+@pytest.mark.parametrize(
+    ("stated", "expected"),
+    [
+        ({}, {"pml": "ob1", "btl": "self", "ess_singleton_isolated": "1"}),
+        ({"OMPI_MCA_btl": "tcp,self"}, {"pml": "ob1", "btl": "tcp,self", "ess_singleton_isolated": "1"}),
+        ({"OMPI_COMM_WORLD_SIZE": "2"}, {}),  # by mpirun
+    ],
+)
+def test_mpi_of_one_process_looks_for_no_others(stated, expected, monkeypatch):
+    for name in [name for name in os.environ if name.startswith(("OMPI_", "PMI"))]:
+        monkeypatch.delenv(name)
+    for name, value in stated.items():
+        monkeypatch.setenv(name, value)
+    before = dict(os.environ)
+    with alone():
+        found = {name.removeprefix("OMPI_MCA_"): value for name, value in os.environ.items() if "OMPI_MCA_" in name}
+        assert found == expected
+    assert os.environ == before

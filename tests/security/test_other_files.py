@@ -16,6 +16,8 @@ from fenics_mech.analysis import STEPS
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.saved import seal_of
+from tests.studies.processes import ENVIRONMENT
+from tests.studies.test_sweep import ARM, SHORT
 
 DEMO = Path(__file__).parents[2] / "demos" / "four_bar.toml"
 SECRET = "hunter:x:0"
@@ -120,3 +122,20 @@ def test_options_of_libraries_in_the_current_folder_are_not_read(command, tmp_pa
     done = subprocess.run(arguments, cwd=tmp_path, capture_output=True, timeout=60, check=True)
     assert set(done.stderr.decode().split()) <= set(STEPS)  # that a slow machine tells
     assert {path.name for path in tmp_path.iterdir()} - {"out"} == {".petscrc", "matplotlibrc", "petscrc"}
+
+
+@pytest.mark.slow
+def test_processes_that_share_work_read_no_modules_and_options_in_the_current_folder(tmp_path):
+    """Python itself would, as it starts the process that starts the others by `-c`."""
+    (own := tmp_path / "own").mkdir()
+    start = "from fenics_mech.__main__ import main\nif __name__ == '__main__':\n    main()"  # as `fenics-mech` is
+    (own / "start.py").write_text(start)
+    (stranger := tmp_path / "stranger").mkdir()
+    (stranger / ".petscrc").write_text("-log_view :broken\n")
+    for name in ("xarray", "numpy", "multiprocessing"):
+        (stranger / f"{name}.py").write_text(f"open({name!r}, 'w').close()")
+    (stranger / "arm.toml").write_text(ARM)
+    arguments = [sys.executable, own / "start.py", "sweep", "arm.toml", "--over", SHORT, "--jobs", "2"]
+    done = subprocess.run(arguments, cwd=stranger, env=ENVIRONMENT, capture_output=True, timeout=60, check=True)
+    assert b"options" not in done.stdout + done.stderr
+    assert not {"xarray", "numpy", "multiprocessing", "broken"} & {path.name for path in stranger.iterdir()}
