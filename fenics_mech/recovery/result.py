@@ -19,7 +19,6 @@ from fenics_mech.errors import ResultError
 from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk, write_table
 from fenics_mech.recovery.of_scene import OfScene
-from fenics_mech.recovery.saved import CHECKED
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
@@ -49,7 +48,6 @@ class Result(OfScene):
     """
 
     KIND: ClassVar[str] = "result"
-    ENGINE: ClassVar[str] = CHECKED
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -271,7 +271,7 @@ def test_single_wrong_byte_anywhere_is_found(tmp_path, saved):
 def test_sealed_result_is_still_netcdf(tmp_path, saved):
     path = tmp_path / "result.nc"
     path.write_bytes(saved)
-    with xr.open_dataset(path, engine="h5netcdf") as data:
+    with xr.open_dataset(path) as data:
         assert data.attrs["title"] == Result.load(path).data.attrs["title"]
 
 

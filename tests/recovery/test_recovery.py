@@ -178,6 +178,16 @@ def test_csv_holds_the_numbers(periodic, tmp_path):
     assert np.allclose(table["input_torque_N_m"], periodic.data["input_torque"], rtol=1e-12)
 
 
+@pytest.mark.parametrize(("most", "points", "kind"), [(2**31, 3, b"CDF"), (23, 3, b"\x89HDF"), (2**31, 0, b"\x89HDF")])
+def test_netcdf_of_either_kind_is_saved_and_loaded(most, points, kind, tmp_path, monkeypatch):
+    """NetCDF 3 has no large variables, and none without values; version 0.2 saved all results as NetCDF 4."""
+    monkeypatch.setattr("fenics_mech.recovery.saved.LARGEST_VARIABLE", most)
+    given = {"a": ("x", np.arange(float(points))), "b": ("y", ["", "\u00e4", "abc"]), "c": ("z", [1, 2])}
+    path = Result(xr.Dataset(given, attrs={"fenics_mech": "1", "scene": "{}"})).save(tmp_path / "result.nc")
+    assert path.read_bytes().startswith(kind)
+    xr.testing.assert_identical(Result.load(path).data, xr.Dataset(given, attrs={"fenics_mech": "1", "scene": "{}"}))
+
+
 def test_unwritable_folder_leaves_nothing(periodic, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
         periodic.save(tmp_path / "missing" / "result.nc")
