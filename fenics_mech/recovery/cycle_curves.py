@@ -218,14 +218,18 @@ def _by_harmonics(values: Array, times: int) -> tuple[Array, Array]:
     times
         Points for each position.
     """
-    if times > 1:
-        count, amplitudes = len(values), np.fft.rfft(values, axis=0)
-        if count % 2 == 0:
-            amplitudes[-1] /= 2  # of what positions show of it, half is that of the negative frequency
-        found = np.fft.irfft(times * amplitudes, times * count, axis=0)
-        found[::times] = values
-        values = found
-    return values, _spline_slopes(values)
+    found = _of_harmonics(values, times) if times > 1 else values
+    return found, _spline_slopes(found)
+
+
+def _of_harmonics(values: Array, times: int) -> Array:
+    """Give values of the harmonics that positions show, at so many times as many points, ``(points, curves)``."""
+    count, amplitudes = len(values), np.fft.rfft(values, axis=0)
+    if count % 2 == 0:
+        amplitudes[-1] /= 2  # of what positions show of it, half is that of the negative frequency
+    found = np.fft.irfft(times * amplitudes, times * count, axis=0)
+    found[::times] = values
+    return np.asarray(found)
 
 
 def _by_splines(values: Array, times: int) -> tuple[Array, Array]:
@@ -305,14 +309,14 @@ def cornered(values: Array, of_harmonics: bool = True, largest: float | None = N
     """
     if len(values) % 2:
         return np.ones(values.shape[1], dtype=bool)
-    smooth = _missed(_by_harmonics if of_harmonics else _by_splines, values)
+    smooth = _missed(_of_harmonics if of_harmonics else lambda half, times: _by_splines(half, times)[0], values)
     if largest is None:
         largest = np.linalg.norm(values, axis=0).max(initial=0.0)
     found = np.greater(smooth, SMOOTH * largest)
     if of_harmonics:
         found &= ~_fading(values)
     if found.any():
-        found[found] = _missed(_by_akima, values[:, found]) < smooth[found]
+        found[found] = _missed(lambda half, times: _by_akima(half, times)[0], values[:, found]) < smooth[found]
     return found
 
 
@@ -329,8 +333,8 @@ def _fading(values: Array) -> Array:
     return np.asarray(last < FADING * before)
 
 
-def _missed(of_kind: Callable[[Array, int], tuple[Array, Array]], values: Array) -> Array:
+def _missed(points: Callable[[Array, int], Array], values: Array) -> Array:
     """By how much halves of the positions miss curves at the others, root of the sum of squares, ``(curves,)``."""
     even, odd = values[::2], values[1::2]
-    missed = [of_kind(even, 2)[0][1::2] - odd, of_kind(odd, 2)[0][1::2] - np.roll(even, -1, axis=0)]
+    missed = [points(even, 2)[1::2] - odd, points(odd, 2)[1::2] - np.roll(even, -1, axis=0)]
     return np.asarray(np.linalg.norm(np.concatenate(missed), axis=0))

@@ -80,8 +80,8 @@ def _error_of(reading: Reading, i: int) -> str:
     data = reading.result.data
     if "strain_error" not in data:
         return "\N{EN DASH}"
-    member = data.sel(member=reading.members[i])
-    return share(float(member["strain_error"].sum()) / max(float(member["largest_strain"]), TINY))
+    error, largest = (data[name].sel(member=reading.members[i]) for name in ("strain_error", "largest_strain"))
+    return share(float(error.sum()) / max(float(largest), TINY))
 
 
 def joints(reading: ForceReading) -> Html:
