@@ -55,6 +55,7 @@ def _version_named() -> Iterator[None]:
 if not isinstance(dolfinx, Absent):
     with _version_named():
         from dolfinx import fem, jit  # type: ignore[no-redef]
+        from dolfinx.mesh import create_unit_interval
 
         try:  # dolfinx >= 0.10
             from dolfinx.io import gmsh as gmshio
@@ -114,6 +115,12 @@ def _vertices(mesh: Any) -> Index:
     geometry = mesh.geometry
     dofmap = geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap  # 0.11
     return np.asarray(dofmap.array if hasattr(dofmap, "array") else dofmap).reshape(-1, 2)
+
+
+@_calling()
+def one_cell() -> Any:
+    """Give a mesh of one cell, on which forms are compiled that are called for the cells of any mesh of lines."""
+    return create_unit_interval(MPI.COMM_SELF, 1)
 
 
 @_calling()
@@ -211,6 +218,11 @@ def assemble_vector(form: Any) -> Array:
     return np.asarray(fem_petsc.assemble_vector(compiled(fem.form, form)).array_r).copy()
 
 
+def _places(mesh: Any, cells: Index) -> Array:
+    """Give the coordinates of the cells' vertices as kernels take them, ``(cells, 6)``."""
+    return np.ascontiguousarray(mesh.geometry.x[_vertices(mesh)[cells]].reshape(len(cells), -1))
+
+
 class CellKernel:
     """The compiled kernel of a form, called for many states of all cells at once.
 
@@ -231,8 +243,7 @@ class CellKernel:
         of_cells = record.integrals(0)[0] if callable(getattr(record, "integrals", None)) else record.form_integrals[0]
         self.address = int(kernels(1).ffi.cast("uintptr_t", of_cells.tabulate_tensor_float64))
         self.kept = made  # the compiled code lives as long as this
-        mesh = states[0].function_space.mesh
-        self.places = np.ascontiguousarray(mesh.geometry.x[_vertices(mesh)[cells]].reshape(len(cells), -1))
+        self.places = _places(states[0].function_space.mesh, cells)
         self.parts: list[Array | int] = []
         positions = getattr(record, "original_coefficient_positions", None)  # 0.10
         positions = record.original_coefficient_position if positions is None else positions
@@ -241,12 +252,12 @@ class CellKernel:
             which = [k for k, state in enumerate(states) if state is function]
             dofs = [function.function_space.dofmap.cell_dofs(cell) for cell in cells]
             self.parts.append(which[0] if which else function.x.array[np.array(dofs)])
-        self.cells = cells
         self.shape = (states[0].function_space.dofmap.dof_layout.num_dofs,) * len(form.arguments())
 
-    def of_constant(self, property: Any) -> CellKernel:
-        """Give the kernel with other values of its one property, which has one number per cell."""
-        other, values = copy(self), property.x.array[self.cells, None]
+    def on(self, mesh: Any, cells: Index, property: Any) -> CellKernel:
+        """Give the kernel for the cells of another mesh, with values of its one property, one number per cell."""
+        other, values = copy(self), property.x.array[cells, None]
+        other.places = _places(mesh, cells)
         other.parts = [part if isinstance(part, int) else values for part in self.parts]
         return other
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array, each
+from fenics_mech._arrays import Array, Index, each
 from fenics_mech._fenicsx import ufl
 from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.element_dofs import member_rotation
@@ -35,7 +36,7 @@ class BentAxis:
 
     @classmethod
     def of(cls, layout: Layout, stiffness: Distribution) -> BentAxis:
-        """Give it in the nodal dofs of the elements in link axes; of a constant EI it is compiled once for a layout.
+        """Give it in the nodal dofs of the elements in link axes; of a constant EI it is compiled once for all meshes.
 
         Parameters
         ----------
@@ -44,32 +45,11 @@ class BentAxis:
         stiffness
             EI (N m^2).
         """
+        mesh, coefficient = layout.mesh, stiffness.coefficient
         if stiffness.varies:
-            return cls._compiled(layout, stiffness.coefficient)
-        made = layout.once("bent axis", lambda: cls._compiled(layout, stiffness.coefficient))
-        kernels = {name: kernel.of_constant(stiffness.coefficient) for name, kernel in made.kernels.items()}
-        return replace(made, kernels=kernels)
-
-    @classmethod
-    def _compiled(cls, layout: Layout, stiffness: Any) -> BentAxis:
-        """Compile the forms, with EI as UFL coefficient (N m^2)."""
-        mesh = layout.mesh
-        space = _fenicsx.broken_line(mesh.mesh, 3)
-        w, rate = _fenicsx.fem.Function(space), _fenicsx.fem.Function(space)
-        test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
-        shorter = shortening(w)
-        slope = ufl.derivative(shorter, w, test)
-        force = bending_beyond(w, rate, stiffness, test)
-        forms = {
-            "shortening": shorter,
-            "slope": slope,
-            "curvature": ufl.derivative(slope, w, trial),
-            "force": force,
-            "force by v": ufl.derivative(force, w, trial),
-            "force by rate": ufl.derivative(force, rate, trial),
-            "energy": bending_energy_beyond(w, stiffness),
-        }
-        kernels = {name: _fenicsx.CellKernel(form, (w, rate), mesh.cell) for name, form in forms.items()}
+            kernels = _kernels(mesh.mesh, mesh.cell, coefficient)
+        else:
+            kernels = {name: made.on(mesh.mesh, mesh.cell, coefficient) for name, made in _of_constant().items()}
         return cls(kernels, layout.broken_deflection @ member_rotation(mesh))
 
     def by(self, shape: Array) -> BentAxis:
@@ -143,3 +123,30 @@ class BentAxis:
         (elements, inner, outer), count = self.shape.shape, len(blocks)
         both = np.einsum("ebi,ecj->eijbc", self.shape, self.shape).reshape(elements, outer**2, inner**2)
         return each(both, blocks.reshape(count, elements, inner**2)).reshape(count, elements, outer, outer)
+
+
+@cache
+def _of_constant() -> dict[str, _fenicsx.CellKernel]:
+    """Compile the forms with one EI for each cell, on a mesh of one cell."""
+    mesh = _fenicsx.one_cell()
+    return _kernels(mesh, np.zeros(1, dtype=int), _fenicsx.cellwise(_fenicsx.broken_line(mesh, 0), np.ones(1)))
+
+
+def _kernels(mesh: Any, cells: Index, stiffness: Any) -> dict[str, _fenicsx.CellKernel]:
+    """Compile the forms for cells of a mesh of lines, with EI as UFL coefficient (N m^2)."""
+    space = _fenicsx.broken_line(mesh, 3)
+    w, rate = _fenicsx.fem.Function(space), _fenicsx.fem.Function(space)
+    test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
+    shorter = shortening(w)
+    slope = ufl.derivative(shorter, w, test)
+    force = bending_beyond(w, rate, stiffness, test)
+    forms = {
+        "shortening": shorter,
+        "slope": slope,
+        "curvature": ufl.derivative(slope, w, trial),
+        "force": force,
+        "force by v": ufl.derivative(force, w, trial),
+        "force by rate": ufl.derivative(force, rate, trial),
+        "energy": bending_energy_beyond(w, stiffness),
+    }
+    return {name: _fenicsx.CellKernel(form, (w, rate), cells) for name, form in forms.items()}
