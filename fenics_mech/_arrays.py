@@ -29,6 +29,14 @@ def turned(vectors: Array, angle: Array) -> Array:
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
+def norms(vectors: Array) -> Array:
+    """Lengths of vectors of one or two numbers, ``(..., 2)``: several times as fast as by NumPy's norm."""
+    squares = vectors[..., 0] ** 2
+    for i in range(1, vectors.shape[-1]):
+        squares += vectors[..., i] ** 2
+    return np.sqrt(squares)
+
+
 def each(matrices: Array, vectors: Array) -> Array:
     """One matrix per element times its vector at each angle: ``(elements, i, j)`` by ``(angles, elements, j)``."""
     found = np.empty((*vectors.shape[:2], matrices.shape[1]), np.result_type(matrices, vectors))

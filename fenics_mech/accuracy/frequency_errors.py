@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -58,6 +59,13 @@ def frequency_error(system: System, modes: Modes) -> Array:
     modes
         Its modes at the same angles.
     """
+    path, find = system.motion.path, partial(_share_of_error, system, modes)
+    share = find() if path is None else path.once("frequency error", (system.beams, system.transformation, modes), find)
+    return np.minimum(share, FREQUENCY.largest_known)
+
+
+def _share_of_error(system: System, modes: Modes) -> Array:
+    """Give it without the limit: at positions, it depends on no rate of the drive and no load."""
     beams, count = system.beams.consistent or system.beams, modes.omega.shape[1]
     h = beams.mesh.cell_length
     flexibility = h**4 / (1440 * beams.rigidity.bending.mean) + h**2 / (24 * beams.rigidity.axial.mean)
@@ -77,4 +85,4 @@ def frequency_error(system: System, modes: Modes) -> Array:
         along = replace(system, beams=beams)
         of_both = np.einsum("kmi,kmi->km", modes.shapes, along.mass_times(modes.shapes))
         share += np.abs(np.sqrt(of_both) - 1).mean(axis=0)
-    return np.minimum(share, FREQUENCY.largest_known)
+    return share

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY
 from fenics_mech.effects import UNLOADED, Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -141,8 +141,8 @@ class Quantities:
         """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
         return {
             "strain": (np.abs(self.axial) + np.abs(self.bending).max(axis=-1)).max(axis=2),
-            "deflection": np.linalg.norm(self.deflection, axis=-1).max(axis=2),
-            "joint_force": np.linalg.norm(self.force, axis=-1),
+            "deflection": norms(self.deflection).max(axis=2),
+            "joint_force": norms(self.force),
             "torque": np.abs(self.effort),
         }
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.section_forces import MemberState
 from fenics_mech.mechanism import System
@@ -47,7 +47,7 @@ def refuse_far(scene: Scene, system: System, members: MemberState) -> None:
     if system.terms.law is not None:
         _refuse_turned(_acting_on_rotations(scene.members(), scene.joints, scene.drives), system, members)
         return
-    moved = np.linalg.norm(members.deflection - members.deflection[:, :, :1], axis=-1).max(axis=2)
+    moved = norms(members.deflection - members.deflection[:, :, :1]).max(axis=2)
     moved = moved / system.beams.mesh.member_length
     turned = np.abs(members.rotation).max(axis=2)
     if not max(turned.max(), moved.max()) > VALIDITY.farthest:
@@ -130,7 +130,7 @@ def bow(lengths: Array, members: MemberState) -> Array:
     """
     s = members.s[:, None]
     chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
-    return np.linalg.norm(members.deflection - chord, axis=-1).max(axis=(0, 2)) / lengths
+    return norms(members.deflection - chord).max(axis=(0, 2)) / lengths
 
 
 def largest_rotation(members: MemberState) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
 
 DRAWN = 360  # positions of a cycle, in so many at least curves are drawn
 SMOOTH = 1e-3  # of the largest curve: a curve that its harmonics foretell to it has no corners that show
@@ -112,7 +112,7 @@ class CycleCurves:
 
     def lengths(self) -> CycleCurves:
         """Give the lengths of vectors, whose components are the last dimension, by their values and slopes."""
-        size = np.linalg.norm(self.values, axis=-1)
+        size = norms(self.values)
         along = (self.values * self.slopes).sum(axis=-1)
         slopes = np.divide(along, size, out=np.zeros(size.shape), where=size > 0)
         return replace(
@@ -144,7 +144,7 @@ class CycleCurves:
         ends = [(at % len(self.values), which) for at in (k, k + 1)]
         parts = (part.reshape(len(part), -1) for part in (self.values, self.slopes))
         vectors = _cubic(along - k, *(part[at] for part in parts for at in ends)).reshape(shape)
-        return places, np.linalg.norm(vectors, axis=-1)
+        return places, norms(vectors)
 
     def _farthest(self, sign: float) -> tuple[Array, Array]:
         """Give where each curve is highest, or with -1 lowest, and its value there."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
 from fenics_mech.accuracy.estimate import AtStations
 from fenics_mech.accuracy.validity import bow, euler_ratio, largest_rotation
 from fenics_mech.effects import NOTHING
@@ -64,7 +64,7 @@ class Fields:
     @property
     def at_stations(self) -> AtStations:
         """What errors are told of: strains of both fibres, and magnitudes of deflections (m)."""
-        bent = np.linalg.norm(self.variables["deflection"][1], axis=-1, keepdims=True)
+        bent = norms(self.variables["deflection"][1])[..., None]
         curves = {"strain": self.variables["strain"][1], "deflection": bent}
         return AtStations(curves, self.under_pins, self.sampling)
 

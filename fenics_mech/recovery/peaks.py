@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, norms
 from fenics_mech.recovery.cycle_curves import DRAWN, CycleCurves
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Harmonics, Scene
@@ -131,8 +131,8 @@ def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
     owners = data.sizes[owner] if owner else 1
     each = math.prod(size for dim, size in data.sizes.items() if dim not in ("theta", owner, "component"))
     values = data.to_numpy().reshape(count, owners, each, 2 if vector else 1)
-    size = np.linalg.norm(values, axis=-1)
-    step = np.linalg.norm(np.abs(np.roll(values, -1, axis=0) - values).max(axis=0), axis=-1)
+    size = norms(values)
+    step = norms(np.abs(np.roll(values, -1, axis=0) - values).max(axis=0))
     highest = size.max(axis=0) + 2 * step
     surely = np.minimum(*(size[half::2].max(axis=(0, 2)) for half in (0, min(1, count - 1)))) * (1 - PEAK.near)
     highest[~(highest < surely[:, None])] = np.inf  # what is no number is looked at too
