@@ -19,22 +19,22 @@ from fenics_mech.mechanism import System
 PLACES, WEIGHTS = np.polynomial.legendre.leggauss(5)  # -1..1, at which forces are summed up along an element
 
 
-def by_shape_functions(displacement: Array, h: Array, xi: Array) -> tuple[Array, Array, Array]:
+def by_shape_functions(nodal: Array, h: Array, element: Index, xi: Array) -> tuple[Array, Array, Array]:
     """Displacements u and w by the shape functions, and the slope of w, ``(angles, places)`` each.
 
     Parameters
     ----------
-    displacement
-        Dofs of Hermite's functions in member axes, ``(angles, places, 6)``.
+    nodal
+        Dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
     h
-        Length of the element of each place (m), ``(places,)``.
-    xi
-        Places 0..1 in elements, ``(places,)``.
+        Lengths of the elements (m), ``(elements,)``.
+    element, xi
+        Places 0..1 in elements, ``(places,)`` each.
     """
-    bent = scaled(displacement[..., NORMAL], h)
-    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1, dtype=np.float64) / h[:, None]
-    u = np.sum(displacement[..., AXIAL] * evaluate(LINEAR, xi), -1)
-    return u, np.sum(bent * evaluate(CUBIC, xi), -1), np.sum(bent * slopes, -1)
+    bent = scaled(nodal[..., NORMAL], h)
+    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1, dtype=np.float64) / h[element, None]
+    u = at_places(nodal[..., AXIAL], element, evaluate(LINEAR, xi))
+    return u, at_places(bent, element, evaluate(CUBIC, xi)), at_places(bent, element, slopes)
 
 
 def of_bent_axis(
@@ -54,7 +54,7 @@ def of_bent_axis(
     inner = np.asarray(np.outer(xi, (PLACES + 1) / 2).ravel(), dtype=np.float64)
     of = np.repeat(element, len(PLACES))
     nodal = system.beams.layout.hermite_dofs(v)
-    slope = by_shape_functions(nodal[:, of], h[of], inner)[2]
+    slope = by_shape_functions(nodal, h, of, inner)[2]
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
     if law is None:
         return change, np.zeros_like(change)

@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, at_places
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.shapes import (
@@ -96,22 +96,21 @@ def recover_members(
     """
     beams = system.beams
     element, xi = _locate(beams, s)
-    h = beams.mesh.cell_length[element]
     ends, v = balanced(system, response)
     axial, shear, moment = statics(system, response, ends, loads, element, xi)
-    displacement = system.beams.layout.hermite_dofs(v)[:, element]
-    u, w, slope = by_shape_functions(displacement, h, xi)
+    nodal = beams.layout.hermite_dofs(v)
+    u, w, slope = by_shape_functions(nodal, beams.mesh.cell_length, element, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
     u, w, tension = u + extra_u, w + extra_w, element_tension(system, response)
     if tension is not None:
         w += bent_by_tension(system, response, AxialForces(tension, uneven_tension(system, response)), element, xi)
     if beams.layout.offsets is not None:  # from the neutral line to the axis
-        sections = in_member_axes(beams.mesh, v)[:, element, 2] - displacement[..., 2]  # turn by less than the slope
+        sections = in_member_axes(beams.mesh, v)[:, element, 2] - nodal[:, element, 2]  # turn by less than the slope
         u += beams.layout.offsets.neutral[element] * (slope + sections)
     rotation = slope
     if tension is not None:  # the axial force acts on the bent axis
         arms, shorter = of_bent_axis(system, response, ends, loads, element, xi)
-        moment, u = moment + tension[:, element] * (w - displacement[..., 1]) + arms, u + shorter
+        moment, u = moment + tension[:, element] * (w - nodal[:, element, 1]) + arms, u + shorter
     if tension is not None and system.terms.law is not None:
         refuse_turned(system, element, slope)
         along = np.sqrt(1 - slope**2)
@@ -147,8 +146,7 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
         Of shape ``(angles, members, stations, 2)``.
     """
     element, xi = _locate(system.beams, s)
-    h, nodal = system.beams.mesh.cell_length[element], system.beams.layout.hermite_dofs(v)[:, element]
-    u, w, _ = by_shape_functions(nodal, h, xi)
+    u, w, _ = by_shape_functions(system.beams.layout.hermite_dofs(v), system.beams.mesh.cell_length, element, xi)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
 
 
@@ -199,13 +197,13 @@ def between_nodes(
     """
     beams = system.beams
     h, rho_a = beams.mesh.cell_length[element], beams.inertia.density.mean[element]
-    along, across = inertia_of(system, response, element)
+    along, across = inertia_of(system, response, np.arange(len(beams.mesh.cell)))
     varies = beams.rigidity.varies
-    u, w = np.zeros((2, *along.shape[:2]))
+    u, w = np.zeros((2, len(along), len(element)))
     if not varies:
-        u += rho_a * h**2 * np.sum(along * between_fixed_ends(SHAPES, xi), -1)
+        u += rho_a * h**2 * at_places(along, element, between_fixed_ends(SHAPES, xi))
         shapes = between_clamped_ends(SHAPES, xi, shear_number(beams)[element])
-        w -= rho_a * h**4 * np.sum(across * shapes, -1)
+        w -= rho_a * h**4 * at_places(across, element, shapes)
     if beams.inertia.rotary is not None:
         w += by_rotary_inertia(system, response, beams.inertia.rotary, element, xi)[1]
     if beams.mass_moment is not None:
@@ -219,7 +217,7 @@ def between_nodes(
     u, w = u / beams.rigidity.axial.mean[element], w / beams.rigidity.bending.mean[element]
     if not varies:
         return u, w
-    for (of_u, of_w), loaded in _spread_where_varying(system, (along, across), element, xi):
+    for (of_u, of_w), loaded in _spread_where_varying(system, (along[:, element], across[:, element]), element, xi):
         u, w = u + np.sum(of_u * loaded[0], -1), w + np.sum(of_w * loaded[1], -1)
     nodal = straining_displacement(system, response, balanced(system, response)[1] if v is None else v)[:, element]
     more = [np.einsum("tpi,pi->tp", nodal, shapes) for shapes in shape_corrections(beams, element, xi)]

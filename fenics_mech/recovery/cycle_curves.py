@@ -313,8 +313,8 @@ def cornered(values: Array, of_harmonics: bool = True, largest: float | None = N
     if largest is None:
         largest = np.linalg.norm(values, axis=0).max(initial=0.0)
     found = np.greater(smooth, SMOOTH * largest)
-    if of_harmonics:
-        found &= ~_fading(values)
+    if of_harmonics and found.any():
+        found[found] = ~_fading(values[:, found])
     if found.any():
         found[found] = _missed(lambda half, times: _by_akima(half, times)[0], values[:, found]) < smooth[found]
     return found

@@ -199,7 +199,8 @@ def _along_member(beams: Beams, at: str) -> tuple[Index, Array]:
     xi = (arc - mesh.cell_start[cell]) / mesh.cell_length[cell]
     hermite = member_rotation(mesh)[cell]
     hermite = beams.layout.tie[cell] @ hermite if beams.layout.tied else hermite
-    u, w, slope = by_shape_functions(hermite.T[:, None], mesh.cell_length[[cell]], np.array([xi]))
+    length, first = mesh.cell_length[[cell]], np.zeros(1, dtype=int)
+    u, w, slope = by_shape_functions(hermite.T[:, None], length, first, np.array([xi]))
     c, sine = np.cos(mesh.member_angle[member]), np.sin(mesh.member_angle[member])
     moves = np.stack([c * u - sine * w, sine * u + c * w, slope])[..., 0]
     return element_dofs(mesh)[cell], moves
