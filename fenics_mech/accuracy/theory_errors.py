@@ -28,12 +28,14 @@ from fenics_mech.response.motor_response import MotorCycle
 from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.steady_state import sub_intervals_on_few_nodes
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import (
     FreeSolution,
     MotorSolution,
     PeriodicSolution,
     Solution,
+    SubIntervalSolution,
     SuperposedSolution,
     TransientSolution,
 )
@@ -62,6 +64,8 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
         return {}
     if _not_followed(solution) or len(solution.system.motion.free):
         return None
+    if isinstance(solution, SubIntervalSolution):
+        solution = sub_intervals_on_few_nodes(solution)
     try:
         whole, held = on_all_nodes(solution), solution.system.transformation.held is not None
         kept = 0.0 if held else 1.0  # members that could not stretch fulfilled another equation

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -33,6 +34,7 @@ from fenics_mech.response.velocity_jumps import jumps_at, velocity_jumps
 from fenics_mech.scene import Analysis, Impulse, Scene
 
 logger = logging.getLogger(__name__)
+Found = TypeVar("Found", CollocationSolution, SubIntervalSolution)
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,21 @@ def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalS
     )
 
 
+def sub_intervals_on_few_nodes(solution: SubIntervalSolution) -> SubIntervalSolution:
+    """Give a response by sub-intervals with few nodes; itself where all are needed, or few differ.
+
+    Parameters
+    ----------
+    solution
+        The response.
+    """
+    scene, system = solution.scene, solution.system
+    if (found := _with_few_nodes(scene, system, by_sub_intervals)) is None:
+        return solution
+    apart = difference((found.system, found.response), (system, solution.response))
+    return found if apart < FEW_NODES.largest_difference else solution
+
+
 def by_collocation(
     scene: Scene,
     system: System,
@@ -105,7 +122,7 @@ def by_collocation(
     SolverError
         When the cycle cannot be closed, Newton's method or the axial forces do not settle, or the motion is unstable.
     """
-    few = _with_few_nodes(scene, system)
+    few = _with_few_nodes(scene, system, _by_collocation)
     if few is None:
         return _by_collocation(scene, system, modes, near, found)
     near = near or KnownMotion.of(few.cycle.at_points(few.cycle.tableau), few.orbit)
@@ -115,12 +132,12 @@ def by_collocation(
     return replace(solution, few=few) if apart < FEW_NODES.largest_difference else solution
 
 
-def _with_few_nodes(scene: Scene, system: System) -> CollocationSolution | None:
+def _with_few_nodes(scene: Scene, system: System, solve: Callable[[Scene, System, Modes], Found]) -> Found | None:
     """Give the motion with few nodes, whose stability is not judged; None where all are needed."""
     if (few := on_few_nodes(scene, system)) is None:
         return None
     try:
-        return _by_collocation(*few, solve_modes(few[1], scene.analysis.modes, scene.petsc))
+        return solve(*few, solve_modes(few[1], scene.analysis.modes, scene.petsc))
     except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all nodes will say it, or know better
         logger.info("no motion with few nodes: %s", error)
         return None
