@@ -72,10 +72,10 @@ def slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Ar
         ``1/omega^2`` of so many modes, ``(angles, count)``, and all shapes of unit stiffness and their momenta,
         ``(angles, shapes, coordinates)``.
     """
-    shapes, squares = np.broadcast_to(start, (len(mass), *start.shape)), np.zeros((len(mass), count))
+    moved, squares = mass.times(np.broadcast_to(start, (len(mass), *start.shape))), np.zeros((len(mass), count))
     for _ in range(SHAPES.most_iterations):
-        shapes = stiffness.solve(mass.times(shapes))
-        lower = np.linalg.cholesky(shapes @ stiffness.times(shapes).transpose(0, 2, 1))
+        shapes = stiffness.solve(moved)
+        lower = np.linalg.cholesky(shapes @ moved.transpose(0, 2, 1))  # whose elastic forces are those momenta
         shapes = np.linalg.inv(lower) @ shapes
         moved, before = mass.times(shapes), squares
         every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
