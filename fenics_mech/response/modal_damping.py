@@ -25,7 +25,8 @@ class FactorLimits:
     fading: float = 3.0  # the damping fades out over the last third
     smooth: float = 1e-5  # of the damping of all modes: by how much four and six positions may differ
     few_smooth: float = 3e-5  # the same of few modes, which take longest to find; six positions err by a fifth of it
-    parts: tuple[int, ...] = (1, 2, 4)  # of a step, at whose starts it may be found: six times the steps are points
+    parts: tuple[int, ...] = (1, 2, 4)  # of a step, at whose starts it may be found
+    most_parts: int = 8  # of a step, after they were cut again: ten times the steps are points, or more
 
 
 FACTOR = FactorLimits()

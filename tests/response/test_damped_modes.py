@@ -139,6 +139,16 @@ def test_damping_between_few_positions_is_that_found_there():
     assert_alike(cycle._known_damping.unit, found, cycle.damped_equation(there).modal_damping.values)
 
 
+def test_damping_of_long_steps_is_found_at_parts_of_parts():
+    """Half a step is not smooth enough either, where two polynomials foretold it would be."""
+    scene = many().changed(analysis__sub_intervals=60)
+    cycle, places = Cycle(scene, mechanism(scene)), Tableau.of("radau", 4).points
+    assert cycle._known_damping.parts == 4
+    found = cycle.at_points(Tableau.of("radau", 4)).modal_damping.values
+    there = cycle.damped_equation(system_at_places(scene, cycle.system, cycle.steps, places)).modal_damping.values
+    assert_alike(cycle._known_damping.unit, found, there)
+
+
 def assert_alike(unit, *factors):
     """Factors F of the same damping ``F^T F``, but for interpolation."""
     whole, exact = (scaled.transpose(0, 2, 1) @ scaled for scaled in (values / unit for values in factors))

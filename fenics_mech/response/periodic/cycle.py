@@ -21,7 +21,7 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.axial_forces import settles, with_axial_forces
 from fenics_mech.response.damped_modes import damped_modes
-from fenics_mech.response.modal_damping import DampedModes, KnownDamping, modal_damping
+from fenics_mech.response.modal_damping import FACTOR, DampedModes, KnownDamping, modal_damping
 from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
@@ -143,13 +143,11 @@ class Cycle:
         factor = self.start.modal_damping
         assert factor is not None
         known = KnownDamping(factor, factor.unit(self.start))
-        parts = known.enough_parts
-        if parts <= 1:
-            return known if parts else None
-        there = system_at_places(self.scene, self.system, self.steps, np.arange(parts) / parts)
-        closer = self.damped_equation(there).modal_damping
-        assert closer is not None
-        known = KnownDamping(closer, known.unit, parts)
+        while known.enough_parts > 1 and (parts := known.parts * known.enough_parts) <= FACTOR.most_parts:
+            there = system_at_places(self.scene, self.system, self.steps, np.arange(parts) / parts)
+            closer = self.damped_equation(there).modal_damping
+            assert closer is not None
+            known = KnownDamping(closer, known.unit, parts)
         return known if known.enough_parts == 1 else None
 
     def flow(self, tableau: Tableau, motion: States | None = None) -> Flow:
