@@ -210,7 +210,7 @@ class Forces:
         """
         mesh, motion, shape = self.system.beams.mesh, self.system.motion, self.shape
         powers = {name: a.power(self.system, rates, shape) for name, a in self._accelerations.items()}
-        powers |= self._of_stress(rates)
+        powers |= {name: -np.sum(force * rates.deformation, axis=1) for name, force in self._stress.items()}
         powers[Cause.LOADS] = self._of_loads(rates, shape) + self._of_applied(self.beside, UNLOADED, rates, shape)
         powers[Cause.INERTIA] = powers[Cause.INERTIA] + self._of_mass_beside_axes(rates, shape)
         if self.bent:
@@ -230,10 +230,11 @@ class Forces:
             powers[name] = powers.get(name, 0.0) + power
         return powers
 
-    def _of_stress(self, rates: Rates) -> dict[str, Array]:
-        """Power of the links' stress: elastic, of the material's damping, of modal damping.
+    @cached_property
+    def _stress(self) -> dict[str, Array]:
+        """Forces of the links' stress: elastic, of the material's damping, of modal damping, ``(angles, nodal dofs)``.
 
-        Axial forces that are given do none: what they do on the bent axis is the work of what they balance.
+        Axial forces that are given do no work: what they do on the bent axis is the work of what they balance.
         """
         system, stiffness = self.system, self.system.nodal_stiffness
         elastic = (stiffness @ self.displacement.T).T
@@ -243,12 +244,12 @@ class Forces:
             at_rest = system.assembled(law.force(self.displacement, self.still))
             elastic = elastic + at_rest
             material = material + system.assembled(law.force(self.displacement, self._velocity)) - at_rest
-        forces = {Cause.ELASTIC: elastic, Cause.MATERIAL: material}
+        forces: dict[str, Array] = {Cause.ELASTIC: elastic, Cause.MATERIAL: material}
         if (damping := self.response.modal_damping) is not None:
             forces[Cause.MODAL_DAMPING] = (stiffness @ damping.displacement.T).T
             if damping.on_bent_axis is not None:
                 forces[Cause.MODAL_DAMPING] += system.assembled(damping.on_bent_axis)
-        return {name: -np.sum(force * rates.deformation, axis=1) for name, force in forces.items()}
+        return forces
 
     def _of_loads(self, rates: Rates, v: Array) -> Array:
         """Power of loads on the mechanism bent by v."""
