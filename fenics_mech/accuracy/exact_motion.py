@@ -121,8 +121,8 @@ def answered(
     while len(changes) < THEORY.most_iterations:
         top = exact(found)
         tangents = top.linearised(found[0], found[1], tension, second=found[2])
-        change = answer(tangents, known - top.residual(*found))
-        tension = top.predicted_tension(found[0], found[1], *(found + change)[:2])
+        change = answer(tangents, known + tangents.load - tangents.left(*found))
+        tension = top.predicted_tension(tangents, *(found + change)[:2])
         found = found + change
         changes.append(float(np.linalg.norm(change[0])) / max(float(np.linalg.norm(found[0])), TINY))
         if len(changes) > 1 and settled(changes, THEORY.converged):

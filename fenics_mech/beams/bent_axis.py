@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -14,25 +14,31 @@ from fenics_mech._arrays import Array, Index, each
 from fenics_mech._fenicsx import ufl
 from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.element_dofs import member_rotation
-from fenics_mech.beams.forms.exact_strains import bending_beyond, bending_energy_beyond, shortening
+from fenics_mech.beams.forms.exact_strains import bending, bending_energy, shortening
 from fenics_mech.beams.layout import Layout
 
 
 @dataclass(frozen=True, eq=False)
 class BentAxis:
-    """Shortening and bending of elements in their dofs, ``(angles, elements, n)``.
+    """Shortening and bending of elements, by their displacements w across their members.
+
+    An element that is stretched lambda times bends as one that is not, whose ends move across by a share 1/lambda and
+    turn alike: its ``w/lambda``, here its shape, has the sine of the axis' rotation as its slope.
 
     Parameters
     ----------
     kernels
         By name: of the shortening and its two derivatives, of the forces of bending and their two derivatives, and of
         the energy of bending.
-    shape
-        Dofs of the broken deflection by the dofs of each element, ``(elements, 4, n)``.
+    broken
+        Dofs of the broken deflection by those of w, the place and slope of each end, ``(elements, 4, 4)``.
+    whole
+        Dofs of w by the dofs of each element, ``(elements, 4, n)``.
     """
 
     kernels: Mapping[str, _fenicsx.CellKernel]
-    shape: Array
+    broken: Array
+    whole: Array
 
     @classmethod
     def of(cls, layout: Layout, stiffness: Distribution) -> BentAxis:
@@ -50,7 +56,8 @@ class BentAxis:
             kernels = _kernels(mesh.mesh, mesh.cell, coefficient)
         else:
             kernels = {name: made.on(mesh.mesh, mesh.cell, coefficient) for name, made in _of_constant().items()}
-        return cls(kernels, layout.broken_deflection @ member_rotation(mesh))
+        across = [1, 2, 4, 5]  # of an element's dofs in its member's axes
+        return cls(kernels, layout.broken_deflection[:, :, across], member_rotation(mesh)[:, across])
 
     def by(self, shape: Array) -> BentAxis:
         """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
@@ -60,69 +67,72 @@ class BentAxis:
         shape
             The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
         """
-        return replace(self, shape=self.shape @ shape)
+        return replace(self, whole=self.whole @ shape)
 
-    def shortening(self, v: Array) -> tuple[Array, Array]:
-        """Give by how much elements are shorter than their axes (m), and its gradient, ``(angles, elements, n)``.
+    @cached_property
+    def linear(self) -> Array:
+        """Stiffness of bending by linear theory on the dofs of w, ``(elements, 4, 4)``."""
+        straight = np.zeros((1, *self.whole.shape[:2]))
+        return self.tangent(straight, straight)[0]
 
-        Parameters
-        ----------
-        v
-            Displacement of the elements' dofs, ``(angles, elements, n)``.
-        """
-        w = self._deflection(v)
-        return self.kernels["shortening"](w), self._carried(self.kernels["slope"](w))
-
-    def shortening_curvature(self, v: Array) -> Array:
-        """Give the second derivative of the shortening, ``(angles, elements, n, n)``.
-
-        Parameters are those of `shortening`.
-        """
-        return self._matrices(self.kernels["curvature"](self._deflection(v)))
-
-    def force(self, v: Array, rate: Array) -> Array:
-        """Give the forces of bending, less the linear ones; the rate is times the retardation time.
+    def shortened(self, shape: Array) -> tuple[Array, Array]:
+        """Give by how much elements of a shape are shorter than their axes (m), and the gradient by its dofs.
 
         Parameters
         ----------
-        v
-            Displacement of the elements' dofs, ``(angles, elements, n)``.
-        rate
-            Its rate times the retardation time of the material, ``(angles, elements, n)``.
+        shape
+            Dofs of the shape, ``(angles, elements, 4)``.
         """
-        return self._carried(self.kernels["force"](self._deflection(v), self._deflection(rate)))
+        bent = each(self.broken, shape)
+        return self.kernels["shortening"](bent), each(self._back, self.kernels["slope"](bent))
 
-    def energy(self, v: Array) -> Array:
-        """Give the strain energy of bending, less that of linear theory (J), ``(angles, elements)``.
+    def curvature(self, shape: Array) -> Array:
+        """Give the second derivative of that, ``(angles, elements, 4, 4)``.
 
-        Parameters are those of `shortening`.
+        Parameters are those of `shortened`.
         """
-        return self.kernels["energy"](self._deflection(v))
+        return self._matrices("curvature", shape)
 
-    def tangent(self, v: Array, rate: Array) -> Array:
-        """Give the derivative of these forces by v, ``(angles, elements, n, n)``.
+    def force(self, shape: Array, rate: Array) -> Array:
+        """Give the forces of bending on the dofs of w, ``(angles, elements, 4)``.
+
+        Parameters
+        ----------
+        shape, rate
+            Dofs of the shape, and their rate times the retardation time of the material, ``(angles, elements, 4)``.
+        """
+        return each(self._back, self.kernels["force"](each(self.broken, shape), each(self.broken, rate)))
+
+    def tangent(self, shape: Array, rate: Array) -> Array:
+        """Give the derivative of these forces by the shape, ``(angles, elements, 4, 4)``.
 
         Parameters are those of `force`.
         """
-        return self._matrices(self.kernels["force by v"](self._deflection(v), self._deflection(rate)))
+        return self._matrices("force by v", shape, rate)
 
-    def tangent_by_rate(self, v: Array, rate: Array) -> Array:
-        """Give the derivative of these forces by the rate, ``(angles, elements, n, n)``.
+    def tangent_by_rate(self, shape: Array, rate: Array) -> Array:
+        """Give the derivative of these forces by the rate, ``(angles, elements, 4, 4)``.
 
         Parameters are those of `force`.
         """
-        return self._matrices(self.kernels["force by rate"](self._deflection(v), self._deflection(rate)))
+        return self._matrices("force by rate", shape, rate)
 
-    def _deflection(self, v: Array) -> Array:
-        return each(self.shape, v)
+    def energy(self, shape: Array) -> Array:
+        """Give the strain energy of bending (J), ``(angles, elements)``; parameters are those of `shortened`."""
+        return np.asarray(self.kernels["energy"](each(self.broken, shape)))
 
-    def _carried(self, forces: Array) -> Array:
-        return each(self.shape.transpose(0, 2, 1), forces)
+    @property
+    def _back(self) -> Array:
+        return self.broken.transpose(0, 2, 1)
 
-    def _matrices(self, blocks: Array) -> Array:
-        (elements, inner, outer), count = self.shape.shape, len(blocks)
-        both = np.einsum("ebi,ecj->eijbc", self.shape, self.shape).reshape(elements, outer**2, inner**2)
-        return each(both, blocks.reshape(count, elements, inner**2)).reshape(count, elements, outer, outer)
+    @cached_property
+    def _both(self) -> Array:
+        return np.einsum("ebi,ecj->eijbc", self.broken, self.broken).reshape(-1, 16, 16)
+
+    def _matrices(self, name: str, *states: Array) -> Array:
+        """Matrices of a kernel at states, on the dofs of w, ``(angles, elements, 4, 4)``."""
+        blocks = self.kernels[name](*(each(self.broken, state) for state in states))
+        return each(self._both, blocks.reshape(*blocks.shape[:2], 16)).reshape(blocks.shape)
 
 
 @cache
@@ -139,7 +149,7 @@ def _kernels(mesh: Any, cells: Index, stiffness: Any) -> dict[str, _fenicsx.Cell
     test, trial = ufl.TestFunction(space), ufl.TrialFunction(space)
     shorter = shortening(w)
     slope = ufl.derivative(shorter, w, test)
-    force = bending_beyond(w, rate, stiffness, test)
+    force = bending(w, rate, stiffness, test)
     forms = {
         "shortening": shorter,
         "slope": slope,
@@ -147,6 +157,6 @@ def _kernels(mesh: Any, cells: Index, stiffness: Any) -> dict[str, _fenicsx.Cell
         "force": force,
         "force by v": ufl.derivative(force, w, trial),
         "force by rate": ufl.derivative(force, rate, trial),
-        "energy": bending_energy_beyond(w, stiffness),
+        "energy": bending_energy(w, stiffness),
     }
     return {name: _fenicsx.CellKernel(form, (w, rate), cells) for name, form in forms.items()}

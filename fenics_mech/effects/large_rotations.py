@@ -1,4 +1,4 @@
-"""Large rotations: an axis keeps its arc length as it bends, and axial forces act on the bent axis."""
+"""Large rotations: only its stretch makes an axis longer, and axial forces act on the bent axis."""
 
 from __future__ import annotations
 
@@ -17,15 +17,16 @@ def terms(situation: Situation) -> Terms:
     """Give the law of the elements, and what axial forces of loads and rigid motion change along each."""
     beams, material = situation.beams, situation.scene.damping.material
     axis, stretching = beams.bent_axis, beams.stretching
-    rigidity = beams.rigidity.axial.mean / beams.mesh.cell_length
+    length = beams.mesh.cell_length
+    rigidity = beams.rigidity.axial.mean / length
     has_motor = any(drive.motor is not None for drive in situation.scene.drives)  # it may turn the links otherwise
     spin = None if has_motor else SectionSpin.of(beams)
-    of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, material)
+    of_nodes = ArcLength(axis, stretching, element_dofs(beams.mesh), rigidity, length, material)
     uneven = (AxialStiffness.uneven(beams, situation.uneven()),)
     if beams.reduction is None:
         return Terms(law=replace(of_nodes, spin=spin), uneven=uneven)
     coordinates, shape = beams.reduction.of_elements
-    law = ArcLength(axis.by(shape), stretching.by(shape), coordinates, rigidity, material, of_nodes, spin)
+    law = ArcLength(axis.by(shape), stretching.by(shape), coordinates, rigidity, length, material, of_nodes, spin)
     return Terms(law=law, uneven=uneven)
 
 

@@ -1,13 +1,15 @@
-"""The law of elements whose axes turn far: an axis keeps its arc length as it bends."""
+"""The law of elements whose axes turn far: bending does not change the length of an axis, an even stretch does."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, each, times
+from fenics_mech.effects.even_stretch import Bars, Linearised, Strained, Stretched
 
 if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
@@ -16,16 +18,55 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class ArcLength:
-    """Elements with the stretch ``u' + 1 - sqrt(1 - w'^2)``, its mean over each, and the curvature of the bent axis.
+class Prediction:
+    """Force of each element along its straight line, linearised about a state.
 
-    Derivatives are along the axis itself, so that w' is the sine of its rotation. The mean keeps a bent element from
-    locking. Source: Reissner, J. Appl. Math. Phys. 23 (1972) 795, for strains of bending and stretch alone.
+    Parameters
+    ----------
+    law
+        The law of the elements.
+    y, rate
+        Their own numbers and the rates of these at the state, ``(angles, elements, 5)``.
+    pull, by_y, by_rate
+        The force (N), ``(angles, elements)``, and its derivatives by both, ``(angles, elements, 5)``.
+    """
+
+    law: ArcLength
+    y: Array
+    rate: Array
+    pull: Array
+    by_y: Array
+    by_rate: Array | None
+
+    def at(self, v: Array, rate: Array) -> Array:
+        """Give the force at another state (N), ``(angles, elements)``.
+
+        Parameters
+        ----------
+        v, rate
+            Displacement and velocity of the links' coordinates, ``(angles, links' coordinates)`` each.
+        """
+        found = self.pull + np.einsum("...i,...i->...", self.by_y, self.law.own(v) - self.y)
+        if self.by_rate is not None:
+            found += np.einsum("...i,...i->...", self.by_rate, self.law.own(rate) - self.rate)
+        return np.asarray(found)
+
+
+@dataclass(frozen=True)
+class ArcLength:
+    """Elements with an even stretch lambda, and the curvature ``w''/sqrt(lambda^2 - w'^2)`` of the bent axis.
+
+    Derivatives are along the axis before it is stretched, so that ``w'/lambda`` is the sine of its rotation, and the
+    mean of ``u' + 1`` is that of ``sqrt(lambda^2 - w'^2)``. As the stretch is even, a bent element does not lock.
+    Rotations of nodes are these sines, which elements with other stretches share.
+    Source: Reissner, J. Appl. Math. Phys. 23 (1972) 795, for strains of bending and stretch alone.
 
     Its methods take the displacement v and the velocity v' of the links' coordinates, and give what adds to the linear
     elastic forces. Newton's method takes each element's tension as an unknown of its own, beside v. It then needs few
     steps and no small ones: a tension that is computed from a bending not yet right is a bad guess, as members are
-    stiff along their axes. Source: Magisano, Leonetti and Garcea, Int. J. Numer. Meth. Engng 109 (2017) 1237.
+    stiff along their axes. So is a stretch, which is therefore the one that the held tension gives. By how much the
+    elongation needs another one counts to its first order, and is 0 in the end.
+    Source: Magisano, Leonetti and Garcea, Int. J. Numer. Meth. Engng 109 (2017) 1237.
 
     Parameters
     ----------
@@ -35,8 +76,8 @@ class ArcLength:
         Elongation of each element for small rotations, whose rate modal damping acts on.
     dofs
         The links' coordinates of each, ``(elements, n)``: nodal dofs, or where links are reduced what moves these.
-    rigidity
-        EA over the length (N/m), ``(elements,)``.
+    rigidity, length
+        EA over the length (N/m), and the length (m), ``(elements,)`` each.
     material
         Retardation time: the tension is ``EA (strain + material * rate of strain)`` (s), and so is the moment. The rate
         is that of the whole strain: on the linear part alone it would damp bending away, as u' follows the shortening.
@@ -50,6 +91,7 @@ class ArcLength:
     stretching: Stretching
     dofs: Index
     rigidity: Array
+    length: Array
     material: float
     of_nodes: ArcLength | None = None
     spin: SectionSpin | None = None
@@ -60,56 +102,65 @@ class ArcLength:
         return self.of_nodes or self
 
     def tension(self, v: Array, rate: Array) -> Array:
-        """Mean axial force of each element (N), ``(angles, elements)``."""
-        return self._forces(v[:, self.dofs], rate[:, self.dofs])[0]
+        """Mean force of each element along its straight line (N), ``(angles, elements)``."""
+        state = self._strained(self.own(v), self.own(rate))
+        return np.asarray(state.whole / (state.of.fold * self.length))
+
+    def stretch(self, v: Array) -> Array:
+        """Length of each element's axis over that before, ``(angles, elements)``."""
+        return Stretched.of(self.own(v), self._bars).stretch
 
     def force(self, v: Array, rate: Array) -> Array:
         """Forces of stretch and bending less their linear parts, ``(angles, elements, n)``."""
-        v, rate, line = v[:, self.dofs], rate[:, self.dofs], self.stretching.line
-        tension, gradient = self._forces(v, rate)
-        linear = self.rigidity * np.sum(line * (v + self.material * rate), axis=-1)
-        stretch = tension[..., None] * gradient - linear[..., None] * line
-        return np.asarray(stretch + self.axis.force(v, self.material * rate))
+        y, y_rate = self.own(v), self.own(rate)
+        linear = each(self._linear, y + self.material * y_rate)
+        return each(self._back, self._strained(y, y_rate).force - linear)
 
-    def shortening(self, v: Array) -> Array:
-        """By how much each element is shorter than its axis, without stretch (m), ``(angles, elements)``."""
-        return self.axis.shortening(v[:, self.dofs])[0]
+    def shortening(self, v: Array, stretch: Array) -> Array:
+        """By how much each element's straight line is shorter than its stretched axis (m), ``(angles, elements)``."""
+        return np.asarray(self.length * (stretch - 1) - np.sum(self.stretching.line * v[:, self.dofs], axis=-1))
 
     def energy(self, v: Array) -> Array:
         """Strain energy less that of linear theory (J), ``(angles, elements)``."""
-        straight = np.sum(self.stretching.line * v[:, self.dofs], axis=-1)
-        whole = straight + self.shortening(v)
-        return np.asarray(self.rigidity * (whole**2 - straight**2) / 2 + self.axis.energy(v[:, self.dofs]))
+        y = self.own(v)
+        of = Stretched.of(y, self._bars)
+        whole = self.rigidity * (self.length * of.strain) ** 2 / 2 + self.axis.energy(of.shape)
+        return np.asarray(whole - np.sum(y * each(self._linear, y), axis=-1) / 2)
 
-    def linearised(self, v: Array, rate: Array, tension: Array) -> tuple[Array, Array, Array]:
-        """Force about v, v' and a tension, ``constant + by_v v + by_rate v'``.
+    def linearised(self, v: Array, rate: Array) -> tuple[Array, Array, Array]:
+        """Force about v and v', ``constant + by_v v + by_rate v'``.
 
         Returns
         -------
         tuple
             The constant ``(angles, elements, n)``, and two matrices ``(angles, elements, n, n)``.
         """
-        v, rate, line, rigidity = v[:, self.dofs], rate[:, self.dofs], self.stretching.line, self.rigidity
-        found, gradient = self._forces(v, rate)
-        curved = self.axis.shortening_curvature(v)
-        lift = (rigidity[:, None] * gradient)[..., :, None]
-        by_v = lift * (gradient + self.material * times(curved, rate))[..., None, :] + tension[..., None, None] * curved
-        by_v += self.axis.tangent(v, self.material * rate)
-        constant = found[..., None] * gradient + self.axis.force(v, self.material * rate)
-        straight = rigidity[:, None, None] * line[:, :, None] * line[:, None, :]
-        if not self.material:
-            return constant - times(by_v, v), by_v - straight, np.zeros_like(by_v)
-        by_rate = self.material * (lift * gradient[..., None, :] + self.axis.tangent_by_rate(v, self.material * rate))
-        constant -= times(by_v, v) + times(by_rate, rate)
-        return constant, by_v - straight, by_rate - self.material * straight
+        return self.about(v, rate, None)[0]
 
-    def predicted(self, v: Array, rate: Array, new_v: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one (N), ``(angles, elements)``."""
-        v, rate, new_v, new_rate = (array[:, self.dofs] for array in (v, rate, new_v, new_rate))
-        found, gradient = self._forces(v, rate)
-        turned = gradient + self.material * times(self.axis.shortening_curvature(v), rate)
-        change = np.sum(turned * (new_v - v), -1) + self.material * np.sum(gradient * (new_rate - rate), -1)
-        return found + self.rigidity * change
+    def about(self, v: Array, rate: Array, tension: Array | None) -> tuple[tuple[Array, Array, Array], Prediction]:
+        """Give the same about v, v' and a tension, and the tension near them.
+
+        Parameters
+        ----------
+        v, rate
+            Displacement and velocity of the links' coordinates, ``(angles, links' coordinates)`` each.
+        tension
+            Mean force of each element along its straight line (N), ``(angles, elements)``; None for that of v and v'.
+        """
+        found, near = self._about(v, rate, tension)
+        y, y_rate = near.y, near.rate
+        by_v = self._on_dofs(found.by_y - self._linear)
+        # products of these matrices, whose rounding leaves alone what does not strain
+        constant = each(self._back, found.force - each(self._linear, y)) - times(by_v, v[:, self.dofs])
+        if found.by_rate is None:
+            return (constant, by_v, np.zeros_like(by_v)), near
+        by_rate = self._on_dofs(found.by_rate - self.material * self._linear)
+        constant -= each(self._back, each(self.material * self._linear, y_rate)) + times(by_rate, rate[:, self.dofs])
+        return (constant, by_v, by_rate), near
+
+    def near(self, v: Array, rate: Array, tension: Array) -> Prediction:
+        """Give the tension near a state; parameters are those of `about`."""
+        return self._about(v, rate, tension)[1]
 
     def axial(self, v: Array) -> Array:
         """Axial force of each element by the linear strain (N), ``(angles, ..., elements)`` of ``(angles, ..., v)``."""
@@ -124,9 +175,48 @@ class ArcLength:
         """Second derivative of each element's elongation where it is straight (1/m ...), ``(elements, n, n)``."""
         return self.stretching.bow
 
-    def _forces(self, v: Array, rate: Array) -> tuple[Array, Array]:
-        """Tension, and the gradient of the elements' elongation; no numbers where an axis turns by 90 degrees."""
-        shorter, slope = self.axis.shortening(v)
-        gradient = self.stretching.line + slope
-        elongation = np.sum(self.stretching.line * v, axis=-1) + shorter
-        return self.rigidity * (elongation + self.material * np.sum(gradient * rate, axis=-1)), gradient
+    @cached_property
+    def _basis(self) -> Array:
+        """Elongation of the straight line, and dofs of w, by the dofs of each element, ``(elements, 5, n)``."""
+        return np.concatenate([self.stretching.line[:, None, :], self.axis.whole], axis=1)
+
+    @property
+    def _back(self) -> Array:
+        return self._basis.transpose(0, 2, 1)
+
+    @cached_property
+    def _both(self) -> Array:
+        basis = self._basis
+        return np.einsum("ebi,ecj->eijbc", basis, basis).reshape(len(basis), -1, basis.shape[1] ** 2)
+
+    @cached_property
+    def _linear(self) -> Array:
+        """Stiffness of linear theory by the elongation and w, ``(elements, 5, 5)``."""
+        found = np.zeros((len(self.rigidity), 5, 5))
+        found[:, 0, 0], found[:, 1:, 1:] = self.rigidity, self.axis.linear
+        return found
+
+    @cached_property
+    def _bars(self) -> Bars:
+        return Bars(self.axis, self.rigidity * self.length, self.length, self.material)
+
+    def own(self, v: Array) -> Array:
+        """Elongation of the straight line and dofs of w of each element, ``(angles, elements, 5)``."""
+        return each(self._basis, v[:, self.dofs])
+
+    def _on_dofs(self, matrices: Array) -> Array:
+        """Carry matrices by the elongation and w to the elements' dofs, ``(angles, elements, n, n)``."""
+        n = self._basis.shape[-1]
+        return each(self._both, matrices.reshape(*matrices.shape[:2], -1)).reshape(*matrices.shape[:2], n, n)
+
+    def _about(self, v: Array, rate: Array, tension: Array | None) -> tuple[Linearised, Prediction]:
+        """Linearise in the elements' own numbers."""
+        y, y_rate = self.own(v), self.own(rate)
+        found = Linearised.about(self._strained(y, y_rate, tension), y_rate, self._bars, tension)
+        return found, Prediction(self, y, y_rate, found.pull, found.pull_by_y, found.pull_by_rate)
+
+    def _strained(self, y: Array, rate: Array, tension: Array | None = None) -> Strained:
+        """Give what the forces are made of; no numbers where an axis turns by 90 degrees."""
+        if tension is not None:
+            return Strained.held(tension, y, rate, self._bars)
+        return Strained.by(Stretched.of(y, self._bars), rate, self._bars)

@@ -25,6 +25,7 @@ class SectionSpin:
     The slope b of an axis is the sine of the rotation phi of its section. With ``c = 1/sqrt(1 - b^2)`` the section
     turns at the rate ``phi' = c b'`` in its link's frame, whose angular velocity is omega. Its angular acceleration is
     ``alpha + c b'' + c^3 b b'^2``, and the moment that it needs does its work on ``c db``. Linear theory takes c for 1.
+    The stretch of the axis is left out here: it changes this inertia by a share of its own size.
     Source: Simo and Vu-Quoc, J. Appl. Mech. 53 (1986) 849, for the kinetic energy.
 
     Parameters

@@ -27,14 +27,28 @@ def by_shape_functions(nodal: Array, h: Array, element: Index, xi: Array) -> tup
     nodal
         Dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
     h
-        Lengths of the elements (m), ``(elements,)``.
+        Lengths of the elements' axes as they are stretched (m), ``(elements,)`` or ``(angles, elements)``.
     element, xi
         Places 0..1 in elements, ``(places,)`` each.
     """
-    bent = scaled(nodal[..., NORMAL], h)
-    slopes = np.stack([f.deriv()(xi) for f in CUBIC], axis=-1, dtype=np.float64) / h[element, None]
+    bent, slopes = scaled(nodal[..., NORMAL], h), np.stack([f.deriv()(xi) for f in CUBIC], axis=-1, dtype=np.float64)
     u = at_places(nodal[..., AXIAL], element, evaluate(LINEAR, xi))
-    return u, at_places(bent, element, evaluate(CUBIC, xi)), at_places(bent, element, slopes)
+    return u, at_places(bent, element, evaluate(CUBIC, xi)), at_places(bent / h[..., None], element, slopes)
+
+
+def stretch_of(system: System, response: ElasticResponse) -> Array:
+    """Length of each element's axis over that before, ``(angles or 1, elements)``: 1 where strains are not exact.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    response
+        A motion of it.
+    """
+    if system.terms.law is None:
+        return np.ones((1, len(system.beams.mesh.cell)))
+    return system.terms.law.on_elements.stretch(system.to_links(response.displacement))
 
 
 def of_bent_axis(
@@ -53,16 +67,17 @@ def of_bent_axis(
     h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
     inner = np.asarray(np.outer(xi, (PLACES + 1) / 2).ravel(), dtype=np.float64)
     of = np.repeat(element, len(PLACES))
-    nodal = system.beams.layout.hermite_dofs(v)
-    slope = by_shape_functions(nodal, h, of, inner)[2]
-    change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, h[element] * xi)
+    nodal, stretch = system.beams.layout.hermite_dofs(v), stretch_of(system, response)
+    slope = by_shape_functions(nodal, h * stretch, of, inner)[2]
+    along = (h * stretch)[:, element] * xi
+    change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, along)
     if law is None:
         return change, np.zeros_like(change)
     refuse_turned(system, of, slope)
     shear, arm = statics(system, response, ends, loads, of, inner)[1], _arm(slope)
-    longer = law.on_elements.shortening(v)[:, element]  # of whole elements
-    change += _up_to(shear * arm, h[element] * xi) - ends[:, element, 2] * _arm(nodal[:, element, 2])
-    return change, _up_to(arm, h[element] * xi) + longer * xi
+    longer = law.on_elements.shortening(v, stretch)[:, element]  # of whole elements
+    change += _up_to(shear * arm, along) - ends[:, element, 2] * _arm(nodal[:, element, 2])
+    return change, _up_to(arm, along) + longer * xi
 
 
 def refuse_turned(system: System, element: Index, sine: Array) -> None:
@@ -82,7 +97,7 @@ def refuse_turned(system: System, element: Index, sine: Array) -> None:
     UnresolvedError
         It names the first angle, and the member.
     """
-    if (beyond := np.argwhere(np.abs(sine) >= 1)).size:
+    if (beyond := np.argwhere(~(np.abs(sine) < 1))).size:  # there the stretch has no number
         k, place = beyond[0]
         mesh = system.beams.mesh
         name = mesh.members[mesh.cell_member[element[place]]]

@@ -27,7 +27,7 @@ from fenics_mech.beams.shapes import (
 )
 from fenics_mech.beams.variable_sections import between_ends, shape_corrections
 from fenics_mech.effects.given_axial_forces import AxialForces
-from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis, refuse_turned
+from fenics_mech.forces.bent_axes import by_shape_functions, of_bent_axis, refuse_turned, stretch_of
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import balanced, element_tension, uneven_tension
 from fenics_mech.forces.element_loads import PointLoad, SpreadLoad
@@ -98,8 +98,8 @@ def recover_members(
     element, xi = _locate(beams, s)
     ends, v = balanced(system, response)
     axial, shear, moment = statics(system, response, ends, loads, element, xi)
-    nodal = beams.layout.hermite_dofs(v)
-    u, w, slope = by_shape_functions(nodal, beams.mesh.cell_length, element, xi)
+    nodal, stretch = beams.layout.hermite_dofs(v), stretch_of(system, response)
+    u, w, slope = by_shape_functions(nodal, beams.mesh.cell_length * stretch, element, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
     u, w, tension = u + extra_u, w + extra_w, element_tension(system, response)
     if tension is not None:
@@ -110,6 +110,7 @@ def recover_members(
     rotation = slope
     if tension is not None:  # the axial force acts on the bent axis
         arms, shorter = of_bent_axis(system, response, ends, loads, element, xi)
+        moment = moment + (stretch[:, element] - 1) * (moment + ends[:, element, 2])  # forces across have longer arms
         moment, u = moment + tension[:, element] * (w - nodal[:, element, 1]) + arms, u + shorter
     if tension is not None and system.terms.law is not None:
         refuse_turned(system, element, slope)

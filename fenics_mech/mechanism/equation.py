@@ -185,8 +185,7 @@ class Equation:
         law = self.system.terms.law
         if law is None:
             return self.linear
-        state = self.in_links(q, rate)
-        found = self._with_modes(self._linearised(law, state, law.tension(*state)), q, rate)
+        found = self._with_modes(self._linearised(law, self.in_links(q, rate), None), q, rate)
         if self.system.spin is None:
             return found
         return with_spin(self, found, (q, rate, self.acceleration(q, rate) if second is None else second))
@@ -210,14 +209,15 @@ class Equation:
         stiffness = tangents.stiffness + self._tangents(self.modal.law.dofs, blocks, np.zeros(1))[1]
         return replace(tangents, stiffness=stiffness, load=tangents.load + load, modal=modal)
 
-    def _linearised(self, law: ArcLength, state: tuple[Array, Array], tension: Array, share: float = 1.0) -> Matrices:
+    def _linearised(
+        self, law: ArcLength, state: tuple[Array, Array], tension: Array | None, share: float = 1.0
+    ) -> Matrices:
         """Linearise about v and v' of the links, and the tension of their elements."""
         mesh, forces = self.system.beams.mesh, self.system.rotation_forces
+        linearised, near = law.about(*state, tension)
+        linear = replace(self.linear, load=share * self.linear.load, near=near)
         found = self._added(
-            replace(self.linear, load=share * self.linear.load),
-            law.dofs,
-            law.linearised(*state, tension),
-            lambda element: f"axis of member {mesh.members[mesh.cell_member[element]]}",
+            linear, law.dofs, linearised, lambda i: f"axis of member {mesh.members[mesh.cell_member[i]]}"
         )
         if forces is None:
             return found
@@ -275,24 +275,18 @@ class Equation:
         moved = () if first is None else ((d, first),)
         return products.products(p, (d, p)), products.products(p, (k, p), *moved)
 
-    def predicted_tension(self, q: Array, rate: Array, new_q: Array, new_rate: Array) -> Array:
-        """Tension at a new state by the strain linearised about the old one.
+    def predicted_tension(self, tangents: Matrices, q: Array, rate: Array) -> Array:
+        """Axial force of each element at a new state near that of the tangents (N), ``(angles, elements)``.
 
         Parameters
         ----------
+        tangents
+            What `linearised` gave.
         q, rate
-            Coordinates and their time derivatives at the old state, ``(angles, coordinates)``.
-        new_q, new_rate
-            The same at the new one.
-
-        Returns
-        -------
-        numpy.ndarray
-            Axial force of each element (N), ``(angles, elements)``.
+            Coordinates and their time derivatives at the new state, ``(angles, coordinates)``.
         """
-        law = self.system.terms.law
-        assert law is not None
-        return law.predicted(*self.in_links(q, rate), *self.in_links(new_q, new_rate))
+        assert tangents.near is not None
+        return tangents.near.at(*self.in_links(q, rate))
 
     def residual(self, q: Array, rate: Array, second: Array) -> Array:
         """Residual ``M q'' + C q' + K q + law - f`` of the equation of motion (4.66), ``(angles, coordinates)``.

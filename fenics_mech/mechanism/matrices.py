@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import eigh
@@ -15,6 +16,9 @@ from fenics_mech._guard import ADVICE
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.modal_forces import MATRICES, ModalForces
+
+if TYPE_CHECKING:
+    from fenics_mech.effects.nonlinear_law import Prediction
 
 
 @dataclass(frozen=True)
@@ -29,6 +33,8 @@ class Matrices:
         f, ``(angles, coordinates)``, or of several loads ``(angles, coordinates, loads)``.
     modal
         Damping of modes, where there is some.
+    near
+        Axial forces of the elements near the state that a nonlinear law is linearised about.
     """
 
     mass: Stack
@@ -36,6 +42,7 @@ class Matrices:
     stiffness: Stack
     load: Array
     modal: ModalForces | None = None
+    near: Prediction | None = None
 
     @classmethod
     def of_full(cls, mass: Array, damping: Array, stiffness: Array, load: Array) -> Matrices:

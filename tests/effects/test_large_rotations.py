@@ -185,8 +185,11 @@ def test_an_axis_that_turns_beyond_the_theory_is_refused():
 
 
 def test_an_axis_that_turns_too_far_between_its_nodes_is_refused():
-    system, moved = mechanism(cantilever(1.0)), 0.3 * strips.L
-    up_and_down = np.resize([0.0, moved, 0.0, 0.0, -moved, 0.0], (1, system.size))  # nodes without a rotation
+    system = mechanism(cantilever(1.0))
+    up, length = np.arange(1, system.size // 3 + 1), system.beams.mesh.cell_length[0]
+    up_and_down = np.zeros((1, system.size // 3, 3))  # of elements that keep their length, and nodes without a rotation
+    up_and_down[0, :, 0], up_and_down[0, :, 1] = -0.4 * length * up, 0.8 * length * (up % 2)
+    up_and_down = up_and_down.reshape(1, -1)
     still = np.zeros((1, 3 * len(system.beams.mesh.node_name)))
     response = ElasticResponse(up_and_down, inertia=still, velocity=still)
     with pytest.raises(UnresolvedError, match=r"the axis of member beam would turn by 90 degrees or more"):
@@ -212,23 +215,75 @@ def test_what_is_left_of_the_energy_falls_with_the_steps(seed):
     assert left[1] < left[0] / 5
 
 
-def test_tangents_are_derivatives_of_the_forces():
+@pytest.mark.parametrize("inertia", [8.67e-12, 3e-7])  # that of the demo, and one as stiff against bending as along it
+def test_tangents_are_derivatives_of_the_forces(inertia):
     scene = seed_four_bar(
         effects=("coupling", "large-rotations"), damping={"material": 1e-4}, analysis__sub_intervals=4
     )
-    system = mechanism(scene)
+    system = mechanism(scene.changed(sections__coupler__inertia=inertia, sections__follower__inertia=inertia))
     law, rng = system.terms.law, np.random.default_rng(0)
     v = 6e-3 * rng.standard_normal((4, 3 * len(system.beams.mesh.node_name)))
-    rate, step = rng.standard_normal(v.shape), 1e-7
-    constant, by_v, by_rate = law.linearised(v, rate, law.tension(v, rate))
+    rate, step = 1e2 * rng.standard_normal(v.shape), 1e-7
+    constant, by_v, by_rate = law.linearised(v, rate)
     z, z_rate = v[:, law.dofs], rate[:, law.dofs]
     force = constant + np.einsum("teij,tej->tei", by_v, z) + np.einsum("teij,tej->tei", by_rate, z_rate)
     assert np.allclose(force, law.force(v, rate), rtol=0, atol=1e-12 * np.abs(force).max())
+    near, at_rest = law.about(v, rate, None)[1], law.force(v, 0 * rate)
+    few = 3e-4 * v, 3e-4 * rate
+    held, own = (law.about(*few, tension)[0][1] for tension in (law.tension(*few), None))
+    assert np.allclose(held, own, rtol=0, atol=1e-6 * np.abs(own).max())  # in iterations, with the tension of the state
     for way in np.eye(v.shape[1])[::7]:
         work = (law.energy(v + step * way) - law.energy(v - step * way)) / (2 * step)
-        at_rest = law.force(v, 0 * rate)
         assert np.allclose(work, np.sum(at_rest * way[law.dofs], axis=-1), rtol=0, atol=1e-6 * np.abs(at_rest).max())
-        for matrices, (one, other) in ((by_v, (way, 0 * way)), (by_rate, (0 * way, way))):
-            ahead, behind = (law.force(v + s * step * one, rate + s * step * other) for s in (1, -1))
-            expected = np.einsum("teij,ej->tei", matrices, way[law.dofs])
-            assert np.allclose((ahead - behind) / (2 * step), expected, rtol=0, atol=1e-6 * np.abs(matrices).max())
+        for one, other, matrices in ((way, 0 * way, by_v), (0 * way, 1e3 * way, by_rate)):
+            states = [(v + s * step * one, rate + s * step * other) for s in (1, -1)]
+            ahead, behind = (law.force(*state) for state in states)
+            expected = np.einsum("teij,ej->tei", matrices, (one + other)[law.dofs])
+            assert np.allclose((ahead - behind) / (2 * step), expected, rtol=0, atol=2e-6 * np.abs(expected).max())
+            ahead, behind = (law.tension(*state) for state in states)
+            changed = near.at(*states[0]) - near.at(*states[1])
+            assert np.allclose(ahead - behind, changed, rtol=0, atol=1e-6 * np.abs(changed).max())
+
+
+def test_iterations_leave_out_no_more_than_the_square_of_a_stretch_beside_that_of_the_held_force():
+    system = mechanism(seed_four_bar(effects=("large-rotations",), damping={"material": 1e-4}))
+    law, rng, left = system.terms.law, np.random.default_rng(0), []
+    v = 1e-4 * rng.standard_normal((len(system.motion.theta), 3 * len(system.beams.mesh.node_name)))
+    for share in (1.0, 0.1):
+        state = share * v, share * 1e2 * v
+        (constant, by_v, by_rate), _ = law.about(*state, np.zeros((len(v), len(law.rigidity))))
+        z, z_rate = (part[:, law.dofs] for part in state)
+        found = constant + np.einsum("teij,tej->tei", by_v, z) + np.einsum("teij,tej->tei", by_rate, z_rate)
+        left.append(np.abs(found - law.force(*state)).max())
+    assert np.log10(left[0] / left[1]) > 2.9  # the square, times a slope that falls alike
+
+
+@pytest.mark.parametrize("share", [0.02, -0.02])
+def test_a_stretched_bar_bends_by_its_new_length(share):
+    """A bar on two pins, stretched or pressed by 2 %, under a small force across its middle.
+
+    Along the bar before, the energy of bending is ``EI (w''/lambda)^2/2``, and the axial force N acts on
+    ``w'^2/(2 lambda)``. Moments balance at the places that points have moved to.
+    """
+    inertia, push, half = 5e-8, 1e-3, strips.L / 2
+    bar = strips.beam({"O": {}, "B": {"kind": "slot", "angle": 0.0}})
+    given = bar.model_dump()
+    ends = {"OM": ("O", "M"), "MB": ("M", "B")}
+    member = given["links"]["beam"]["members"]["OB"]
+    given["links"]["beam"]["members"] = {name: member | {"ends": pair} for name, pair in ends.items()}
+    given["links"]["beam"]["points"]["M"] = (half, 0.0)
+    force = share * strips.E * strips.A
+    loads = {"along": {"at": "beam.B", "force": (force, 0.0)}, "across": {"at": "beam.M", "force": (0.0, push)}}
+    scene = Scene.read(given | {"loads": loads, "effects": ("large-rotations",), "mesh": {"elements": 8}})
+    scene = scene.changed(sections__strip__inertia=inertia, analysis__stations=11, analysis__allow_large=True)
+    data, longer = analyse(scene).data, 1 + share
+    k = np.emath.sqrt(force / longer / (strips.E * inertia / longer**2))
+    middle = (push * longer / (2 * force * k) * (k * half - np.tanh(k * half))).real
+    here = {"member": "beam.OM", "s": 1.0}
+    assert data["deflection"].sel(here)[0, 1].item() == pytest.approx(middle, rel=1e-6)
+    moment = force * middle - push / 2 * longer * half
+    assert abs(data["moment"].sel(here).item()) == pytest.approx(abs(moment), rel=1e-6)
+    shear = push / 2 * (np.cosh(k * half * data["s"].to_numpy()) / np.cosh(k * half)).real  # between nodes too
+    assert abs(data["shear_force"].sel(member="beam.OM")[0]).to_numpy() == pytest.approx(
+        abs(shear), abs=1e-5 * push
+    )  # by mesh 4e-6

@@ -93,7 +93,7 @@ class Duffing:
             self.linear.mass.full, self.linear.damping.full, stiffness, share * self.linear.load + 2 * self.cubic * q**3
         )
 
-    def predicted_tension(self, q, rate, new_q, new_rate):
+    def predicted_tension(self, tangents, q, rate):
         """There is none."""
         return self.tension
 

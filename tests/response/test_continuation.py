@@ -36,8 +36,20 @@ class Forced:
             self.linear.mass.full, self.linear.damping.full, stiffness, share * self.linear.load + 2 * CUBIC * q**3
         )
 
-    def predicted_tension(self, q, rate, new_q, new_rate):
+    def predicted_tension(self, tangents, q, rate):
         """There is none."""
+        return np.zeros((len(q), 1))
+
+    def in_links(self, q, rate):
+        """There are no links."""
+        return q, rate
+
+    def near(self, q, rate, tension):
+        """There is no tension."""
+        return self
+
+    def at(self, q, rate):
+        """It is 0."""
         return np.zeros((len(q), 1))
 
     def residual(self, q, rate, second):

@@ -314,9 +314,10 @@ def _moved(family: Family, point: Point, change: _Direction) -> Point:
     """Change a motion and its number; the tensions follow the strain linearised about the old motion."""
     equation, value = family.at(point.value), point.value + change.value
     orbit, tension = _combined(1.0, point.orbit, 1.0, change.orbit), point.tension
-    if equation.system.terms.law is not None:
+    if (law := equation.system.terms.law) is not None:
         rates = family.rate(point.value) * point.orbit.velocity, family.rate(value) * orbit.velocity
-        tension = equation.predicted_tension(point.orbit.displacement, rates[0], orbit.displacement, rates[1])
+        near = law.near(*equation.in_links(point.orbit.displacement, rates[0]), tension)
+        tension = near.at(*equation.in_links(orbit.displacement, rates[1]))
     return Point(value, orbit, tension)
 
 

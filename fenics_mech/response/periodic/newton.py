@@ -164,13 +164,14 @@ def _at_load(
         if not changes or changes[-1] > NEWTON.far:
             tension = guess(tension)
         try:
-            orbit = solve(equation.linearised(*old, tension, factor, second))
+            tangents = equation.linearised(*old, tension, factor, second)
+            orbit = solve(tangents)
         except np.linalg.LinAlgError as error:
             raise SolverError(
                 f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling load"
             ) from error
         new = (orbit.displacement, orbit.velocity)
-        tension = equation.predicted_tension(*old, *new)
+        tension = equation.predicted_tension(tangents, *new)
         change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
         changes.append(change / max(size, TINY))
         logger.debug("Newton %d at %.3g of the load: relative change %.2e", len(changes), factor, changes[-1])

@@ -120,11 +120,13 @@ def _relieved(system: System, rigid: RigidModes) -> ElasticResponse:
 
 def _solve_nonlinear(system: System) -> ElasticResponse:
     """Solve ``K q + law = f`` at every angle."""
+    law = system.terms.law
+    assert law is not None
     linear = replace(system, terms=replace(system.terms, law=None))
     start = solve_static(linear).displacement
     equation = Equation(replace(system, terms=replace(system.terms, coupled=False)))
     still = np.zeros_like(start)
-    tension = equation.predicted_tension(still, still, start, still)
+    tension = law.axial(equation.in_links(start, still)[0])
 
     def solve(matrices: Matrices) -> Orbit:
         found = matrices.stiffness.solve(matrices.load)
