@@ -1,0 +1,87 @@
+"""Axes that are stretched and bent, against Reissner's equations and a closed form next to a resonance."""
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_bvp
+
+from fenics_mech.analysis import analyse
+from fenics_mech.scene import load
+from tests.common import DEMOS
+from tests.effects import strips
+
+INERTIA, FIBRE = 5e-9, 8e-4  # of a bar that bends little beside its stretch
+
+
+def clamped_bar(along, across):
+    """Deflection of the tip and strains at the clamp, by Reissner's equations of a beam that stretches and bends."""
+    rigid, firm, force = strips.E * INERTIA, strips.E * strips.A, (along, across)
+
+    def rates(_, y):
+        cosine, sine = np.cos(y[0]), np.sin(y[0])
+        stretch = 1 + (force[0] * cosine + force[1] * sine) / firm
+        return np.stack(
+            [y[1], stretch * (force[0] * sine - force[1] * cosine) / rigid, stretch * cosine, stretch * sine]
+        )
+
+    def ends(first, last):
+        return np.array([first[0], first[2], first[3], last[1]])
+
+    x = np.linspace(0, strips.L, 201)
+    found = solve_bvp(rates, ends, x, np.stack([0 * x, 0 * x, x, 0 * x]), tol=1e-10, max_nodes=100_000)
+    assert found.success
+    strains = along / firm + FIBRE * found.sol(0)[1] * np.array([-1, 1])
+    return found.sol(strips.L)[2:] - [strips.L, 0.0], strains
+
+
+@pytest.mark.parametrize(("share", "across"), [(0.02, 500.0), (0.02, 1500.0), (0.002, 1500.0)])  # turned up to 0.16 rad
+def test_a_stretched_bar_under_a_force_across_it(share, across):
+    along = share * strips.E * strips.A
+    scene = strips.beam(
+        {"O": {"kind": "weld"}},
+        loads={"tip": {"at": "beam.B", "force": (along, across)}},
+        effects=("large-rotations",),
+        mesh={"elements": 16},
+    )
+    data = analyse(scene.changed(sections__strip__inertia=INERTIA, analysis__allow_large=True)).data
+    tip, strains = clamped_bar(along, across)
+    off = np.linalg.norm(data["deflection"].sel(member="beam", s=1.0)[0] - tip) / np.linalg.norm(tip)
+    found = np.sort(data["strain"].sel(member="beam", s=0.0).to_numpy().ravel())
+    assert off < 3e-6  # by elements; strains for small stretch are 3e-3 to 1.6e-2 off
+    assert found == pytest.approx(np.sort(strains), rel=3e-7)
+
+
+def amplitudes(scene, share):
+    """Amplitudes of deflection and bending strain at mid-span of a stretched column."""
+    section, steel, line = scene.sections["strip"], scene.materials["steel"], scene.loads["push"].line[0]
+    width, height, length = section.width, section.height, 0.5
+    area, inertia, rate, drag = width * height, width * height**3 / 12, scene.drive.speed, scene.damping.relative
+    firm, k, longer = steel.modulus * area, np.arange(1, 200, 2) * np.pi / length, 1 + share
+    square = (steel.modulus * inertia * k**4 / longer**2 + share * firm * k**2 / longer) / (steel.density * area)
+    swing = 4 * line / (k * length * steel.density * area) / (square - rate**2 + 1j * drag * rate)
+    swing = swing * np.sin(k * length / 2)
+    return np.abs([swing.sum(), height / 2 * (k**2 / longer * swing).sum()])
+
+
+def column(near, share):
+    """The demo's column, stretched by a share, under a load across it whose rate is near its natural frequency."""
+    demo, area = load(DEMOS / "pulsating_column.toml"), 0.02 * 0.002
+    steel = demo.materials["steel"]
+    firm, rigid = steel.modulus * area, steel.modulus * area * 0.002**2 / 12
+    natural = np.pi / 0.5 * np.sqrt((rigid * (np.pi / 0.5) ** 2 + share * firm) / (steel.density * area))
+    loads = {
+        "dead": {"at": "column.head", "force": (0.0, share * firm)},
+        "push": {"member": "column", "line": (0.01, 0.0), "factor": {"kind": "harmonics", "cosine": [1]}},
+    }
+    damped = {"loads": loads, "drive__speed": near * natural, "damping": {"relative": 0.02 * natural}}
+    return demo.changed(effects=("coupling", "large-rotations"), mesh__elements=16, **damped)
+
+
+@pytest.mark.parametrize("solver", ["collocation", "harmonic-balance"])
+@pytest.mark.parametrize("near", [0.97, 1.0, 1.02])  # rate over the natural frequency
+def test_a_stretched_column_next_to_a_resonance(near, solver):
+    share = 5e-4
+    scene = column(near, share).changed(analysis={"solver": solver, "sub_intervals": 60, "harmonics": 3, "stations": 3})
+    data = analyse(scene).data.sel(member="column", s=0.5)
+    curves = data["deflection"].sel(component="x"), data["strain_bending"].isel(fibre=0)
+    found = [2 * np.abs(np.fft.rfft(curve.to_numpy(), axis=0)[1]) / 60 for curve in curves]
+    assert found == pytest.approx(amplitudes(scene, share), rel=1e-4)  # by elements; for small stretch 0.7 to 2.7 %
