@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -16,7 +14,7 @@ from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from PIL import Image
 
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
@@ -51,8 +49,7 @@ STYLE: Any = {
     "text.hinting": "none",  # letters at their true places, in two thirds of the time
 }
 SIZE = (7.2, 4.0)  # inches
-RESOLUTION, METRE = 160, 0.0254  # dots per inch, and an inch
-PNG, PACKED = b"\x89PNG\r\n\x1a\n", 3  # how such files begin, and how hard they are compressed
+RESOLUTION = 160  # dots per inch
 ENDINGS = (".png", ".pdf", ".svg")
 LEGEND_COLUMNS = 5
 LETTER, HANDLE = 10.0, 86.0  # widths in a legend (pixels), of a letter and of what stands about a name
@@ -166,26 +163,12 @@ def save_all(figures: Mapping[str, Figure], folder: str | Path, begin: str = "",
 
 
 def _write(figure: Figure, path: Path) -> None:
-    """Write a figure; as PNG in half the time of `savefig`."""
+    """Write a figure; as PNG without transparency and quickly compressed, which takes half the time of `savefig`."""
     if path.suffix.lower() != ".png":
         figure.savefig(path)
         return
     canvas = figure.canvas
     assert isinstance(canvas, FigureCanvasAgg)  # that of the layout, which has measured the texts
     canvas.draw()
-    path.write_bytes(_png(np.asarray(canvas.buffer_rgba())[..., :3]))
-
-
-def _png(pixels: NDArray[np.uint8]) -> bytes:
-    """Give the file of a picture ``(rows, columns, 3)``, without filters, which take longer than all the rest."""
-    height, width, _ = pixels.shape
-    lines = np.zeros((height, 1 + 3 * width), dtype=np.uint8)  # a line begins with the number of its filter, none
-    lines[:, 1:] = pixels.reshape(height, 3 * width)
-    parts = {
-        b"IHDR": struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0),  # 8 bits a colour, red, green and blue
-        b"pHYs": struct.pack(">IIB", *[round(RESOLUTION / METRE)] * 2, 1),  # dots per metre
-        b"IDAT": zlib.compress(lines.tobytes(), PACKED),
-        b"IEND": b"",
-    }
-    ends = {kind: struct.pack(">I", zlib.crc32(kind + content)) for kind, content in parts.items()}
-    return PNG + b"".join(struct.pack(">I", len(part)) + kind + part + ends[kind] for kind, part in parts.items())
+    picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+    picture.save(path, dpi=(RESOLUTION, RESOLUTION), compress_level=3)
