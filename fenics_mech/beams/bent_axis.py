@@ -34,14 +34,17 @@ class BentAxis:
         Dofs of the broken deflection by those of w, the place and slope of each end, ``(elements, 4, 4)``.
     whole
         Dofs of w by the dofs of each element, ``(elements, 4, n)``.
+    shear
+        Stiffness of shear on the dofs of the shape, ``(elements, 4, 4)``; None where beams are rigid in shear.
     """
 
     kernels: Mapping[str, _fenicsx.CellKernel]
     broken: Array
     whole: Array
+    shear: Array | None = None
 
     @classmethod
-    def of(cls, layout: Layout, stiffness: Distribution) -> BentAxis:
+    def of(cls, layout: Layout, stiffness: Distribution, shear: Distribution | None = None) -> BentAxis:
         """Give it in the nodal dofs of the elements in link axes; of a constant EI it is compiled once for all meshes.
 
         Parameters
@@ -57,7 +60,10 @@ class BentAxis:
         else:
             kernels = {name: made.on(mesh.mesh, mesh.cell, coefficient) for name, made in _of_constant().items()}
         across = [1, 2, 4, 5]  # of an element's dofs in its member's axes
-        return cls(kernels, layout.broken_deflection[:, :, across], member_rotation(mesh)[:, across])
+        angle, resisted = layout.shear_angle, None
+        if shear is not None and angle is not None:  # which is constant in an element
+            resisted = (shear.mean * mesh.cell_length)[:, None, None] * angle[:, :, None] * angle[:, None, :]
+        return cls(kernels, layout.broken_deflection[:, :, across], member_rotation(mesh)[:, across], resisted)
 
     def by(self, shape: Array) -> BentAxis:
         """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
@@ -94,32 +100,40 @@ class BentAxis:
         return self._matrices("curvature", shape)
 
     def force(self, shape: Array, rate: Array) -> Array:
-        """Give the forces of bending on the dofs of w, ``(angles, elements, 4)``.
+        """Give the forces of bending and shear on the dofs of the shape, ``(angles, elements, 4)``.
 
         Parameters
         ----------
         shape, rate
             Dofs of the shape, and their rate times the retardation time of the material, ``(angles, elements, 4)``.
         """
-        return each(self._back, self.kernels["force"](each(self.broken, shape), each(self.broken, rate)))
+        found = each(self._back, self.kernels["force"](each(self.broken, shape), each(self.broken, rate)))
+        return found if self.shear is None else found + each(self.shear, shape + rate)
 
     def tangent(self, shape: Array, rate: Array) -> Array:
         """Give the derivative of these forces by the shape, ``(angles, elements, 4, 4)``.
 
         Parameters are those of `force`.
         """
-        return self._matrices("force by v", shape, rate)
+        return self._with_shear(self._matrices("force by v", shape, rate))
 
     def tangent_by_rate(self, shape: Array, rate: Array) -> Array:
         """Give the derivative of these forces by the rate, ``(angles, elements, 4, 4)``.
 
         Parameters are those of `force`.
         """
-        return self._matrices("force by rate", shape, rate)
+        return self._with_shear(self._matrices("force by rate", shape, rate))
 
     def energy(self, shape: Array) -> Array:
-        """Give the strain energy of bending (J), ``(angles, elements)``; parameters are those of `shortened`."""
-        return np.asarray(self.kernels["energy"](each(self.broken, shape)))
+        """Give the strain energy of bending and shear (J), ``(angles, elements)``.
+
+        Parameters are those of `shortened`.
+        """
+        found = np.asarray(self.kernels["energy"](each(self.broken, shape)))
+        return found if self.shear is None else found + np.sum(shape * each(self.shear, shape), axis=-1) / 2
+
+    def _with_shear(self, matrices: Array) -> Array:
+        return matrices if self.shear is None else matrices + self.shear
 
     @property
     def _back(self) -> Array:

@@ -201,7 +201,7 @@ class Beams:
         """Shortening and bending of axes that turn far, compiled when first asked for."""
         from fenics_mech.beams.bent_axis import BentAxis  # noqa: PLC0415  (few scenes have large rotations)
 
-        return BentAxis.of(self.layout, self.rigidity.bending)
+        return BentAxis.of(self.layout, self.rigidity.bending, self.rigidity.shear)
 
     @cached_property
     def _broken_gyroscopic(self) -> sp.csr_matrix:

@@ -67,7 +67,8 @@ def of_bent_axis(
     h, law, v = system.beams.mesh.cell_length, system.terms.law, system.to_links(response.displacement)
     inner = np.asarray(np.outer(xi, (PLACES + 1) / 2).ravel(), dtype=np.float64)
     of = np.repeat(element, len(PLACES))
-    nodal, stretch = system.beams.layout.hermite_dofs(v), stretch_of(system, response)
+    stretch = stretch_of(system, response)
+    nodal = system.beams.layout.hermite_dofs(v, stretch)
     slope = by_shape_functions(nodal, h * stretch, of, inner)[2]
     along = (h * stretch)[:, element] * xi
     change = _up_to(beyond_mean(system, response, of, inner, loads) * slope, along)

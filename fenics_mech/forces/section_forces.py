@@ -98,7 +98,8 @@ def recover_members(
     element, xi = _locate(beams, s)
     ends, v = balanced(system, response)
     axial, shear, moment = statics(system, response, ends, loads, element, xi)
-    nodal, stretch = beams.layout.hermite_dofs(v), stretch_of(system, response)
+    stretch = stretch_of(system, response)
+    nodal = beams.layout.hermite_dofs(v, stretch)
     u, w, slope = by_shape_functions(nodal, beams.mesh.cell_length * stretch, element, xi)
     extra_u, extra_w = between_nodes(system, response, element, xi, loads, v)
     u, w, tension = u + extra_u, w + extra_w, element_tension(system, response)
@@ -242,12 +243,14 @@ def _spread_where_varying(
 def straining_displacement(system: System, response: ElasticResponse, v: Array) -> Array:
     """Nodal values v of the elements in member axes, less what strains nothing along them, ``(angles, elements, 6)``.
 
-    With large rotations bending shortens the axis: elements are as much longer as their axial force stretches them.
+    With large rotations bending shortens the axis: elements are as much longer as their axial force stretches them, and
+    bend as one does that is not stretched, see `BentAxis`.
     """
     nodal, tension = in_member_axes(system.beams.mesh, v), element_tension(system, response)
     if system.terms.law is not None and tension is not None:
         nodal[..., 0] = 0.0
         nodal[..., 3] = tension * system.beams.mesh.cell_length / system.beams.rigidity.axial.mean
+        nodal[..., NORMAL[::2]] /= stretch_of(system, response)[..., None]
     return nodal
 
 
@@ -267,7 +270,9 @@ def bent_by_tension(system: System, response: ElasticResponse, forces: AxialForc
     """
     beams = system.beams
     h, number = beams.mesh.cell_length[element], shear_number(beams)[element]
-    nodal = scaled(system.beams.layout.hermite_dofs(system.to_links(response.displacement))[:, element][..., NORMAL], h)
+    stretch = stretch_of(system, response)
+    nodal = beams.layout.hermite_dofs(system.to_links(response.displacement), stretch)[..., NORMAL]
+    nodal = scaled(nodal, beams.mesh.cell_length * stretch)[:, element]
     of_mean, of_slope = (
         np.sum(nodal * between_clamped_ends(tuple((force * f.deriv()).deriv() for f in CUBIC), xi, number), -1)
         for force in (Polynomial([1]), Polynomial([-1, 2]))

@@ -216,11 +216,15 @@ def test_what_is_left_of_the_energy_falls_with_the_steps(seed):
 
 
 @pytest.mark.parametrize("inertia", [8.67e-12, 3e-7])  # that of the demo, and one as stiff against bending as along it
-def test_tangents_are_derivatives_of_the_forces(inertia):
+@pytest.mark.parametrize("effects", [(), ("shear",)])
+def test_tangents_are_derivatives_of_the_forces(inertia, effects):
     scene = seed_four_bar(
-        effects=("coupling", "large-rotations"), damping={"material": 1e-4}, analysis__sub_intervals=4
+        effects=("coupling", "large-rotations", *effects), damping={"material": 1e-4}, analysis__sub_intervals=4
     )
-    system = mechanism(scene.changed(sections__coupler__inertia=inertia, sections__follower__inertia=inertia))
+    given = {"materials.material.poisson": 0.3, "sections.crank.shear_factor": 0.85}
+    for name in ("coupler", "follower"):
+        given |= {f"sections.{name}.inertia": inertia, f"sections.{name}.shear_factor": 0.85}
+    system = mechanism(scene.changed(given))
     law, rng = system.terms.law, np.random.default_rng(0)
     v = 6e-3 * rng.standard_normal((4, 3 * len(system.beams.mesh.node_name)))
     rate, step = 1e2 * rng.standard_normal(v.shape), 1e-7

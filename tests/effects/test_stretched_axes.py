@@ -50,6 +50,42 @@ def test_a_stretched_bar_under_a_force_across_it(share, across):
     assert found == pytest.approx(np.sort(strains), rel=3e-7)
 
 
+TAPER = {
+    "sections.strip": {"area": strips.A, "inertia": 2e-9, "fibre": FIBRE},
+    "sections.thin": {"area": strips.A / 2, "inertia": 1e-9, "fibre": FIBRE},
+    "sections.taper": {"shape": "taper", "from": "strip", "to": "thin"},
+    "links.beam.members.OB.section": "taper",
+}
+SHEAR = {
+    "effects": ("large-rotations", "shear"),
+    "materials.aluminium.poisson": 0.3,
+    "sections.strip.inertia": 5e-8,
+    "sections.strip.shear_factor": 0.85,
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "share", "bent"),
+    [({}, 1e-3, 1e-3), (SHEAR, 0.01, 2e-5), (TAPER, 0.01, 2e-5)],
+    ids=["", "shear", "taper"],
+)
+def test_a_stretched_bar_that_only_turns_neither_bends_nor_shears(changes, share, bent):
+    """It hangs on a pin and is pulled at 0.5 rad. A soft spring holds it, whose moment bends a thin bar by `bent`."""
+    pull, angle = share * strips.E * strips.A, 0.5
+    scene = strips.beam(
+        {"O": {}},
+        loads={"tip": {"at": "beam.B", "force": (pull * np.cos(angle), pull * np.sin(angle))}},
+        springs={"root": {"joint": "O", "stiffness": 1e-6 * pull * strips.L}},
+        effects=("large-rotations",),
+        mesh={"elements": 3},
+    )
+    at_13 = {"analysis.stations": 13, "analysis.allow_large": True, "analysis.allow_coarse": True}
+    data = analyse(scene.changed(changes | at_13)).data
+    assert abs(data["rotation"].max().item() - angle) < 2e-6
+    assert abs(data["shear_force"]).max() < 2e-5 * pull
+    assert abs(data["strain_bending"]).max() < bent * abs(data["strain_axial"]).max()
+
+
 def amplitudes(scene, share):
     """Amplitudes of deflection and bending strain at mid-span of a stretched column."""
     section, steel, line = scene.sections["strip"], scene.materials["steel"], scene.loads["push"].line[0]
