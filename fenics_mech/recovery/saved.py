@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import ClassVar, Self
 
 import xarray as xr
+from scipy.io import netcdf_file
 
 from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
@@ -96,8 +97,11 @@ class Saved:
                 f"{path}: this file is not a {cls.KIND} of fenics_mech, or was cut or changed after it was written"
             )
         try:
-            if large := content.startswith(HDF5):
-                _check_content(content)
+            large = content.startswith(HDF5)
+            if (size := _size_of_hdf5(content) if large else _size_of_plain(Path(path))) > RESULT.largest_ratio * len(
+                file
+            ):
+                raise ValueError(f"its data would take {size:.3g} bytes, and it has {len(file)}")
             with xr.open_dataset(io.BytesIO(content), engine="h5netcdf" if large else "scipy") as data:
                 loaded = data.load()
         except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
@@ -107,8 +111,20 @@ class Saved:
         return cls(loaded)
 
 
-def _check_content(content: bytes) -> None:
-    """Raise `ValueError` where an HDF5 file takes data from other files, or holds more than its size, compressed."""
+def _size_of_plain(path: Path) -> int:
+    """Size of the data of a file of NetCDF 3, whose variables may share one place in it (bytes)."""
+    with netcdf_file(path, mmap=True) as file:  # which reads no data
+        return sum(values.data.nbytes for values in file.variables.values())
+
+
+def _size_of_hdf5(content: bytes) -> int:
+    """Size of the data of an HDF5 file, before they were compressed (bytes).
+
+    Raises
+    ------
+    ValueError
+        Where it takes data from other files.
+    """
     import h5py  # noqa: PLC0415  (few results need it)
 
     with h5py.File(io.BytesIO(content), "r") as file:
@@ -118,8 +134,7 @@ def _check_content(content: bytes) -> None:
             if not isinstance(data, h5py.Dataset) or data.external or data.is_virtual:
                 raise ValueError(f"{shortened(name)} is not in the file itself")
             total += data.nbytes
-    if total > RESULT.largest_ratio * len(content):
-        raise ValueError(f"its data would take {total:.3g} bytes, and it has {len(content)}")
+    return int(total)
 
 
 def seal_of(content: bytes) -> bytes:
