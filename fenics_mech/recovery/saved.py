@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import ClassVar, Self
 
 import xarray as xr
-from scipy.io import netcdf_file
 
 from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
@@ -98,9 +97,8 @@ class Saved:
             )
         try:
             large = content.startswith(HDF5)
-            if (size := _size_of_hdf5(content) if large else _size_of_plain(Path(path))) > RESULT.largest_ratio * len(
-                file
-            ):
+            size = _size_of_hdf5(content) if large else _size_of_plain(Path(path))
+            if size > RESULT.largest_ratio * len(file):
                 raise ValueError(f"its data would take {size:.3g} bytes, and it has {len(file)}")
             with xr.open_dataset(io.BytesIO(content), engine="h5netcdf" if large else "scipy") as data:
                 loaded = data.load()
@@ -113,6 +111,8 @@ class Saved:
 
 def _size_of_plain(path: Path) -> int:
     """Size of the data of a file of NetCDF 3, whose variables may share one place in it (bytes)."""
+    from scipy.io import netcdf_file  # noqa: PLC0415  (only where something is read)
+
     with netcdf_file(path, mmap=True) as file:  # which reads no data
         return sum(values.data.nbytes for values in file.variables.values())
 

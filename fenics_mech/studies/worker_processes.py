@@ -17,7 +17,7 @@ from contextlib import ExitStack, chdir
 from multiprocessing import forkserver, get_context, parent_process
 from typing import Self, TypeVar
 
-from fenics_mech._libraries import leave_pint_out
+from fenics_mech._libraries import launched, leave_pint_out
 from fenics_mech.errors import SolverError
 from fenics_mech.studies.worker_logs import Channel, WorkerLogs, heard, send_log
 
@@ -95,8 +95,11 @@ class Workers:
         Raises
         ------
         SolverError
-            If `MAX_FAILED_STARTS` processes in a row are lost before they work.
+            If `MAX_FAILED_STARTS` processes in a row are lost before they work, or `mpirun` started this one: MPI would
+            not start in those.
         """
+        if launched():
+            raise SolverError("`--jobs` starts processes itself, which `mpirun` does not let it: leave one of them out")
         prepare(work.__module__)
         failures = 0
         waiting: deque[tuple[Sequence[Task], ProcessPoolExecutor | None]] = deque((run, None) for run in runs)

@@ -2,6 +2,7 @@
 
 import io
 import os
+import struct
 import subprocess
 import sys
 from pathlib import Path
@@ -139,3 +140,21 @@ def test_processes_that_share_work_read_no_modules_and_options_in_the_current_fo
     done = subprocess.run(arguments, cwd=stranger, env=ENVIRONMENT, capture_output=True, timeout=60, check=True)
     assert b"options" not in done.stdout + done.stderr
     assert not {"xarray", "numpy", "multiprocessing", "broken"} & {path.name for path in stranger.iterdir()}
+
+
+def test_variables_of_a_result_that_share_one_place_in_the_file_are_not_read(tmp_path):
+    """The header of NetCDF 3 gives each variable's place: 1,000 of a million bytes each may be the same million."""
+
+    def named(text):
+        return struct.pack(">i", len(text)) + text + b"\0" * (-len(text) % 4)
+
+    size, count = 1_000_000, 1000
+    head = b"CDF\x01" + struct.pack(">i", 0) + struct.pack(">ii", 10, 1) + named(b"a") + struct.pack(">i", size)
+    head += struct.pack(">ii", 12, 1) + named(b"fenics_mech") + struct.pack(">ii", 2, 1) + b"1\0\0\0"
+    head += struct.pack(">ii", 11, count)
+    variables = [named(b"v%05d" % i) + struct.pack(">6i", 1, 0, 0, 0, 1, size) for i in range(count)]
+    start = struct.pack(">i", len(head) + sum(len(variable) + 4 for variable in variables))
+    content = head + b"".join(variable + start for variable in variables) + b"\1" * size
+    (tmp_path / "result.nc").write_bytes(content + seal_of(content))
+    with pytest.raises(ResultError, match=r"its data would take 1e\+09 bytes"):
+        Result.load(tmp_path / "result.nc")

@@ -156,6 +156,12 @@ def test_the_loss_of_the_process_that_starts_the_others_costs_their_tasks():
     assert lost
 
 
+def test_a_process_that_mpirun_started_starts_no_others(monkeypatch):
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "1")
+    with pytest.raises(SolverError, match="leave one of them out"), Workers(2) as workers:
+        workers.share([[1]], print, print)
+
+
 def test_an_error_of_a_task_ends_all():
     with pytest.raises(SolverError, match="no answer"):
         shared(2, alone(8), fail, pytest.fail)
