@@ -23,7 +23,7 @@ from fenics_mech.response.solution import (
 from fenics_mech.scene import Analysis
 from fenics_mech.scene.sampling import SAMPLING
 
-LITTLE = 1e-3  # of the inertia, below which what slopes change of it is not told
+LITTLE = 1e-3  # of an inertia or a displacement, below which what slopes change of it is not told
 NO_ESTIMATE = "all errors, as none is estimated there"  # of a point of a sweep without error estimates
 UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
 HALVED_AFTER_CONTACT = (
@@ -56,7 +56,7 @@ def not_estimated(solution: Solution) -> list[str]:
     list of str
         Phrases; empty where there is nothing to say.
     """
-    found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution)
+    found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution) + _of_paths(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
     if isinstance(solution, SuperposedSolution):
@@ -117,6 +117,20 @@ def _of_bodies(solution: Solution) -> list[str]:
             found.append(
                 f"what a slope of {slope:.2g} changes of the inertia at {place}, which is that of small rotations"
             )
+    return found
+
+
+def _of_paths(solution: Solution) -> list[str]:
+    """What paths of points beside the nodes miss where axes turn far: they move by slopes, and not by arc sines."""
+    scene, system, found = solution.scene, solution.system, list[str]()
+    if system.terms.law is None:
+        return found
+    slopes = np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max(axis=0)
+    for name, point in scene.points.items():
+        link = list(scene.links).index(scene.place(point.at)[0])
+        slope = float(slopes[system.beams.mesh.node_link == link].max(initial=0.0))
+        if ("@" in point.at or any(point.offset)) and slope**2 / 2 >= LITTLE:
+            found.append(f"what slopes of {slope:.2g} change of the path of {name!r}, which is that of small rotations")
     return found
 
 

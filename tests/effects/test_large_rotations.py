@@ -291,3 +291,14 @@ def test_a_stretched_bar_bends_by_its_new_length(share):
     assert abs(data["shear_force"].sel(member="beam.OM")[0]).to_numpy() == pytest.approx(
         abs(shear), abs=1e-5 * push
     )  # by mesh 4e-6
+
+
+@pytest.mark.parametrize(("at", "told"), [("beam@0.4", True), ("beam.B", False)])
+def test_the_path_of_a_point_inside_an_element_is_told_to_be_that_of_small_rotations(at, told):
+    scene = cantilever(0.6).changed({"points": {"P": {"at": at}}, "analysis.stations": 11, "mesh.elements": 3})
+    data = analyse(scene).data
+    place = data["point_position_bent"].sel(point="P") - data["point_position"].sel(point="P")
+    station = data["deflection"].sel(member="beam", s=0.4 if told else 1.0)
+    apart = float(np.abs(place - station).max() / np.abs(station).max())
+    assert (apart > 1e-3) == told
+    assert ("the path of 'P', which is that of small rotations" in data.attrs.get("not_estimated", "")) == told
