@@ -98,8 +98,8 @@ class Saved:
         try:
             large = content.startswith(HDF5)
             size = _size_of_hdf5(content) if large else _size_of_plain(Path(path))
-            if size > RESULT.largest_ratio * len(file):
-                raise ValueError(f"its data would take {size:.3g} bytes, and it has {len(file)}")
+            if size > RESULT.largest_ratio * len(content):
+                raise ValueError(f"its data would take {size:.3g} bytes, and it has {len(content)}")
             with xr.open_dataset(io.BytesIO(content), engine="h5netcdf" if large else "scipy") as data:
                 loaded = data.load()
         except Exception as error:  # h5py, h5netcdf, SciPy and xarray raise many types for a file that is not theirs
