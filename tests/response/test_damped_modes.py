@@ -129,9 +129,7 @@ def test_damping_between_few_positions_is_that_found_there():
     scene = many().changed(analysis__sub_intervals=120)
     cycle, places = Cycle(scene, mechanism(scene)), Tableau.of("radau", 3).points
     assert cycle._known_damping.parts == 2
-    found = cycle.at_points(Tableau.of("radau", 3)).modal_damping.values
-    there = cycle.damped_equation(system_at_places(scene, cycle.system, cycle.steps, places)).modal_damping.values
-    assert_alike(cycle._known_damping.unit, found, there)
+    assert_found_between_starts(cycle, 3)
     coarse = scene.changed(analysis__sub_intervals=40)
     longer = Cycle(coarse, mechanism(coarse), shorter=cycle)  # three steps in one
     found = longer.at_points(Tableau.of("radau", 3)).modal_damping.values
@@ -142,11 +140,17 @@ def test_damping_between_few_positions_is_that_found_there():
 def test_damping_of_long_steps_is_found_at_parts_of_parts():
     """Half a step is not smooth enough either, where two polynomials foretold it would be."""
     scene = many().changed(analysis__sub_intervals=60)
-    cycle, places = Cycle(scene, mechanism(scene)), Tableau.of("radau", 4).points
+    cycle = Cycle(scene, mechanism(scene))
     assert cycle._known_damping.parts == 4
-    found = cycle.at_points(Tableau.of("radau", 4)).modal_damping.values
-    there = cycle.damped_equation(system_at_places(scene, cycle.system, cycle.steps, places)).modal_damping.values
-    assert_alike(cycle._known_damping.unit, found, there)
+    assert_found_between_starts(cycle, 4)
+
+
+def assert_found_between_starts(cycle, stages):
+    """The damping that is interpolated at the points of the steps is that which is found there."""
+    tableau = Tableau.of("radau", stages)
+    there = system_at_places(cycle.scene, cycle.system, cycle.steps, tableau.points)
+    found, expected = cycle.at_points(tableau), cycle.damped_equation(there)
+    assert_alike(cycle._known_damping.unit, found.modal_damping.values, expected.modal_damping.values)
 
 
 def assert_alike(unit, *factors):
