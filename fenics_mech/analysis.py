@@ -180,18 +180,19 @@ def solved(
     names: Collection[str] | None = None,
 ) -> tuple[Solution, Result]:
     """Analyse a scene as `as_planned` does, and give the solution too."""
+    common = common or CommonParts()
     solution, solver = _answer(scene, progress, common)
+    common.answered(solution, choices)
     result = collected(solution, choices, progress, names)
     result.data.attrs["solver"] = solver
     return solution, result
 
 
 def _answer(
-    scene: Scene, progress: Progress, common: CommonParts | None, near: KnownMotion | None = None
+    scene: Scene, progress: Progress, common: CommonParts, near: KnownMotion | None = None
 ) -> tuple[Solution, str]:
     """Build the mechanism of a scene and solve for its response, and name the solver."""
     refuse_too_stiff(scene)
-    common = common or CommonParts()
     system = mechanism(scene, progress, common)
     names = ", ".join(effect.name for effect in active(scene))
     logger.info("%d coordinates, %d positions, effects: %s", system.size, len(system.motion.theta), names)

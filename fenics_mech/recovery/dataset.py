@@ -71,7 +71,7 @@ def collect(
     if names is None or (few := _named(solution, fields, forces, names)) is None:
         data = _whole(data, solution, fields, forces, errors)
     else:
-        data = _joined(data, *few, *([] if errors is None else [_of_errors(errors)]))
+        data = _joined(data, *few, *([] if errors is None else [of_errors(errors)]))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
 
@@ -86,7 +86,7 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
         frame_forces(forces, fields, efforts),
         link_motion(forces),
         *_of_kind(solution, fields.system),
-        *([] if errors is None else [_of_errors(errors)]),
+        *([] if errors is None else [of_errors(errors)]),
     )
     data = _joined(data, *parts)
     data = _joined(data, residual_vibration(scene, data))
@@ -160,8 +160,14 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     return parts
 
 
-def _of_errors(errors: Errors) -> xr.Dataset:
-    """Errors by source of every quantity that the scene has, and the largest relative ones by all of them."""
+def of_errors(errors: Errors) -> xr.Dataset:
+    """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them.
+
+    Parameters
+    ----------
+    errors
+        The errors.
+    """
     variables: dict[str, Any] = {}
     attributes: dict[str, float | str] = {}
     for what, (name, prefix, places) in ERROR_VARIABLES.items():

@@ -34,7 +34,9 @@ from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.springs_dampers import Hinge
 
 if TYPE_CHECKING:
+    from fenics_mech.effects.effect import Choice
     from fenics_mech.response.periodic.known_motion import KnownMotion
+    from fenics_mech.response.solution import Solution
 
 
 FARTHEST = 1.5  # share of the way between two motions, by which the next is sought beyond them
@@ -138,6 +140,17 @@ class CommonParts:
         """
         if self._begin_from_last:
             self._motions = [*self._motions[-1:], (self._place, motion)]
+
+    def answered(self, solution: Solution, choices: Sequence[Choice]) -> None:
+        """Hear of the answer of each analysis; here nothing is done with it.
+
+        Parameters
+        ----------
+        solution
+            The response.
+        choices
+            What was decided about each effect.
+        """
 
     @property
     def found(self) -> KnownMotion | None:

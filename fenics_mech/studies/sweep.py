@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -26,8 +26,9 @@ from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery.of_scene import OfScene
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
+from fenics_mech.studies.kept_answers import PointParts
+from fenics_mech.studies.same_sweep import refuse_other
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
 from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone, peaks_of, unresolved
 from fenics_mech.studies.sweep_points import (
@@ -44,7 +45,7 @@ from fenics_mech.studies.sweep_points import (
     stacked,
     tabulated,
 )
-from fenics_mech.studies.sweep_runs import longest_run, runs_of
+from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs, with_peaks
 from fenics_mech.studies.worker_processes import Workers
 
 Found = TypeVar("Found")
@@ -197,7 +198,7 @@ def run_sweep(
         run.at_root(run.claim_folder)
         values = [axis.values for axis in axes]
         quick = run.without_estimates if at_peaks else run
-        quick.compute(grid(values))
+        quick.compute(grid(values), run if at_peaks and len(axes) == 1 and not refine_peaks else None)
         left = refine_peaks
         while left and (added := quick.at_peaks(values, left)):
             values = [tuple(sorted((*values[0], *added)))]
@@ -227,7 +228,7 @@ class _SweepRun:
     progress: Callable[[int, int], None]
     workers: Workers
     at_peaks_alone: bool
-    common: CommonParts = field(default_factory=lambda: CommonParts(begin_from_last=True))
+    common: PointParts = field(default_factory=PointParts)
 
     @property
     def points(self) -> Path:
@@ -257,38 +258,56 @@ class _SweepRun:
                 raise ValueError("its sweep.json is not that of a sweep")
         except (OSError, ValueError) as error:
             raise ResultError(f"{self.folder}: cannot be used for a sweep: {error}") from error
-        _refuse_other(before, plan, self.folder)
+        refuse_other(before, plan, self.folder)
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
-    def compute(self, points: Sequence[Point]) -> None:
+    def compute(self, points: Sequence[Point], estimated: _SweepRun | None = None) -> None:
         """Compute those points that are missing.
 
-        Points whose links are the same follow each other, as they have them in common.
+        Points whose links are the same follow each other, as they have them in common. Along a line, those that turn
+        out to be peaks or ends are at once computed in the sweep `estimated` too, if there is one.
         """
         links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
         points = sorted(points, key=lambda point: [point[number] for number in links])
         missing = self.at_root(
             lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
         )
-        runs = runs_of(points, set(missing), longest_run(Scene.read(self.scene)))
-        mine = [
-            [self.task(points[index], points[run[0]] if place else None) for place, index in enumerate(run)]
-            for run in runs[self.comm.rank :: self.comm.size]
-        ]
+        longest, alone = longest_run(Scene.read(self.scene)), self.comm.size == 1
+        in_runs = longest > 1 or not alone
+        runs = runs_of(points, set(missing), longest) if in_runs else shrinking_runs(missing, self.workers.count)
+        mine = runs[self.comm.rank :: self.comm.size]
         begun, count = itertools.count(), sum(map(len, mine))
 
+        def tasks(run: Sequence[int]) -> Iterator[Task]:
+            def task(index: int) -> Task:
+                return self.task(points[index], points[run[0]] if longest > 1 and index != run[0] else None)
+
+            if estimated is None:
+                return map(task, run)
+
+            def soon(index: int) -> Task:
+                return estimated.task(points[index], None)._replace(soon=True)
+
+            return with_peaks(run, len(points), task, soon, lambda some: self.peaks([points[index] for index in some]))
+
         def started(task: Task) -> None:
-            self.progress(next(begun), count)
+            if not task.soon:
+                self.progress(next(begun), count)
 
         def work() -> None:
             if self.workers.count > 1:
-                self.workers.share(mine, compute_here, lambda task: give_up(task.path), started)
+                self.workers.share(map(tasks, mine), compute_here, self.lost, started)
                 return
-            for task in itertools.chain(*mine):
+            for task in itertools.chain.from_iterable(map(tasks, mine)):
                 started(task)
                 compute_point(task, self.common)
 
         together(self.comm, work)
+
+    def lost(self, task: Task) -> None:
+        """Write that the process of a point was lost; its errors are told later, where its numbers are known."""
+        if not task.soon:
+            give_up(task.path)
 
     def task(self, point: Point, first: Point | None) -> Task:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
@@ -351,43 +370,3 @@ class _SweepRun:
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
         data.attrs["stated_rate"] = abs(Scene.read(self.scene).cycle_rate)  # of the scene as it is without the sweep
         return data
-
-
-def _refuse_other(before: Record, plan: Record, folder: Path) -> None:
-    """Raise a `SceneError` unless a folder's plan, `before`, is of the same scene and fields.
-
-    No value of it may be left out now, so that no point computed before is left out of the result.
-    """
-    hint = "Give another folder with -o"
-    if before["values"].keys() != plan["values"].keys():
-        swept = ", ".join(before["values"])
-        raise SceneError(f"the folder {folder} holds a sweep over {swept}", place="sweep", hint=hint)
-    for part in ("scene", "gauge"):
-        if where := first_difference(before[part], plan[part]):
-            raise SceneError(f"the folder {folder} holds a sweep of another {part}", place=where, hint=hint)
-    for path, values in before["values"].items():
-        if not set(values) <= set(plan["values"][path]):
-            range_before = (
-                f"from {min(values):g} to {max(values):g} at {len(values)} values, not all of them in this one"
-            )
-            raise SceneError(f"the folder {folder} holds a sweep {range_before}", place=path, hint=hint)
-
-
-def first_difference(one: Any, other: Any, place: str = "") -> str:
-    """Give the dotted place of the first difference of two trees of plain data, or an empty text.
-
-    Parameters
-    ----------
-    one, other
-        Trees of dicts, lists and plain values.
-    place
-        Dotted place of the two in larger ones.
-    """
-    if isinstance(one, dict) and isinstance(other, dict):
-        pairs = {key: (one.get(key), other.get(key)) for key in sorted(one.keys() | other.keys())}
-    elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):
-        pairs = {str(index): pair for index, pair in enumerate(zip(one, other))}
-    else:
-        return "" if one == other else place or "scene"
-    found = (first_difference(*pair, f"{place}.{key}".lstrip(".")) for key, pair in pairs.items())
-    return next((where for where in found if where), "")

@@ -24,11 +24,12 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
+from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_motions import read_motion, write_motion
 
 logger = logging.getLogger(__name__)
@@ -125,6 +126,8 @@ class Task(NamedTuple):
         Its place in a run, whose motions begin from those before them; None where it begins from nothing.
     motion
         File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
+    soon
+        Whether its answer without estimates is known yet: its errors alone are asked for, if it was kept.
     """
 
     path: Path
@@ -132,6 +135,7 @@ class Task(NamedTuple):
     gauge: Gauge
     place: float | None
     motion: Path | None
+    soon: bool = False
 
 
 def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
@@ -166,7 +170,7 @@ def read_point(path: Path) -> Record | None:
     return record if whole and not record["again"] else None
 
 
-def compute_point(task: Task, common: CommonParts) -> None:
+def compute_point(task: Task, common: PointParts) -> None:
     """Analyse a scene and write what is kept of it, or the error that it ended with.
 
     With the points before it, it has in common what `common` holds.
@@ -188,28 +192,51 @@ def compute_point(task: Task, common: CommonParts) -> None:
         When the computer has too little of something, such as memory.
     """
     start = time.perf_counter()
-    path, data, gauge, place, motion = task
-    common.go_to(place)
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        scene = Scene.read(data)
-        estimated = scene.analysis.error_estimates
-        if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
-            common.go_to(None)
-            common.keep(known)
-        multipliers = _examined(motion) if estimated else {}
-        result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
-        if motion is not None and not estimated and common.found is not None:
-            write_motion(motion, common.found)
-        record |= reduced(result, gauge)
-        record["values"] |= multipliers
+        scene = Scene.read(task.data)
+        found = _with_errors(task, scene, common) if task.soon else _analysed(task, scene, common)
+        if found is None:  # the answer was not kept
+            return
+        record |= found
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
     except Exception as error:  # what a single point may end with is not known, and must not end the sweep
-        logger.info("the point %s failed: %s", path.stem, error)
+        logger.info("the point %s failed: %s", task.path.stem, error)
         record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
-    text = json.dumps(record | {"seconds": time.perf_counter() - start})
-    write_whole(path, lambda temporary: temporary.write_text(text))
+    seconds = record.get("seconds", 0.0) + time.perf_counter() - start
+    text = json.dumps(record | {"seconds": seconds})
+    write_whole(task.path, lambda temporary: temporary.write_text(text))
+
+
+def _analysed(task: Task, scene: Scene, common: PointParts) -> Record:
+    """Analyse a point and give what is kept of it."""
+    _, _, gauge, place, motion, _ = task
+    common.go_to(place)
+    estimated = scene.analysis.error_estimates
+    if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
+        common.go_to(None)
+        common.keep(known)
+    multipliers = _examined(motion) if estimated else {}
+    result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
+    if motion is not None and not estimated:
+        common.keep_answer(motion)
+        if common.found is not None:
+            write_motion(motion, common.found)
+    record = reduced(result, gauge)
+    record["values"] |= multipliers
+    return record
+
+
+def _with_errors(task: Task, scene: Scene, common: PointParts) -> Record | None:
+    """Give what is kept of a point without estimates, with errors of its answer; None where that was not kept."""
+    assert task.motion is not None
+    before = read_point(task.motion.with_suffix(".json"))
+    if before is None or (errors := common.errors(task.motion, scene)) is None:
+        return None
+    told = of_errors(errors)
+    values = before["values"] | {name: value.tolist() for name, value in _of_errors(told).items()}
+    return before | {"not_estimated": _not_estimated(told), "values": values}
 
 
 def _examined(motion: Path | None) -> Record:
@@ -220,8 +247,8 @@ def _examined(motion: Path | None) -> Record:
 
 
 @cache
-def _common_here() -> CommonParts:
-    return CommonParts(begin_from_last=True)
+def _common_here() -> PointParts:
+    return PointParts()
 
 
 def compute_here(task: Task) -> None:
@@ -275,18 +302,28 @@ def reduced(result: Result, gauge: Gauge) -> Record:
         values["multiplier"] = np.linalg.norm(variables["multiplier"].transpose(..., "part").to_numpy(), axis=-1)
         values["growth_rate"] = variables["growth_rate"].to_numpy()
     values |= {name: variables[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
-    if "source" in data and "theory" in data["source"]:
-        for prefix in ("", "deflection_"):
-            left_out = float(data[f"{prefix}relative_error"].sel(source="theory"))
-            values[f"{prefix}theory_share"] = np.array(np.nan_to_num(left_out, nan=np.inf))
-    values |= {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
+    values |= _of_errors(data)
     return {
         "effects": ", ".join(acting),
-        "not_estimated": data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE,
+        "not_estimated": _not_estimated(data),
         "warnings": "\n".join(result.warnings),
         "labels": {name: variables[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},
     }
+
+
+def _of_errors(data: xr.Dataset) -> dict[str, Array]:
+    """Give what a dataset tells of errors."""
+    values = {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
+    if "source" in data and "theory" in data["source"]:
+        for prefix in ("", "deflection_"):
+            left_out = float(data[f"{prefix}relative_error"].sel(source="theory"))
+            values[f"{prefix}theory_share"] = np.array(np.nan_to_num(left_out, nan=np.inf))
+    return values
+
+
+def _not_estimated(data: xr.Dataset) -> str:
+    return data.attrs.get("not_estimated", "") if "error_estimate" in data.attrs else NO_ESTIMATE
 
 
 def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:

@@ -1,15 +1,23 @@
-"""Runs of neighbouring points of a sweep, in which Newton's method begins each motion from the one before it.
+"""Runs of neighbouring points of a sweep, each for one process.
 
-They are the same however many processes share the points, so that the result is the same too.
+In a run Newton's method begins each motion from the one before it. Such runs are the same however many processes share
+the points, so that the result is the same too. In a run it is also seen which points are peaks, while their answers are
+known yet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import TypeVar
 
+import numpy as np
+
+from fenics_mech._arrays import Array
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.scene import Scene
+from fenics_mech.studies.sweep_peaks import peaks_of
 
+Task = TypeVar("Task")
 LONGEST = 8  # points of a run: processes share runs, and the first point of each begins from nothing
 
 
@@ -51,3 +59,62 @@ def runs_of(points: Sequence[Sequence[float]], missing: Collection[int], longest
             runs.append([number])
     left = [[number for number in run if number in missing] for run in runs]
     return [run for run in left if run]
+
+
+def shrinking_runs(missing: Sequence[int], processes: int) -> list[list[int]]:
+    """Split points that do not depend on others into runs, long ones first, so that processes end together.
+
+    Parameters
+    ----------
+    missing
+        Numbers of the points to be computed.
+    processes
+        Number of processes that share them: one has one run.
+
+    Returns
+    -------
+    list
+        Numbers of the points of each run: half of what each process would have of those that are left.
+    """
+    runs, left = [], list(missing)
+    while left:
+        count = max(1, len(left) // (2 * processes)) if processes > 1 else len(left)
+        runs.append(left[:count])
+        left = left[count:]
+    return runs
+
+
+def with_peaks(
+    run: Sequence[int],
+    count: int,
+    task: Callable[[int], Task],
+    soon: Callable[[int], Task],
+    strains: Callable[[Sequence[int]], Array],
+) -> Iterator[Task]:
+    """Give the tasks of a run of points along a line, each followed by those of the peaks and ends that it reveals.
+
+    Parameters
+    ----------
+    run
+        Numbers of the points.
+    count
+        Number of points of the whole line.
+    task, soon
+        Give the task of a point, and that of a peak or an end.
+    strains
+        Gives curves at points whose tasks are done, NaN where a point failed, ``(points, curves)``.
+
+    Yields
+    ------
+    Task
+        Each is asked for when the one before it is done.
+    """
+    for place, index in enumerate(run):
+        yield task(index)
+        for at in (index - 1, index):
+            beside = range(max(at - 1, 0), min(at + 2, count))
+            if at >= 0 and set(beside) <= set(run[max(place - 2, 0) : place + 1]):
+                known = strains(beside)
+                here = beside.index(at)
+                if not np.isnan(known[here]).all() and (at in (0, count - 1) or peaks_of(known, 1)[here]):
+                    yield soon(at)

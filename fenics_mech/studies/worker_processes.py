@@ -10,12 +10,13 @@ import signal
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import ExitStack, chdir
+from itertools import chain
 from multiprocessing import forkserver, get_context, parent_process
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from fenics_mech._libraries import launched, leave_pint_out
 from fenics_mech.errors import SolverError
@@ -24,6 +25,7 @@ from fenics_mech.studies.worker_logs import Channel, WorkerLogs, heard, send_log
 MAX_FAILED_STARTS = 10
 AFTER_FAILURE = 0.05  # s that a start waits after one that failed, and after each further one as much more
 STARTER = "fenics_mech.studies.process_starter"  # what the process that starts the others imports first
+DONE: Any = object()  # in place of a task, at the end of a run
 Task = TypeVar("Task")
 
 
@@ -73,7 +75,7 @@ class Workers:
 
     def share(
         self,
-        runs: Iterable[Sequence[Task]],
+        runs: Iterable[Iterable[Task]],
         work: Callable[[Task], object],
         lost: Callable[[Task], None],
         started: Callable[[Task], None] = lambda task: None,
@@ -83,8 +85,8 @@ class Workers:
         Parameters
         ----------
         runs
-            What to work on, in this order; each task is pickled. One process works on a run, unless it is lost: another
-            then goes on with the run after the task that was lost.
+            What to work on, in this order; each task is pickled, and asked for when the one before it is done. One
+            process works on a run, unless it is lost: another then goes on with the run after the task that was lost.
         work
             A function of a module, that each process imports. Its first error ends all.
         lost
@@ -102,38 +104,38 @@ class Workers:
             raise SolverError("`--jobs` starts processes itself, which `mpirun` does not let it: leave one of them out")
         prepare(work.__module__)
         failures = 0
-        waiting: deque[tuple[Sequence[Task], ProcessPoolExecutor | None]] = deque((run, None) for run in runs)
-        running: dict[Future[object], tuple[ProcessPoolExecutor, Sequence[Task]]] = {}
+        waiting: deque[tuple[Iterator[Task], ProcessPoolExecutor | None]] = deque((iter(run), None) for run in runs)
+        running: dict[Future[object], tuple[ProcessPoolExecutor, Task, Iterator[Task]]] = {}
         try:
             while waiting or running:
                 while waiting and len(running) < self.count:
                     run, pool = waiting.popleft()
+                    if (task := next(run, DONE)) is DONE:
+                        self._idle += [] if pool is None else [pool]
+                        continue
                     pool = pool or self._pool()
                     try:
-                        running[pool.submit(work, run[0])] = pool, run
+                        running[pool.submit(work, task)] = pool, task, run
                     except (BrokenProcessPool, EOFError, OSError) as error:  # lost before the task reached it
-                        waiting.appendleft((run, None))
+                        waiting.appendleft((chain([task], run), None))
                         failures += 1
                         if failures == MAX_FAILED_STARTS:
                             raise SolverError(f"{failures} processes in a row could not be started: {error}") from error
                         time.sleep(failures * AFTER_FAILURE)  # the process that starts others may be dying still
                     else:
                         failures = 0
-                        started(run[0])
+                        started(task)
                 for future in wait(running, return_when=FIRST_COMPLETED).done:
-                    pool, (task, *rest) = running.pop(future)
+                    pool, task, run = running.pop(future)
                     kept: ProcessPoolExecutor | None = None
                     try:
                         future.result()
                         kept = pool
                     except BrokenProcessPool:
                         lost(task)
-                    if rest:
-                        waiting.appendleft((rest, kept))
-                    elif kept is not None:
-                        self._idle.append(kept)
+                    waiting.appendleft((run, kept))
         finally:
-            _end([*(pool for pool, _ in running.values()), *(pool for _, pool in waiting if pool)])
+            _end([*(pool for pool, *_ in running.values()), *(pool for _, pool in waiting if pool)])
 
     def _pool(self) -> ProcessPoolExecutor:
         """Give a process that has nothing to do, or a new one."""

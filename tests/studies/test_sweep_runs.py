@@ -10,10 +10,11 @@ from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.setup import CommonParts
+from fenics_mech.studies import kept_answers
 from fenics_mech.studies.kept_motions import read_motion, write_motion
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of
+from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of, shrinking_runs, with_peaks
 
 EXACT = {
     "effects": ["coupling", "large-rotations"],
@@ -43,6 +44,46 @@ def test_what_is_missing_of_a_run_is_one_too():
     line = [(float(k),) for k in range(8)]
     assert runs_of(line, [3, 4, 7], 4) == [[3], [4, 7]]
     assert runs_of(line, [0, 2, 4], 4) == [[0, 2], [4]]
+
+
+def test_points_that_do_not_depend_on_others_are_shared_in_runs_that_shrink():
+    runs = shrinking_runs(range(20), 2)
+    assert list(map(len, runs)) == [5, 3, 3, 2, 1, 1, 1, 1, 1, 1, 1]
+    assert [point for run in runs for point in run] == list(range(20))
+    assert shrinking_runs([3, 5, 8], 1) == [[3, 5, 8]]
+    assert shrinking_runs([], 2) == []
+
+
+@pytest.mark.parametrize(
+    ("run", "told"),
+    [
+        (range(7), [0, 1, "0", 2, "1", 3, "2", 4, "3", 5, "4", 6, "6"]),  # 2 and 4 of a curve that is flat there
+        (range(1, 4), [1, 2, 3, "2"]),  # whether 1 and 3 are peaks the run does not know
+        ([0, 1, 3, 4, 5], [0, 1, "0", 3, 4, 5, "4"]),
+        ([6], [6]),
+    ],
+)
+def test_a_run_tells_peaks_as_soon_as_they_are_known(run, told):
+    curves, done = np.array([[0.0, 2, 1, 3, 0, np.nan, 4], [0, 1, 1, 0, 0, np.nan, 4]]).T, []
+
+    def strains(some):
+        assert set(some) <= set(done)
+        return curves[list(some)]
+
+    for task in with_peaks(list(run), 7, int, str, strains):
+        done.append(task)
+    assert done == told
+
+
+@pytest.mark.slow
+def test_estimates_of_a_kept_answer_are_those_of_a_second_analysis(seed, tmp_path, monkeypatch):
+    scene = seed.changed({**EXACT, "effects": ["coupling"], "analysis.error_estimates": True})
+    axes = parse_axes(scene, ["drive.speed=10:30:4"])
+    kept = run_sweep(scene, axes, tmp_path / "kept", estimates="peaks")
+    monkeypatch.setattr(kept_answers, "MOST", 0)
+    again = run_sweep(scene, axes, tmp_path / "again", estimates="peaks")
+    assert np.isfinite(kept.data["error_estimate"]).sum() >= 2
+    assert kept.data.identical(again.data)
 
 
 @pytest.mark.parametrize(
@@ -82,20 +123,23 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
 
 
 @pytest.mark.slow
-def test_points_at_peaks_begin_from_their_own_motion(seed, tmp_path, caplog):
+def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(seed, tmp_path, caplog, monkeypatch):
     scene = seed.changed(EXACT | {"analysis.error_estimates": True})
     axes = parse_axes(scene, [SPEEDS])
     whole = run_sweep(scene, axes, tmp_path / "all", estimates="all").data
-    with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
-        found = run_sweep(scene, axes, tmp_path / "peaks", estimates="peaks").data
-    estimated = np.isfinite(found["error_estimate"].to_numpy())
-    assert 2 <= estimated.sum() < 4
-    counts = iterations(caplog)
-    again = counts[-int(estimated.sum()) :]
-    assert again == [1] * len(again)  # what is left of their motions is rounding
-    assert counts[-len(again) - 1] > 1  # the last of those without estimates
-    for name in ("peak_strain", "error_estimate"):
-        assert found[name].to_numpy()[estimated] == pytest.approx(whole[name].to_numpy()[estimated], rel=1e-6)
+    for most, again in ((kept_answers.MOST, 0), (0, 1)):  # with answers kept, and without
+        monkeypatch.setattr(kept_answers, "MOST", most)
+        caplog.clear()
+        with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
+            found = run_sweep(scene, axes, tmp_path / f"peaks {most}", estimates="peaks").data
+        estimated = np.isfinite(found["error_estimate"].to_numpy())
+        assert 2 <= (peaks := int(estimated.sum())) < 4
+        counts = iterations(caplog)
+        assert counts.count(1) == 4 + again * peaks  # motions that were solved for
+        assert counts[len(counts) - again * peaks - 1] > 1  # the last of those without estimates
+        assert counts[len(counts) - again * peaks :] == [1] * (again * peaks)  # what is left of them is rounding
+        for name in ("peak_strain", "error_estimate"):
+            assert found[name].to_numpy()[estimated] == pytest.approx(whole[name].to_numpy()[estimated], rel=1e-6)
     assert not list(tmp_path.rglob("*.npz"))
 
 
@@ -113,9 +157,9 @@ def test_a_motion_that_does_not_fit_is_not_read(seed, tmp_path):
 
 @pytest.mark.slow
 def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path):
-    scene = seed.changed(EXACT)
+    scene = seed.changed(EXACT | {"analysis.error_estimates": True})
     axes = parse_axes(scene, [SPEEDS])
-    one, two = (run_sweep(scene, axes, tmp_path / str(jobs), jobs=jobs).data for jobs in (1, 2))
+    one, two = (run_sweep(scene, axes, tmp_path / str(jobs), jobs=jobs, estimates="peaks").data for jobs in (1, 2))
     assert one.identical(two)
 
 
