@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -39,7 +40,9 @@ POUND_FORCE = re.compile(r"\b(lbf|kips?|pounds?_force)\b")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 COMMA = re.compile(r"\d,\d")
 NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
-TWO_NUMBERS = re.compile(r"\d\s+(?!1\s*/)[\d.]")  # as "1 500 g", and not "5 1/s"
+TWO_NUMBERS = re.compile(r"\d\s+(?!1\s*/\s*[^\W\d])[\d.]")  # as "1 500 g" and "3 1/2 in", and not "5 1/s"
+POINT = re.compile(r"\d[·⋅](?!10[\^*⁻⁰¹²³⁴⁵⁶⁷⁸⁹])\d")  # as "1·5 mm", and not "7·10⁻³ m"
+SIGNS = frozenset(".+-*/^()_%°·⋅⁻\N{MULTIPLICATION SIGN}")  # of quantities, beside letters, digits and spaces
 FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+|1)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
 COMMON = {  # in SI, which pint takes half a second of every start to say
     "m": (1.0, {"m": 1}),
@@ -140,10 +143,8 @@ def _by_pint(text: str, unit: str) -> float:
         raise ValueError(f"cannot read {text!r} as a quantity: an exponent is one digit, as in m^2; {example}")
     if not any(map(str.isdigit, text)):  # as "auto"
         raise ValueError(f"cannot read {text!r} as a quantity; {example}")
-    if COMMA.search(text):  # pint would take 1,5 for 15
-        raise ValueError(f"cannot read {text!r} as a quantity: it has a comma. Write a decimal point; {example}")
-    if TWO_NUMBERS.search(text):  # pint would take 1 500 for 1 times 500, or 1e3 2 for the product
-        raise ValueError(f"cannot read {text!r} as a quantity: it has two numbers. Leave out the space; {example}")
+    if (why := _misread_by_pint(text)) is not None:
+        raise ValueError(f"cannot read {text!r} as a quantity: {why}; {example}")
     import pint  # noqa: PLC0415
 
     quantity: Any
@@ -164,6 +165,22 @@ def _by_pint(text: str, unit: str) -> float:
         return math.inf
     except (pint.DimensionalityError, pint.OffsetUnitCalculusError) as error:
         raise ValueError(f"{text!r} has the wrong unit{_of_pounds(text, unit)}; {example}") from error
+
+
+def _misread_by_pint(text: str) -> str | None:
+    """Say what pint would read as something else: it takes signs that it does not know for products."""
+    if COMMA.search(text):  # 1,5 for 15
+        return "it has a comma. Write a decimal point"
+    if TWO_NUMBERS.search(text):  # 1 500 for 1 times 500, 1e3 2 for the product, 3 1/2 for 3 halves
+        return "it has two numbers. Write one, without a space in it"
+    if POINT.search(text):  # 1·5 for 1 times 5
+        return "it has a raised point. Write a decimal point, or * for a product"
+    sign = next((sign for sign in text if not (sign.isalnum() or sign.isspace() or sign in SIGNS)), None)
+    if sign is None:
+        return None
+    minus = sign == "\N{MINUS SIGN}" or unicodedata.category(sign) == "Pd"  # as word processors write it
+    called = f"the sign {sign!r} ({unicodedata.name(sign, 'without a name')})"
+    return f"it has {called}. Write the minus of the keyboard, '-'" if minus else f"it has {called}"
 
 
 def _of_pounds(text: str, unit: str) -> str:

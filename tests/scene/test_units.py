@@ -42,6 +42,20 @@ def test_no_quantity_for_another(text, unit):
         ("7,850 kg/m^3", "kg/m**3", "comma"),
         ("1 500 g", "kg", "two numbers"),  # pint takes it for 500 g
         ("200 1/min", "rad/s", "turns or radians"),  # pint takes it for rad/min
+        ("3 1/2 in", "m", "two numbers"),  # pint takes it for 1.5 in
+        ("3 1 / 2 in", "m", "two numbers"),
+        ("1·5 mm", "m", "raised point"),  # pint takes it for 5 mm
+        ("\N{MINUS SIGN}9.81 m/s^2", "m/s**2", "MINUS SIGN.*minus of the keyboard"),  # pint takes it for 9.81
+        ("\N{EN DASH}30 deg", "rad", "EN DASH.*minus of the keyboard"),
+        ("9 \N{EN DASH} 4 mm", "m", "EN DASH"),  # pint takes it for 36 mm
+        ('5"', "m", "QUOTATION MARK"),  # pint takes it for 5 m
+        ("5\N{DOUBLE PRIME}", "m", "DOUBLE PRIME"),
+        ("30\N{PRIME}", "rad", "PRIME"),  # pint takes it for 30 rad
+        ("5 # g", "kg", "NUMBER SIGN"),  # pint takes it for 5 kg
+        ("5 mm \N{PLUS-MINUS SIGN} 1", "m", "PLUS-MINUS SIGN"),
+        ("4\N{DIVISION SIGN}5 g", "kg", "DIVISION SIGN"),  # pint takes it for 20 g
+        ("< 5 mm", "m", "LESS-THAN SIGN"),
+        ("5\u200b0 mm", "m", "ZERO WIDTH SPACE"),  # pint takes it for 0
     ],
 )
 def test_what_another_reader_would_misread_is_refused(text, unit, why):
@@ -51,6 +65,23 @@ def test_what_another_reader_would_misread_is_refused(text, unit, why):
 
 @pytest.mark.parametrize(("text", "unit", "value"), [("5 1/min", "1/s", 1 / 12), ("3 1/s", "rad/s", 3.0)])
 def test_a_rate_without_a_unit_of_angle(text, unit, value):
+    assert in_unit(unit)(text) == pytest.approx(value, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "value"),
+    [
+        ("30°", "rad", 0.5235987755982988),
+        ("71·10⁹ N/m²", "Pa", 71e9),
+        ("71\N{MULTIPLICATION SIGN}10^9 Pa", "Pa", 71e9),
+        ("3 kg·cm²", "kg*m**2", 3e-4),
+        ("9.81 m s⁻²", "m/s**2", 9.81),
+        ("5\N{NO-BREAK SPACE}µm", "m", 5e-6),
+        ("1/2 in", "m", 0.0127),
+        ("2 N/(mm^2)", "Pa", 2e6),
+    ],
+)
+def test_signs_of_quantities(text, unit, value):
     assert in_unit(unit)(text) == pytest.approx(value, rel=1e-14)
 
 
