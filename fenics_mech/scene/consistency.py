@@ -13,6 +13,7 @@ from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.free_motion_checks import check_freedoms
 from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid
+from fenics_mech.scene.joint_units import check_units_of_joints
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
 if TYPE_CHECKING:
@@ -68,6 +69,7 @@ def check_references(scene: Scene) -> None:
         for name, part in getattr(scene, kind).items():
             (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")
     check_joint_laws(scene)
+    check_units_of_joints(scene)
     _check_mobility(scene)
     if not scene.members():
         check_rigid(scene)
@@ -284,6 +286,12 @@ def _check_drives(scene: Scene) -> None:
         if joint.kind != "revolute" and drive.speed is not None:
             raise SceneError(
                 "a sliding joint cannot be driven at a constant speed", place=f"{place}.speed", hint="Give a law"
+            )
+        if drive.start and drive.law is not None:
+            raise SceneError(
+                "the start is that of a drive at constant speed, and this one has a law",
+                place=f"{place}.start",
+                hint="Put it into the law, such as its `mean`",
             )
         if i and drive.run_up is not None:
             raise SceneError(

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, WithJsonSchema
+from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 
 from fenics_mech.errors import shortened
 
@@ -232,16 +232,36 @@ def _quantity(unit: str) -> Any:
     return _of_reader(in_unit(unit), unit)
 
 
+class OfTurning(float):
+    """A quantity that was written in a unit of joints that turn, such as 5 deg or 2 N m."""
+
+
+class OfSliding(float):
+    """A quantity that was written in a unit of joints that slide, such as 5 mm or 2 N."""
+
+
 def _either(turning: str, sliding: str, named: str) -> Any:
-    """Give the type of a quantity in one of two units: its joint says which of them it is."""
+    """Give the type of a quantity in one of two units: its joint says which of them it is.
+
+    What is written in a unit of one of the two only is an `OfTurning` or an `OfSliding`, which the scene checks.
+    """
 
     def read(value: Any) -> Any:
-        try:
-            return in_unit(turning)(value)
-        except ValueError:
-            return in_unit(sliding)(value)
+        if not isinstance(value, str):
+            return value if isinstance(value, OfTurning | OfSliding) else in_unit(turning)(value)
+        found = {}
+        for kind, unit in ((OfTurning, turning), (OfSliding, sliding)):
+            try:
+                found[kind] = in_unit(unit)(value)
+            except ValueError:
+                if kind is OfSliding and not found:
+                    raise
+        if len(found) == 2:
+            return found[OfTurning]
+        return next(kind(number) for kind, number in found.items())
 
-    return _of_reader(read, named)
+    schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{named}, or a string with a unit"}
+    return Annotated[float, PlainValidator(read), WithJsonSchema(schema)]
 
 
 def _of_reader(read: Callable[[Any], Any], unit: str) -> Any:

@@ -2,7 +2,28 @@
 
 import pytest
 
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
 from fenics_mech.scene.units import COMMON, EXAMPLES, in_unit, registry
+
+BODY = {"mass": 1.0, "inertia": 0.01}
+CART = {  # a cart with a pendulum, at rest or driven
+    "ground": {"points": {"G": (0, 0)}},
+    "links": {
+        "cart": {"points": {"G": (0, 0), "P": (0, 0)}, "rigid": BODY},
+        "bar": {"points": {"P": (0, 0)}, "rigid": BODY | {"centre": (0, -0.5)}},
+    },
+    "joints": {
+        "slide": {"kind": "prismatic", "connect": ("ground.G", "cart.G")},
+        "pin": {"connect": ("cart.P", "bar.P")},
+    },
+    "freedoms": {"slide": {}, "pin": {}},
+    "analysis": {"method": "transient", "duration": 1.0},
+}
+SWING = {"joint": "pin", "law": {"kind": "harmonics", "sine": ["5 deg"]}, "period": 1.0}
+PUSH = {"joint": "slide", "law": {"kind": "table", "values": [0, "1 mm", 0, 0, 0, 0]}, "period": 1.0}
+BACK = {"kind": "rest-to-rest", "end": "5 mm", "out": (0.1, 0.3), "back": (0.5, 0.7)}
+STOP = {"kind": "stop", "contact": {"stiffness": 1e5}}
 
 
 @pytest.mark.parametrize(
@@ -112,3 +133,63 @@ def test_pounds_of_the_other_kind_are_said(text, unit, hint):
 
 def test_pounds_of_mass_have_both_names():
     assert in_unit("kg")("2 lbm") == in_unit("kg")("2 lb") == pytest.approx(2 * 0.45359237)
+
+
+OF_THE_OTHER_KIND = {  # place: what is stated there, in the right unit and in a wrong one
+    "freedoms.pin.start": ("5 deg", "5 mm"),
+    "freedoms.slide.start": ("5 mm", "5 deg"),
+    "freedoms.pin.speed": ("5 rpm", "5 m/s"),
+    "freedoms.slide.speed": ("5 mm/s", "5 rpm"),
+    "freedoms.pin.effort": ("5 N m", "5 N"),
+    "freedoms.slide.effort": ("5 kN", "5 N m"),
+    "freedoms.slide.effort.speed": ("5 m/s", "5 rad/s"),
+    "joint_laws.stop.lower": ("-5 deg", "-5 mm"),
+    "joint_laws.cam.lift.end": ("5 mm", "5 deg"),
+    "joint_laws.gas.effort": ("5 N", "5 N m"),
+    "analysis.poincare.at": ("5 deg", "5 mm"),
+    "drive.start": ("5 deg", "5 mm"),
+    "drive.law.sine.0": ("5 deg", "5 mm"),
+    "drive.law.values.1": ("1 mm", "1 deg"),
+}
+
+
+def stated(place, text):
+    """Give the cart's data with a text at a place."""
+    data = {key: dict(value) for key, value in CART.items()}
+    table, name, *rest = place.split(".")
+    if table == "freedoms":
+        data["freedoms"] = CART["freedoms"] | {name: {rest[0]: text}}
+        if rest[1:]:
+            data["freedoms"][name] = {"effort": {"kind": "speed-controller", "proportional": 1.0, "speed": text}}
+    elif table == "joint_laws":
+        law = {
+            "stop": STOP | {"joint": "pin", "lower": text},
+            "cam": {"kind": "cam", "joint": "pin", "drives": "slide", "lift": BACK | {"end": text}, "stiffness": 1e5},
+            "gas": {"kind": "joint-effort", "joint": "slide", "effort": text},
+        }[name]
+        data["joint_laws"] = {name: law}
+    elif table == "analysis":
+        data["analysis"]["poincare"] = {"joint": "pin", "at": text}
+    else:
+        law = {"sine": SWING["law"] | {"sine": [text]}, "values": PUSH["law"] | {"values": [0, text, 0, 0, 0, 0]}}
+        at = "slide" if "values" in place else "pin"
+        how = {"law": law[rest[0]], "period": 1.0} if rest else {"speed": 1.0, "start": text}
+        data |= {"drive": {"joint": at} | how, "freedoms": {"pin" if at == "slide" else "slide": {}}}
+        data["analysis"] = {"method": "transient", "cycles": 1}
+    return data
+
+
+@pytest.mark.parametrize("place", OF_THE_OTHER_KIND)
+def test_a_joint_has_its_own_units(place):
+    right, wrong = OF_THE_OTHER_KIND[place]
+    scene = Scene.read(stated(place, right))
+    assert Scene.read(scene.model_dump()) == scene
+    with pytest.raises(SceneError, match=rf"{place}: joint .* and the unit is one of joints that (turn|slide)"):
+        Scene.read(stated(place, wrong))
+
+
+def test_a_drive_with_a_law_has_no_start():
+    data = stated("drive.law.sine.0", "5 deg")
+    data["drive"]["start"] = 0.3
+    with pytest.raises(SceneError, match=r"drive\.start: the start is that of a drive at constant speed"):
+        Scene.read(data)
