@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TypeVar
+from functools import lru_cache
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -56,12 +60,20 @@ def at_places(of_elements: Array, element: Index, weights: Array) -> Array:
     weights
         Weights of its numbers, ``(places, n)``.
     """
+    angles, elements, count = of_elements.shape
+    places = element.astype(np.int64, copy=False).tobytes(), weights.astype(float, copy=False).tobytes()
+    matrix = _weighing(*places, elements, count)
+    return np.ascontiguousarray((matrix @ of_elements.reshape(angles, -1).T).T)
+
+
+@lru_cache(maxsize=128)  # of the few stations at which all motions of a mesh are looked at
+def _weighing(element: bytes, weights: bytes, elements: int, count: int) -> sp.csr_matrix:
+    """Give the matrix that `at_places` multiplies by, from its places as bytes."""
     import scipy.sparse as sp  # noqa: PLC0415
 
-    angles, elements, count = of_elements.shape
-    columns, ends = element[:, None] * count + np.arange(count), np.arange(0, weights.size + 1, count)
-    matrix = sp.csr_matrix((weights.ravel(), columns.ravel(), ends), shape=(len(element), elements * count))
-    return np.ascontiguousarray((matrix @ of_elements.reshape(angles, -1).T).T)
+    first, entries = np.frombuffer(element, np.int64), np.frombuffer(weights)
+    columns, ends = first[:, None] * count + np.arange(count), np.arange(0, len(entries) + 1, count)
+    return sp.csr_matrix((entries, columns.ravel(), ends), shape=(len(first), elements * count))
 
 
 def summed(values: Numbers, place: Index, size: int) -> Numbers:

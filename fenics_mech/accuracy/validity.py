@@ -129,8 +129,9 @@ def bow(lengths: Array, members: MemberState) -> Array:
         Their deflections.
     """
     s = members.s[:, None]
-    chord = (1 - s) * members.deflection[:, :, :1] + s * members.deflection[:, :, -1:]
-    return norms(members.deflection - chord).max(axis=(0, 2)) / lengths
+    chord = (1 - s) * members.deflection[:, :, :1]
+    chord += s * members.deflection[:, :, -1:]
+    return norms(np.subtract(members.deflection, chord, out=chord)).max(axis=(0, 2)) / lengths
 
 
 def largest_rotation(members: MemberState) -> Array:

@@ -283,7 +283,6 @@ def bent_by_tension(system: System, response: ElasticResponse, forces: AxialForc
 
 def _in_fixed_frame(system: System, u: Array, w: Array, element: Index) -> Array:
     mesh = system.beams.mesh
-    member = mesh.cell_member[element]
-    angle = system.motion.angle[:, mesh.member_link[member]] + mesh.member_angle[member]
-    c, s = np.cos(angle), np.sin(angle)
+    angle = system.motion.angle[:, mesh.member_link] + mesh.member_angle
+    c, s = (np.take(of_members, mesh.cell_member[element], axis=1) for of_members in (np.cos(angle), np.sin(angle)))
     return np.stack([c * u - s * w, s * u + c * w], axis=-1)

@@ -38,11 +38,12 @@ def statics(
         ends[np.arange(len(ends)), load.element] -= load.at_ends(beams.mesh.cell_length[load.element])
     if beams.layout.offsets is not None:
         ends = beams.layout.offsets.on_neutral_line(ends)
-    end, (along, across) = ends[:, element], inertia_of(system, response, np.arange(len(beams.mesh.cell)))
+    along, across = inertia_of(system, response, np.arange(len(beams.mesh.cell)))
+    force_along, force_across, moment = (np.take(ends[..., part], element, axis=1) for part in range(3))  # on the first ends
     first, second = mass_up_to(beams, element, xi)
-    axial = -end[..., 0] + h * at_places(along, element, first)
-    shear = end[..., 1] - h * at_places(across, element, first)
-    moment = -end[..., 2] + end[..., 1] * xi * h - h**2 * at_places(across, element, second)
+    axial = -force_along + h * at_places(along, element, first)
+    shear = force_across - h * at_places(across, element, first)
+    moment = -moment + force_across * xi * h - h**2 * at_places(across, element, second)
     for each_load in spread_and_point_loads(system, loads):
         axial, shear, moment = (a + b for a, b in zip((axial, shear, moment), each_load.beyond(element, xi, h)))
     if beams.inertia.rotary is not None:

@@ -206,12 +206,12 @@ class System:
         Less gravity's, and with the drag per mass on the velocity: both forces go with the mass as inertia does.
         """
         mesh, motion = self.beams.mesh, self.motion
-        phi, omega, alpha = (array[:, mesh.node_link] for array in (motion.angle, motion.omega, motion.alpha))
-        origin = motion.acceleration[:, mesh.node_link]
-        c, s, (x, y) = np.cos(phi), np.sin(phi), mesh.node_xy.T
+        of_links = np.cos(motion.angle), np.sin(motion.angle), motion.omega, motion.alpha
+        c, s, omega, alpha = (np.take(array, mesh.node_link, axis=1) for array in of_links)
+        origin, (x, y) = motion.acceleration[:, mesh.node_link], mesh.node_xy.T
         along_x = c * origin[..., 0] + s * origin[..., 1] - alpha * y - omega**2 * x
         along_y = c * origin[..., 1] - s * origin[..., 0] + alpha * x - omega**2 * y
-        rigid = np.stack([along_x, along_y, alpha], axis=-1).reshape(len(phi), -1)
+        rigid = np.stack([along_x, along_y, alpha], axis=-1).reshape(len(alpha), -1)
         if self.terms.damping.external:
             rigid += self.terms.damping.external * self.rigid_velocity
         return rigid if self.terms.acceleration is None else rigid + self.terms.acceleration

@@ -204,7 +204,7 @@ class Transformation:
         q
             Coordinates of the mechanism.
         """
-        return summed(values * q[..., self.columns], self.rows, self.shape[0])
+        return summed(values * np.take(q, self.columns, axis=-1), self.rows, self.shape[0])
 
     def backward(self, values: Array, force: Array) -> Array:
         """``P^T force`` at all angles: ``(angles, ..., links' coordinates)`` to ``(angles, ..., coordinates)``.
@@ -216,7 +216,7 @@ class Transformation:
         force
             Forces on the links' coordinates.
         """
-        return summed(values * force[..., self.rows], self.columns, len(self.names))
+        return summed(values * np.take(force, self.rows, axis=-1), self.columns, len(self.names))
 
     def backward_at(self, values: Array, dofs: Index, force: Array) -> Array:
         """``P^T force`` of forces on some of the links' coordinates, ``(angles, ...)`` of the shape of `dofs`.

@@ -79,19 +79,22 @@ class CycleCurves:
                 found[:, which], slopes[:, which] = of_kind(values[:, which], times)
         return cls(found, slopes, corners, times, of_harmonics)
 
-    def others(self) -> list[CycleCurves]:
+    def others(self) -> CycleCurves:
         """Draw other curves through the same positions, by which it is judged how certain these are.
 
         They are curves of the same kinds through every second position, once the even ones and once the odd ones. Of an
-        odd number of positions they are curves of the other kind through all.
+        odd number of positions they are curves of the other kind through all. Either choice stands beside the others
+        along another axis, the second one.
         """
         values = self.values[:: self.per_position]
-        halves = [values[::2], values[1::2]]
+        even, odd = np.arange(0, len(values), 2), np.arange(1, len(values), 2)
         if self.corners is None:
-            return [self.of_positions(half) for half in halves]
+            odd = np.append(odd, odd[-1:])[: len(even)]  # of an odd number the last is there twice
+            return self.of_positions(values[np.stack([even, odd], axis=1)])
         if len(values) % 2:
-            return [self._of_kinds(values, ~self.corners, self.of_harmonics)]
-        return [self._of_kinds(half, self.corners, self.of_harmonics) for half in halves]
+            return self._of_kinds(values[:, None], ~self.corners[None], self.of_harmonics)
+        halves = values[np.stack([even, odd], axis=1)]
+        return self._of_kinds(halves, np.stack([self.corners, self.corners]), self.of_harmonics)
 
     def at(self, places: Array) -> Array:
         """Give the values at some places, ``(places, ...)``.

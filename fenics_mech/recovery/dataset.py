@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -39,6 +39,50 @@ from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
 from fenics_mech.scene.consistency import mobility
 
+
+class Part(NamedTuple):
+    """What a dataset is made of: to make one of all parts takes less than to join one of each.
+
+    Parameters
+    ----------
+    variables, coordinates, attributes
+        As `xarray.Dataset` takes them.
+    """
+
+    variables: Mapping[str, Any]
+    coordinates: Mapping[str, Any] = {}
+    attributes: Mapping[str, Any] = {}
+
+    @classmethod
+    def of(cls, data: xr.Dataset) -> Part:
+        """Take a dataset apart.
+
+        Parameters
+        ----------
+        data
+            The dataset.
+        """
+        variables, coordinates = (
+            {str(name): data.variables[name] for name in names} for names in (data.data_vars, data.coords)
+        )
+        return cls(variables, coordinates, data.attrs)
+
+    def labelled(self, *others: Part) -> xr.Dataset:
+        """Make a dataset of this and other parts.
+
+        Parameters
+        ----------
+        others
+            The other parts, none of which has a variable of another.
+        """
+        variables, coordinates, attributes = (dict[str, Any](part) for part in self)
+        for part in others:
+            variables.update(part.variables)
+            coordinates.update(part.coordinates)
+            attributes.update(part.attributes)
+        return xr.Dataset(variables, coordinates, attributes)
+
+
 FRAME_FORCES = ("support_force", "support_moment", "shaking_force", "shaking_moment")
 
 
@@ -66,14 +110,15 @@ def collect(
     """
     scene = solution.scene
     attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
-    data = xr.Dataset(fields.variables, fields.coordinates, attributes)
+    of_fields = Part(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
     if names is None or (few := _named(solution, fields, forces, names)) is None:
-        data = _whole(data, solution, fields, forces, errors)
+        data = _whole(of_fields.labelled(), solution, fields, forces, errors)
     else:
-        data = _joined(data, *few, *([] if errors is None else [of_errors(errors)]))
+        data = of_fields.labelled(*few, *([] if errors is None else [of_errors(errors)]))
     units = effort_units(scene.moved_joints, scene.joints)
-    return Result(with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values())))
+    data = with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
+    return Result.about(scene, data)
 
 
 def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces, errors: Errors | None) -> xr.Dataset:
@@ -86,7 +131,7 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
         frame_forces(forces, fields, efforts),
         link_motion(forces),
         *_of_kind(solution, fields.system),
-        *([] if errors is None else [of_errors(errors)]),
+        *([] if errors is None else [of_errors(errors).labelled()]),
     )
     data = _joined(data, *parts)
     data = _joined(data, residual_vibration(scene, data))
@@ -96,22 +141,22 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
     return _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
 
 
-def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection[str]) -> list[xr.Dataset] | None:
+def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection[str]) -> list[Part] | None:
     """Give variables that the fields do not hold; None where all are needed for them."""
     if solution.scene.analysis.method == "transient" or not solution.scene.moved_joints:
         return None
     efforts = cache(forces.efforts)
-    makers: dict[tuple[str, ...], Callable[[], xr.Dataset]] = {
-        ("input_torque",): lambda: xr.Dataset({"input_torque": (("theta",), next(iter(efforts().values())))}),
-        FRAME_FORCES: lambda: frame_forces(forces, fields, efforts()),
-        ("frequency", "assurance"): xr.Dataset,
-        ("multiplier", "growth_rate"): xr.Dataset,
+    makers: dict[tuple[str, ...], Callable[[], Part]] = {
+        ("input_torque",): lambda: Part({"input_torque": (("theta",), next(iter(efforts().values())))}),
+        FRAME_FORCES: lambda: Part.of(frame_forces(forces, fields, efforts())),
+        ("frequency", "assurance"): lambda: Part({}),
+        ("multiplier", "growth_rate"): lambda: Part({}),
     }
     if isinstance(solution, PeriodicSolution):
         modes, stability = solution.modes, solution.stability
         makers["frequency", "assurance"] = lambda: _of_modes(fields.system, modes)
         if stability is not None:
-            makers["multiplier", "growth_rate"] = lambda: of_stability(stability)
+            makers["multiplier", "growth_rate"] = lambda: Part.of(of_stability(stability))
     missing = set(names) - set(fields.variables)
     if not missing <= {name for known in makers for name in known}:
         return None
@@ -152,7 +197,7 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
         return [_at_rest(solution), of_small_motions(solution.vibrations)]
     if not isinstance(solution, PeriodicSolution):
         return []
-    parts = [_of_modes(system, solution.modes), without_vibration(solution)]
+    parts = [_of_modes(system, solution.modes).labelled(), without_vibration(solution)]
     if solution.stability is not None:
         parts.append(of_stability(solution.stability))
     if solution.condition is not None and np.isfinite(solution.condition):
@@ -160,7 +205,7 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     return parts
 
 
-def of_errors(errors: Errors) -> xr.Dataset:
+def of_errors(errors: Errors) -> Part:
     """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them.
 
     Parameters
@@ -181,13 +226,13 @@ def of_errors(errors: Errors) -> xr.Dataset:
     attributes["too_coarse"] = int(errors.too_large)
     if errors.remarks:
         attributes["not_estimated"] = "; ".join(errors.remarks)
-    return xr.Dataset(variables, {"source": sources}, attributes)
+    return Part(variables, {"source": sources}, attributes)
 
 
-def _of_modes(system: System, modes: Modes) -> xr.Dataset:
+def _of_modes(system: System, modes: Modes) -> Part:
     """Natural frequencies, their error, and how well each mode was followed."""
     along = ("theta", "mode")
-    return xr.Dataset(
+    return Part(
         {
             "frequency": (along, modes.frequency),
             "frequency_error": (("mode",), frequency_error(system, modes)),

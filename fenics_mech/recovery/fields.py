@@ -83,7 +83,8 @@ def recover(solution: Solution) -> Fields:
     members, elastic, found = _with_viscous_forces(system, response, s)
     by_joint = joint_forces(scene.joints, found, system.terms.joint_laws)
     forces = np.array(list(by_joint.values())).reshape(len(by_joint), len(system.motion.theta), 2)
-    sections, strains = scene.rigidities(s), _elastic_strains(scene, elastic)
+    sections = scene.rigidities(s)
+    strains = _elastic_strains(scene, sections, elastic)
     variables = _of_members(sections, system.beams.mesh.member_length, members, strains)
     variables |= _of_springs(scene, system, response)
     variables["joint_force"] = (("theta", "joint", "component"), np.moveaxis(forces, 0, 1))
@@ -120,9 +121,9 @@ def _with_viscous_forces(
     return elastic.with_forces(*forces), elastic, {key: force + viscous[key] for key, force in found.items()}
 
 
-def _elastic_strains(scene: Scene, members: MemberState) -> tuple[Array, Array]:
+def _elastic_strains(scene: Scene, sections: Sequence[Rigidity], members: MemberState) -> tuple[Array, Array]:
     """Strains of the axis, and by bending of both fibres, where the material may damp; see `stress_over_modulus`."""
-    parts = stress_over_modulus(scene.rigidities(members.s), members.axial_force, members.moment)
+    parts = stress_over_modulus(sections, members.axial_force, members.moment)
     axial, bending = (elastic_strain(scene, part) for part in parts)
     return axial, bending
 
@@ -159,7 +160,8 @@ def _largest_strain(scene: Scene, system: System, response: ElasticResponse, str
     pins, members = pin_loads(system, response.undamped), system.beams.mesh.cell_member
 
     def at(places: Array) -> Array:
-        axial, bending = _elastic_strains(scene, recover_members(system, response.undamped, places, pins))
+        there = recover_members(system, response.undamped, places, pins)
+        axial, bending = _elastic_strains(scene, scene.rigidities(places), there)
         return axial[..., None] + bending
 
     if len(places):

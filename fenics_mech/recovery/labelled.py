@@ -93,5 +93,5 @@ def labelled(
 def _refuse_infinite(result: Result) -> None:
     """Raise `SolverError` where a result holds what is no number."""
     for name in ("strain", "deflection", "joint_force", "input_torque"):
-        if name in result.data and not np.isfinite(result.data[name].to_numpy()).all():
+        if name in result.data and not np.isfinite(result.data.variables[name].to_numpy()).all():
             raise SolverError(f"the {name.replace('_', ' ')} is not finite: the equations have no answer. {ADVICE}")

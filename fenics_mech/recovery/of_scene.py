@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import Self
 
+import xarray as xr
+
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.recovery.saved import Saved
 from fenics_mech.scene import Scene
@@ -14,6 +16,21 @@ from fenics_mech.scene import Scene
 
 class OfScene(Saved):
     """A saved dataset with the scene that it was made of, as the attribute "scene"."""
+
+    @classmethod
+    def about(cls, scene: Scene, data: xr.Dataset) -> Self:
+        """Give what was found of a scene that is at hand, and need not be read from the dataset.
+
+        Parameters
+        ----------
+        scene
+            The scene, which the dataset has as an attribute too.
+        data
+            The dataset.
+        """
+        found = cls(data)
+        vars(found)["scene"] = scene  # as if it was read already
+        return found
 
     @cached_property
     def scene(self) -> Scene:

@@ -138,7 +138,7 @@ def _leading(result: Result, name: str) -> tuple[CycleCurves, Index]:
     highest[~(highest < surely[:, None])] = np.inf  # what is no number is looked at too
     most = int(np.isinf(highest).sum(axis=1).max(initial=1))
     which = np.sort(np.argsort(-highest, axis=1, kind="stable")[:, :most], axis=1)
-    some = np.take_along_axis(values, which[None, :, :, None], axis=2)
+    some = np.ascontiguousarray(values[:, np.arange(owners)[:, None], which])
     some = some if vector else some[..., 0]
     if not _smooth(result.scene, count):
         return CycleCurves.of_positions(some), which
@@ -218,7 +218,7 @@ def angles_at(result: Result, places: Array) -> Array:
     places
         The places, in positions.
     """
-    theta, k = result.data["theta"].to_numpy(), np.floor(places).astype(int)
+    theta, k = result.data.variables["theta"].to_numpy(), np.floor(places).astype(int)
     return np.asarray(theta[k] + (places - k) * (theta[min(1, len(theta) - 1)] - theta[0]))
 
 
@@ -256,8 +256,8 @@ def doubt(result: Result, name: str) -> float:
     if result.scene.analysis.method != "periodic" or not 4 <= count < PEAK.certain:
         return 0.0
     curves = _leading(result, name)[0]
-    peaks, *others = (np.abs(_peaks(result, name, part)[1]) for part in (curves, *curves.others()))
-    apart = np.abs([peaks.max(axis=1) - other.max(axis=1) for other in others]).max(axis=0)
+    peaks, others = (np.abs(_peaks(result, name, part)[1]) for part in (curves, curves.others()))
+    apart = np.abs(peaks.max(axis=-1) - others.max(axis=-1)).max(axis=0)
     apart /= max(peaks.max(), np.finfo(float).tiny)
     if curves.corners is None or count % 2:
         return float(apart.max())

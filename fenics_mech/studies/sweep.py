@@ -12,6 +12,7 @@ import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, ClassVar, TypeVar
@@ -229,12 +230,13 @@ class _SweepRun:
     workers: Workers
     at_peaks_alone: bool
     common: PointParts = field(default_factory=PointParts)
+    paths: dict[Point, Path] = field(default_factory=dict, init=False)
 
     @property
     def points(self) -> Path:
         return self.folder / "points"
 
-    @property
+    @cached_property
     def without_estimates(self) -> _SweepRun:
         """The same sweep without error estimates."""
         return replace(self, scene=placed(self.scene, {"analysis.error_estimates": False}))
@@ -270,7 +272,7 @@ class _SweepRun:
         links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
         points = sorted(points, key=lambda point: [point[number] for number in links])
         missing = self.at_root(
-            lambda: [index for index, point in enumerate(points) if read_point(self.file(point)[0]) is None]
+            lambda: [index for index, point in enumerate(points) if read_point(self.path(point)) is None]
         )
         longest, alone = longest_run(Scene.read(self.scene)), self.comm.size == 1
         in_runs = longest > 1 or not alone
@@ -288,7 +290,7 @@ class _SweepRun:
             def soon(index: int) -> Task:
                 return estimated.task(points[index], None)._replace(soon=True)
 
-            return with_peaks(run, len(points), task, soon, lambda some: self.peaks([points[index] for index in some]))
+            return with_peaks(run, len(points), task, soon, lambda index: self.strains([points[index]])[0])
 
         def started(task: Task) -> None:
             if not task.soon:
@@ -312,21 +314,30 @@ class _SweepRun:
     def task(self, point: Point, first: Point | None) -> Task:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
         place = None if first is None else sum(here - there for here, there in zip(point, first))  # all but one are 0
-        motion = self.without_estimates.file(point)[0].with_suffix(".npz") if self.at_peaks_alone else None
-        return Task(*self.file(point), self.gauge, place, motion)
+        motion = self.without_estimates.path(point).with_suffix(".npz") if self.at_peaks_alone else None
+        return Task(self.path(point), self.scene_of(point), self.gauge, place, motion)
 
-    def file(self, point: Sequence[float]) -> tuple[Path, Record]:
-        """Give the file and the scene of a point."""
-        data = placed(self.scene, dict(zip((axis.path for axis in self.axes), point)))
-        return point_file(self.points, data, self.gauge), data
+    def scene_of(self, point: Sequence[float]) -> Record:
+        """Give the scene of a point."""
+        return placed(self.scene, dict(zip((axis.path for axis in self.axes), point)))
+
+    def path(self, point: Point) -> Path:
+        """Give the file of a point."""
+        if point not in self.paths:
+            self.paths[point] = point_file(self.points, self.scene_of(point), self.gauge)
+        return self.paths[point]
 
     def records(self, points: Sequence[Point]) -> list[Record]:
         """Read points, those to be tried again too."""
-        return [json.loads(self.file(point)[0].read_text()) for point in points]
+        return [json.loads(self.path(point).read_text()) for point in points]
+
+    def strains(self, points: Sequence[Point]) -> list[list[float] | None]:
+        """Give the peak strain of each member at points, None where a point failed."""
+        return [record.get("values", {}).get("peak_strain") for record in self.records(points)]
 
     def peaks(self, points: Sequence[Point]) -> Array:
         """Give the peak strains at points, ``(points, members)``."""
-        return stacked([record.get("values", {}).get("peak_strain") for record in self.records(points)])
+        return stacked(self.strains(points))
 
     def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
         """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it.

@@ -234,7 +234,7 @@ def _with_errors(task: Task, scene: Scene, common: PointParts) -> Record | None:
     before = read_point(task.motion.with_suffix(".json"))
     if before is None or (errors := common.errors(task.motion, scene)) is None:
         return None
-    told = of_errors(errors)
+    told = of_errors(errors).labelled()
     values = before["values"] | {name: value.tolist() for name, value in _of_errors(told).items()}
     return before | {"not_estimated": _not_estimated(told), "values": values}
 

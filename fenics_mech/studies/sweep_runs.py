@@ -10,12 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import TypeVar
 
-import numpy as np
-
-from fenics_mech._arrays import Array
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.scene import Scene
 from fenics_mech.studies.sweep_peaks import peaks_of
+from fenics_mech.studies.sweep_points import stacked
 
 Task = TypeVar("Task")
 LONGEST = 8  # points of a run: processes share runs, and the first point of each begins from nothing
@@ -89,7 +87,7 @@ def with_peaks(
     count: int,
     task: Callable[[int], Task],
     soon: Callable[[int], Task],
-    strains: Callable[[Sequence[int]], Array],
+    strains: Callable[[int], Sequence[float] | None],
 ) -> Iterator[Task]:
     """Give the tasks of a run of points along a line, each followed by those of the peaks and ends that it reveals.
 
@@ -102,19 +100,20 @@ def with_peaks(
     task, soon
         Give the task of a point, and that of a peak or an end.
     strains
-        Gives curves at points whose tasks are done, NaN where a point failed, ``(points, curves)``.
+        Gives the values of all curves at a point whose task is done; None where it failed.
 
     Yields
     ------
     Task
         Each is asked for when the one before it is done.
     """
-    for place, index in enumerate(run):
+    known: dict[int, Sequence[float] | None] = {}  # of the last three
+    for index in run:
         yield task(index)
+        known = dict([*known.items(), (index, strains(index))][-3:])
         for at in (index - 1, index):
             beside = range(max(at - 1, 0), min(at + 2, count))
-            if at >= 0 and set(beside) <= set(run[max(place - 2, 0) : place + 1]):
-                known = strains(beside)
-                here = beside.index(at)
-                if not np.isnan(known[here]).all() and (at in (0, count - 1) or peaks_of(known, 1)[here]):
+            if at >= 0 and known.keys() >= set(beside) and known[at] is not None:
+                curves = stacked([known[number] for number in beside])
+                if at in (0, count - 1) or peaks_of(curves, 1)[beside.index(at)]:
                     yield soon(at)

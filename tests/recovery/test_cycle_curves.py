@@ -108,11 +108,17 @@ def test_lengths_of_vectors_turn_with_them():
 
 def test_halves_are_curves_through_every_second_position():
     curves = CycleCurves.through(np.cos(EIGHT - 0.3)[:, None])
-    even, odd = curves.others()
-    for half, first in ((even, 0), (odd, 1)):
-        assert half.values[:: half.per_position].tolist() == np.cos(EIGHT - 0.3)[first::2, None].tolist()
-    assert even.corners is odd.corners is curves.corners
-    even, odd = CycleCurves.of_positions(np.cos(EIGHT)).others()
-    assert not even.slopes.any()
-    (other,) = CycleCurves.through(np.cos(EIGHT[:7] * 8 / 7)[:, None]).others()  # an odd number
-    assert other.corners.tolist() == [False]
+    halves = curves.others()
+    alone = [CycleCurves.through(half) for half in (curves.values[::90], curves.values[45::90])]
+    for k, half in enumerate(alone):
+        assert halves.values[:: halves.per_position, k].tolist() == np.cos(EIGHT - 0.3)[k::2, None].tolist()
+        assert not half.corners.any()
+        assert np.array_equal(halves.values[:, k], half.values)
+        assert np.array_equal(halves.slopes[:, k], half.slopes)
+    assert halves.corners.tolist() == [curves.corners.tolist()] * 2
+    of_positions = CycleCurves.of_positions(np.arange(7.0)).others()
+    assert of_positions.values.T.tolist() == [[0, 2, 4, 6], [1, 3, 5, 5]]
+    assert not of_positions.slopes.any()
+    other = CycleCurves.through(np.cos(EIGHT[:7] * 8 / 7)[:, None]).others()  # an odd number
+    assert other.corners.tolist() == [[False]]
+    assert other.values.shape == (364, 1, 1)
