@@ -39,7 +39,7 @@ def statics(
     if beams.layout.offsets is not None:
         ends = beams.layout.offsets.on_neutral_line(ends)
     along, across = inertia_of(system, response, np.arange(len(beams.mesh.cell)))
-    force_along, force_across, moment = (np.take(ends[..., part], element, axis=1) for part in range(3))  # on the first ends
+    force_along, force_across, moment = (np.take(ends[..., part], element, axis=1) for part in range(3))  # first ends
     first, second = mass_up_to(beams, element, xi)
     axial = -force_along + h * at_places(along, element, first)
     shear = force_across - h * at_places(across, element, first)
