@@ -40,8 +40,18 @@ POUND_FORCE = re.compile(r"\b(lbf|kips?|pounds?_force)\b")
 NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
 COMMA = re.compile(r"\d,\d")
 NUMBER_AND_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?+)\s*([^\d\s.*+-].*)")  # a number and its unit
-TWO_NUMBERS = re.compile(r"\d\s+(?!1\s*/\s*[^\W\d])[\d.]")  # as "1 500 g" and "3 1/2 in", and not "5 1/s"
-POINT = re.compile(r"\d[·⋅](?!10[\^*⁻⁰¹²³⁴⁵⁶⁷⁸⁹])\d")  # as "1·5 mm", and not "7·10⁻³ m"
+MISREAD = (  # what pint would read as something else, and what to write
+    (COMMA, "a comma. Write a decimal point"),  # 1,5 as 15
+    # 1 500 as 500, 3 1/2 as 3 halves and 5 mm 2 as 10 mm, but for the likes of 5 1/s
+    (re.compile(r"[\w%°]\s+(?!1\s*/\s*[^\W\d])[\d.]"), "two numbers. Write one, without a space in it"),
+    (re.compile(r"\.\d*\.|\d[eE][-+]?\d+\."), "a number with two points. Write one decimal point"),  # 1.234.567 as 0.7
+    (
+        re.compile(r"\d[·⋅](?!10[\^*⁻⁰¹²³⁴⁵⁶⁷⁸⁹])\d"),
+        "a raised point. Write a decimal point, or * for a product",
+    ),  # 1·5 as 5
+    (re.compile(r"[-+]\s*[-+]"), "two signs. Write one"),  # --5 as 5
+)
+FREQUENCIES = "hertz", "counts_per_second", "becquerel", "baud"  # to pint all are 1/s, as rad/s is
 SIGNS = frozenset(".+-*/^()_%°·⋅⁻\N{MULTIPLICATION SIGN}")  # of quantities, beside letters, digits and spaces
 FACTOR = re.compile(r"(\s*[*/]\s*|\s+)([A-Za-z%]+|1)(?:(?:\^|\*\*)(-?\d))?", re.ASCII)
 COMMON = {  # in SI, which pint takes half a second of every start to say
@@ -152,7 +162,7 @@ def _by_pint(text: str, unit: str) -> float:
         quantity = registry().Quantity(text)
     except Exception as error:  # pint raises its parser's own errors of many types
         raise ValueError(f"cannot read {text!r} as a quantity; {example}") from error
-    if unit == "rad/s" and "hertz" in str(quantity.units):
+    if unit == "rad/s" and any(name in str(quantity.units) for name in FREQUENCIES):
         raise ValueError(f"{text!r} is a frequency, and 1 Hz is 2 pi rad/s; write rpm or rad/s")
     if unit == "rad/s" and str(quantity.units) == "1 / minute":  # to pint 1/min is rad/min, and turns may be meant
         raise ValueError(f"{text!r} does not say whether it counts turns or radians; write rpm or rad/s")
@@ -169,12 +179,9 @@ def _by_pint(text: str, unit: str) -> float:
 
 def _misread_by_pint(text: str) -> str | None:
     """Say what pint would read as something else: it takes signs that it does not know for products."""
-    if COMMA.search(text):  # 1,5 for 15
-        return "it has a comma. Write a decimal point"
-    if TWO_NUMBERS.search(text):  # 1 500 for 1 times 500, 1e3 2 for the product, 3 1/2 for 3 halves
-        return "it has two numbers. Write one, without a space in it"
-    if POINT.search(text):  # 1·5 for 1 times 5
-        return "it has a raised point. Write a decimal point, or * for a product"
+    for pattern, what in MISREAD:
+        if pattern.search(text):
+            return f"it has {what}"
     sign = next((sign for sign in text if not (sign.isalnum() or sign.isspace() or sign in SIGNS)), None)
     if sign is None:
         return None

@@ -65,6 +65,12 @@ def test_no_quantity_for_another(text, unit):
         ("200 1/min", "rad/s", "turns or radians"),  # pint takes it for rad/min
         ("3 1/2 in", "m", "two numbers"),  # pint takes it for 1.5 in
         ("3 1 / 2 in", "m", "two numbers"),
+        ("5 mm 2", "m", "two numbers"),  # pint takes it for 10 mm
+        ("1.234.567 mm", "m", "two points"),  # pint takes it for 0.7 mm
+        ("1..5 mm", "m", "two points"),
+        ("1.5e-3.5 m", "m", "two points"),
+        ("--5 deg", "rad", "two signs"),
+        ("5 cps", "rad/s", "is a frequency"),  # pint takes it for 5 rad/s
         ("1·5 mm", "m", "raised point"),  # pint takes it for 5 mm
         ("\N{MINUS SIGN}9.81 m/s^2", "m/s**2", "MINUS SIGN.*minus of the keyboard"),  # pint takes it for 9.81
         ("\N{EN DASH}30 deg", "rad", "EN DASH.*minus of the keyboard"),
@@ -100,6 +106,9 @@ def test_a_rate_without_a_unit_of_angle(text, unit, value):
         ("5\N{NO-BREAK SPACE}µm", "m", 5e-6),
         ("1/2 in", "m", 0.0127),
         ("2 N/(mm^2)", "Pa", 2e6),
+        ("-2.5e-3 m", "m", -2.5e-3),
+        ("5 kg 1/s^2", "N/m", 5.0),
+        ("2 m - 3 mm", "m", 1.997),
     ],
 )
 def test_signs_of_quantities(text, unit, value):
