@@ -17,13 +17,15 @@ import scipy.sparse as sp
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._compiling import compile_safely
+from fenics_mech._libraries import versions_by_python
 from fenics_mech._petsc import MPI, Absent, not_there, to_scipy
 from fenics_mech._sparse.kernels import kernels, pointer
 from fenics_mech.errors import MechanismError
 
 try:  # after PETSc and its MPI
-    import dolfinx
-    import ufl
+    with versions_by_python():
+        import dolfinx
+        import ufl
 except ImportError as error:
     dolfinx = ufl = fem = Absent(error)  # type: ignore[assignment]
 KNOWN = ((0, 5), (0, 9), (0, 10), (0, 11))  # versions of dolfinx that this has been run with

@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib.metadata import distribution
 from types import ModuleType
 from typing import cast
 
@@ -48,3 +49,19 @@ def leave_pint_out() -> None:
         xr.Variable((), 0.0).to_numpy()  # xarray asks once
     finally:
         del sys.modules["pint"]
+
+
+@contextmanager
+def versions_by_python() -> Iterator[None]:
+    """Let packages of 2022 ask Python for their versions, for which they would load `pkg_resources` of setuptools."""
+    name = "pkg_resources"
+    if name in sys.modules:
+        yield
+        return
+    asked = ModuleType(name)
+    asked.get_distribution = distribution  # type: ignore[attr-defined]
+    sys.modules[name] = asked
+    try:
+        yield
+    finally:
+        del sys.modules[name]

@@ -76,6 +76,17 @@ print(registry()("2 furlong/fortnight").dimensionality)
     assert printed(work, **os.environ).split("\n") == ["False", "[length] / [time]"]
 
 
+def test_dolfinx_loads_no_pkg_resources_which_can_be_loaded_later():
+    work = """
+import sys
+from fenics_mech._fenicsx import dolfinx, ufl
+print("pkg_resources" in sys.modules, bool(ufl.__version__))
+from importlib.util import find_spec
+print(find_spec("pkg_resources") is None or bool(__import__("pkg_resources").working_set))
+"""
+    assert printed(work, **os.environ).split("\n") == ["False True", "True"]
+
+
 @pytest.mark.parametrize(
     ("stated", "expected"),
     [
