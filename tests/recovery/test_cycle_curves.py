@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech.recovery.cycle_curves import CycleCurves
+from fenics_mech.recovery.cycle_curves import NEIGHBOURS, CycleCurves, _akima_slopes, akima_over_cycle
 
 EIGHT = 2 * np.pi * np.arange(8) / 8
 
@@ -122,3 +122,14 @@ def test_halves_are_curves_through_every_second_position():
     other = CycleCurves.through(np.cos(EIGHT[:7] * 8 / 7)[:, None]).others()  # an odd number
     assert other.corners.tolist() == [[False]]
     assert other.values.shape == (364, 1, 1)
+
+
+@pytest.mark.parametrize("count", [3, 4, 5, 8, 90])
+def test_slopes_of_akima_are_those_of_scipy(count):
+    """Also where curves are straight on both sides of a position, or turn by rounding only."""
+    random, at = np.random.default_rng(count), np.arange(float(count))
+    values = np.concatenate([random.normal(size=(count, 20)), random.integers(0, 2, (count, 20))], axis=1)
+    values[:, 0] = 1e-12 * values[:, 0]
+    expected = akima_over_cycle(at, values, count, NEIGHBOURS)(at, 1)
+    assert np.array_equal(_akima_slopes(values), expected)
+    assert _akima_slopes(np.empty((count, 0))).shape == (count, 0)
