@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -207,4 +208,4 @@ def _write(figure: Figure, path: Path) -> None:
     assert isinstance(canvas, FigureCanvasAgg)  # that of the layout, which has measured the texts
     canvas.draw()
     picture = Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-    picture.save(path, dpi=(RESOLUTION, RESOLUTION), compress_level=3)
+    picture.save(path, dpi=(RESOLUTION, RESOLUTION), compress_level=3, compress_type=zlib.Z_RLE)
