@@ -134,12 +134,19 @@ def _in_common_units(text: str) -> tuple[float, Counter[str]] | None:
 
 
 @cache
-def _parse(text: str, unit: str) -> float:
-    """Convert the text of a quantity to a float in `unit`."""
+def _in_common(text: str, unit: str) -> float | None:
+    """Convert the text of a quantity in common units, or of a number alone, to a float in `unit`; None for others."""
     common, wanted = _in_common_units(text), _in_common_units(f"1 {unit}")
     if common and wanted and (common[1] == wanted[1] or NUMBER.fullmatch(text.strip())):
         return common[0]
-    return _by_pint(text, unit)
+    return None
+
+
+@cache
+def _parse(text: str, unit: str) -> float:
+    """Convert the text of a quantity to a float in `unit`."""
+    common = _in_common(text, unit)
+    return _by_pint(text, unit) if common is None else common
 
 
 def _by_pint(text: str, unit: str) -> float:
@@ -257,7 +264,9 @@ def _either(turning: str, sliding: str, named: str) -> Any:
         if not isinstance(value, str):
             return value if isinstance(value, OfTurning | OfSliding) else in_unit(turning)(value)
         found = {}
-        for kind, unit in ((OfTurning, turning), (OfSliding, sliding)):
+        for kind, unit, other in ((OfTurning, turning, sliding), (OfSliding, sliding, turning)):
+            if _in_common(value, other) is not None and _in_common(value, unit) is None:
+                continue  # pint, which is slow to load, would say no more
             try:
                 found[kind] = in_unit(unit)(value)
             except ValueError:
