@@ -182,8 +182,9 @@ def solved(
     """Analyse a scene as `as_planned` does, and give the solution too."""
     common = common or CommonParts()
     solution, solver = _answer(scene, progress, common)
-    common.answered(solution, choices)
-    result = collected(solution, choices, progress, names)
+    fields, errors = recovered(solution, choices, progress)
+    common.answered(solution, fields, choices)
+    result = labelled(solution, fields, errors, _by_errors(choices, errors), names)
     result.data.attrs["solver"] = solver
     return solution, result
 

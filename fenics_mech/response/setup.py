@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -141,13 +141,13 @@ class CommonParts:
         if self._begin_from_last:
             self._motions = [*self._motions[-1:], (self._place, motion)]
 
-    def answered(self, solution: Solution, choices: Sequence[Choice]) -> None:
+    def answered(self, solution: Solution, fields: Any, choices: Sequence[Choice]) -> None:
         """Hear of the answer of each analysis; here nothing is done with it.
 
         Parameters
         ----------
-        solution
-            The response.
+        solution, fields
+            The response, and what was recovered from it.
         choices
             What was decided about each effect.
         """

@@ -86,6 +86,9 @@ def _known_keys() -> frozenset[str]:
     return frozenset(field.alias or name for table in tables for name, field in table.model_fields.items())
 
 
+WITH_TEXTS = str, dict, list, tuple  # what may be, or hold, a text
+
+
 def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
     """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey.
 
@@ -96,21 +99,22 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
     place
         Keys that lead to the part, for the error.
     """
-    if isinstance(part, str) and not part.isprintable():
-        found = next((c for c in part if unicodedata.category(c) in CONTROL), None)
+    if isinstance(part, str):
+        found = None if part.isprintable() else next((c for c in part if unicodedata.category(c) in CONTROL), None)
         if found is not None:
             raise SceneError(
                 f"the text {shortened(part)} has the control character {found!a}",
                 place=".".join(place),
                 hint="Texts have letters, digits, signs and spaces",
             )
-    elif isinstance(part, dict):
-        for key, value in part.items():
+        return
+    keyed = isinstance(part, dict)
+    items = part.items() if keyed else enumerate(part) if isinstance(part, list | tuple) else ()
+    for key, value in items:
+        if keyed:
             check_texts(key, place)
+        if isinstance(value, WITH_TEXTS):
             check_texts(value, (*place, str(key)))
-    elif isinstance(part, list | tuple):
-        for i, value in enumerate(part):
-            check_texts(value, (*place, str(i)))
 
 
 def check_known(name: str, things: Iterable[str], kind: str, place: str, of: str = "") -> None:

@@ -5,21 +5,21 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 from fenics_mech._guard import guarded
-from fenics_mech.accuracy.estimate import Errors
+from fenics_mech.accuracy.estimate import Errors, estimate
 from fenics_mech.effects.effect import Choice
-from fenics_mech.recovery.labelled import recovered
+from fenics_mech.recovery.fields import Fields
 from fenics_mech.response.few_nodes import FEW_NODES
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
-from fenics_mech.scene import Scene
 
 KEPT_ANSWERS = 2  # a point is known as a peak when the next one is computed
 MOST = 30_000  # numbers of a displacement over the cycle: with all that is kept of it, 0.1 GB
-Answer = tuple[Solution, Sequence[Choice]]
+Answer = tuple[Solution, Fields, Sequence[Choice]]
 
 
 class PointParts(CommonParts):
@@ -30,17 +30,17 @@ class PointParts(CommonParts):
         self._answer: Answer | None = None
         self._answers: dict[Path, Answer] = {}
 
-    def answered(self, solution: Solution, choices: Sequence[Choice]) -> None:
+    def answered(self, solution: Solution, fields: Fields, choices: Sequence[Choice]) -> None:
         """Take note of an answer, unless it is large.
 
         Parameters
         ----------
-        solution, choices
-            The response, and what was decided about each effect.
+        solution, fields, choices
+            The response, what was recovered from it, and what was decided about each effect.
         """
         fine = np.bincount(solution.system.beams.mesh.cell_member).max() > FEW_NODES.from_elements
         large = solution.response.displacement.size > MOST
-        self._answer = None if fine or large else (solution, choices)  # estimates solve fine meshes another way
+        self._answer = None if fine or large else (solution, fields, choices)  # estimates solve fine meshes another way
 
     def keep_answer(self, path: Path) -> None:
         """Keep the last answer.
@@ -55,15 +55,15 @@ class PointParts(CommonParts):
         self._answer = None
 
     @guarded()
-    def errors(self, path: Path, scene: Scene) -> Errors | None:
+    def errors(self, path: Path, estimates: bool | Literal["contacts"]) -> Errors | None:
         """Estimate the errors of an answer that is kept; None where it is not.
 
         Parameters
         ----------
         path
             The file of its point.
-        scene
-            The scene of the point with estimates.
+        estimates
+            What its scene says of estimates, True or "contacts".
 
         Raises
         ------
@@ -72,6 +72,7 @@ class PointParts(CommonParts):
         """
         if path not in self._answers:
             return None
-        solution, choices = self._answers.pop(path)
-        stated = solution.scene.changed(analysis__error_estimates=scene.analysis.error_estimates)
-        return recovered(replace(solution, scene=stated), choices, lambda step: None)[1]
+        solution, fields, choices = self._answers.pop(path)
+        analysis = solution.scene.analysis.model_copy(update={"error_estimates": estimates})
+        scene = solution.scene.model_copy(update={"analysis": analysis})
+        return estimate(replace(solution, scene=scene), fields.system, fields.at_stations, choices)

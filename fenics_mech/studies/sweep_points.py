@@ -194,8 +194,7 @@ def compute_point(task: Task, common: PointParts) -> None:
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        scene = Scene.read(task.data)
-        found = _with_errors(task, scene, common) if task.soon else _analysed(task, scene, common)
+        found = _with_errors(task, common) if task.soon else _analysed(task, common)
         if found is None:  # the answer was not kept
             return
         record |= found
@@ -209,10 +208,11 @@ def compute_point(task: Task, common: PointParts) -> None:
     write_whole(task.path, lambda temporary: temporary.write_text(text))
 
 
-def _analysed(task: Task, scene: Scene, common: PointParts) -> Record:
+def _analysed(task: Task, common: PointParts) -> Record:
     """Analyse a point and give what is kept of it."""
-    _, _, gauge, place, motion, _ = task
+    _, data, gauge, place, motion, _ = task
     common.go_to(place)
+    scene = Scene.read(data)
     estimated = scene.analysis.error_estimates
     if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
         common.go_to(None)
@@ -228,11 +228,11 @@ def _analysed(task: Task, scene: Scene, common: PointParts) -> Record:
     return record
 
 
-def _with_errors(task: Task, scene: Scene, common: PointParts) -> Record | None:
+def _with_errors(task: Task, common: PointParts) -> Record | None:
     """Give what is kept of a point without estimates, with errors of its answer; None where that was not kept."""
     assert task.motion is not None
-    before = read_point(task.motion.with_suffix(".json"))
-    if before is None or (errors := common.errors(task.motion, scene)) is None:
+    before, estimates = read_point(task.motion.with_suffix(".json")), task.data["analysis"]["error_estimates"]
+    if before is None or not estimates or (errors := common.errors(task.motion, estimates)) is None:
         return None
     told = of_errors(errors).labelled()
     values = before["values"] | {name: value.tolist() for name, value in _of_errors(told).items()}

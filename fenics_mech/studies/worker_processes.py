@@ -25,6 +25,7 @@ from fenics_mech.studies.worker_logs import Channel, WorkerLogs, heard, send_log
 MAX_FAILED_STARTS = 10
 AFTER_FAILURE = 0.05  # s that a start waits after one that failed, and after each further one as much more
 STARTER = "fenics_mech.studies.process_starter"  # what the process that starts the others imports first
+LATER = ("scipy.ndimage",)  # what all analyses import as they go on, and each process would for itself
 DONE: Any = object()  # in place of a task, at the end of a run
 Task = TypeVar("Task")
 
@@ -40,7 +41,7 @@ def prepare(module: str) -> None:
     module
         The module of the work.
     """
-    forkserver.set_forkserver_preload([STARTER, __name__, module])  # imported once for all
+    forkserver.set_forkserver_preload([STARTER, __name__, module, *LATER])  # imported once for all
     with chdir(os.sep):
         forkserver.ensure_running()
 
