@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._constants import MEGA
+from fenics_mech.recovery.faces import faces_of
 from fenics_mech.scene import Material, Member
-from fenics_mech.scene.sections import AnySection, LaminateSection
+from fenics_mech.scene.sections import AnySection
 
 
 def exceeded(
@@ -18,7 +19,7 @@ def exceeded(
     materials: Mapping[str, Material],
     data: xr.Dataset,
 ) -> tuple[str, ...]:
-    """Compare the stresses of the outer fibres with the strengths of their materials.
+    """Compare the stresses of all materials, at their faces, with their strengths.
 
     Parameters
     ----------
@@ -32,36 +33,26 @@ def exceeded(
     Returns
     -------
     tuple
-        One sentence for each member of which an outer fibre exceeds the strength of its material.
+        One sentence for each member of which a face exceeds the strength of its material.
     """
     found = []
     for label, (_, member) in members.items():
         most, worst = 1.0, ""
-        for fibre, material in outer_materials(member, sections[member.section]).items():
-            if material is None or (strength := materials[material].strength) is None:
+        for face in faces_of(member, sections[member.section], materials):
+            material = face.material
+            if (strength := materials[material].strength) is None:
                 continue
-            stress = data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy()
+            both = (data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy() for fibre in "+-")
+            stress = face.stress(*both)
             k, i = np.unravel_index(int(np.abs(stress).argmax()), stress.shape)
             if abs(stress[k, i]) <= most * strength:
                 continue
             most, angle = abs(stress[k, i]) / strength, np.degrees(float(data["theta"][k])) % 360
+            where = f"fibre {face.side}" if face.is_outer else f"{face.place:.3g} of the way from fibre - to +"
             worst = (
                 f"materials.{material}.strength: the stress of member {label} reaches {MEGA * stress[k, i]:.4g} MPa at "
-                f"s = {float(data['s'][i]):.3g}, fibre {fibre}, drive angle {angle:.4g} deg; the strength of "
+                f"s = {float(data['s'][i]):.3g}, {where}, drive angle {angle:.4g} deg; the strength of "
                 f"{material} is {MEGA * strength:.4g} MPa"
             )
         found += [worst] if worst else []
     return tuple(found)
-
-
-def outer_materials(member: Member, section: AnySection) -> dict[str, str | None]:
-    """Materials of a member's outer fibres; None where the section is a polygon of several materials.
-
-    Parameters
-    ----------
-    member, section
-        The member and its section.
-    """
-    if isinstance(section, LaminateSection):
-        return {"+": section.plies[-1].material, "-": section.plies[0].material}
-    return dict.fromkeys("+-", None if section.complete else member.material)

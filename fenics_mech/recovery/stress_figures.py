@@ -10,10 +10,10 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, ResultError
+from fenics_mech.recovery.faces import faces_by_member
 from fenics_mech.recovery.peaks import curves_over_cycle
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.signal import last_cycle
-from fenics_mech.recovery.strength import outer_materials
 from fenics_mech.scene import Scene
 from fenics_mech.scene.stress_life import StressLife
 
@@ -40,32 +40,37 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     """
     stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
     found: dict[str, Any] = {}
-    along, size = ("member", "s", "fibre"), np.abs(stress).max(axis=0)
+    along = "member", "s", "fibre"
     if part is not None:
         curves = curves_over_cycle(scene, stress[part], "stress")
         largest, least = curves.highest()[1], curves.lowest()[1]
         found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
         found["stress_ratio"] = (along, least / np.where(largest, largest, np.nan))
-        size = np.max([size, largest, -least], axis=0)
-    peaks, fibres = size.max(axis=1), [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
-    shares = np.full(len(peaks), np.nan)
-    for i, allowed in enumerate(_by_fibre(scene, "strength").values()):
-        used = [peaks[i, fibres.index(fibre)] / value for fibre, value in allowed.items() if value is not None]
-        shares[i] = max(used, default=np.nan)
+    fibres = [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
+    plus, minus = (stress[..., fibres.index(fibre)] for fibre in "+-")
+    shares = _used(scene, plus, minus, part)
     if np.isfinite(shares).any():
         found["utilisation"] = (("member",), shares)
     return xr.Dataset(found)
 
 
-def _by_fibre(scene: Scene, what: str) -> dict[str, dict[str, Any]]:
-    """Give what the materials of the outer fibres state, by member and fibre; None where nothing."""
-    return {
-        label: {
-            fibre: None if material is None else getattr(scene.materials[material], what)
-            for fibre, material in outer_materials(member, scene.sections[member.section]).items()
-        }
-        for label, (_, member) in scene.members().items()
-    }
+def _used(scene: Scene, plus: Array, minus: Array, part: slice | None) -> Array:
+    """Give the largest stress over the strength, of all materials of each member; NaN where none states it.
+
+    `plus` and `minus` are the stresses of both outer fibres (Pa), ``(angles, members, stations)``.
+    """
+    shares = np.full(plus.shape[1], np.nan)
+    for i, faces in enumerate(faces_by_member(scene).values()):
+        for face in faces:
+            if (strength := scene.materials[face.material].strength) is None:
+                continue
+            stress = face.stress(plus[:, i], minus[:, i])
+            largest = np.abs(stress).max()
+            if part is not None:
+                curves = curves_over_cycle(scene, stress[part], "stress")
+                largest = max(largest, curves.highest()[1].max(), -curves.lowest()[1].min())
+            shares[i] = np.fmax(shares[i], largest / strength)
+    return shares
 
 
 def fatigue(result: Result) -> xr.Dataset:
@@ -82,8 +87,9 @@ def fatigue(result: Result) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        `damage` of one cycle of the machine, or of the motion in time, by member, s and fibre: at 1 it breaks. By
-        member `life_cycles` and `life_hours` of its worst place, infinite where nothing is damaged.
+        `damage` of one cycle of the machine, or of the motion in time, by member, s and fibre: at 1 it breaks. Of inner
+        plies and parts it counts for the nearer outer fibre. By member `life_cycles` and `life_hours` of its worst
+        place, infinite where nothing is damaged.
 
     Raises
     ------
@@ -101,22 +107,15 @@ def fatigue(result: Result) -> xr.Dataset:
     True
     """
     scene = result.scene
-    curves = _by_fibre(scene, "fatigue")
-    if not any(curve for fibres in curves.values() for curve in fibres.values()):
+    faces = [face for all_faces in faces_by_member(scene).values() for face in all_faces]
+    if not any(scene.materials[face.material].fatigue for face in faces):
         raise ResultError("no material states `fatigue`, its stress-life curve: fatigue = { range = ..., slope = ... }")
     if result.data.sizes["theta"] < 2:
         raise ResultError("a single position has no cycles of stress")
     part = last_cycle(scene.analysis, scene.drives, result.data)
     stress = result.data["stress"].transpose("member", "s", "fibre", "theta")
     stress = stress if part is None else stress.isel(theta=part)
-    waves = np.moveaxis(stress.to_numpy(), -1, 0)
-    if part is not None:  # else the end does not go on at the start
-        waves = curves_over_cycle(scene, waves, "stress").turning()
-    damage = np.full(stress.shape[:3], np.nan)
-    for i, fibres in enumerate(curves.values()):
-        for f, fibre in enumerate(stress["fibre"].to_numpy()):
-            if (curve := fibres[str(fibre)]) is not None:
-                damage[i, :, f] = [_damage(wave, curve, part is not None) for wave in waves[:, i, :, f].T]
+    damage = _damages(scene, stress, part is not None)
     duration = scene.period if part is not None else float(np.ptp(result.data["time"].to_numpy()))
     found = stress.isel(theta=0, drop=True).copy(data=damage).to_dataset(name="damage")
     worst = found["damage"].max(("s", "fibre"))
@@ -125,6 +124,25 @@ def fatigue(result: Result) -> xr.Dataset:
     for name, (unit, meaning) in MEANINGS.items():
         found[name].attrs = {"units": unit, "long_name": meaning}
     return found
+
+
+def _damages(scene: Scene, stress: xr.DataArray, repeats: bool) -> Array:
+    """Give the damage on both sides of the sections, ``(members, stations, fibres)``: that of the worst material there.
+
+    `stress` is that of the outer fibres over member, s, fibre and theta.
+    """
+    waves, fibres = np.moveaxis(stress.to_numpy(), -1, 0), [str(fibre) for fibre in stress["fibre"].to_numpy()]
+    damage = np.full(stress.shape[:3], np.nan)
+    for i, faces in enumerate(faces_by_member(scene).values()):
+        for face in faces:
+            if (curve := scene.materials[face.material].fatigue) is None:
+                continue
+            wave = face.stress(*(waves[:, i, :, fibres.index(fibre)] for fibre in "+-"))
+            if repeats:  # else the end does not go on at the start
+                wave = curves_over_cycle(scene, wave, "stress").turning()
+            at = i, slice(None), fibres.index(face.side)
+            damage[at] = np.fmax(damage[at], [_damage(one, curve, repeats) for one in wave.T])
+    return damage
 
 
 MEANINGS = {

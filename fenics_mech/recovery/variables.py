@@ -37,7 +37,7 @@ ATTRIBUTES = {
     "stress_range": ("Pa", "stress range of the outer fibre over the cycle, from the least to the largest"),
     "stress_mean": ("Pa", "half of the sum of the least and the largest stress of the cycle"),
     "stress_ratio": ("1", "least over largest stress of the cycle; -1 where it alternates"),
-    "utilisation": ("1", "largest stress of the member over the strength of its material"),
+    "utilisation": ("1", "largest stress over the strength, of all materials of the member"),
     "moment": ("N m", "bending moment"),
     "axial_force": ("N", "axial force, tension positive"),
     "shear_force": ("N", "shear force dM/ds"),

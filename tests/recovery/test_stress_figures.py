@@ -97,6 +97,46 @@ def test_damage_of_a_motion_in_time_counts_no_return_to_its_start():
     assert float(found["life_hours"][0]) == pytest.approx(quarter / float(found["damage"].max()) / 3600)
 
 
+CORED = {  # a stiff core 6 mm high between soft skins of 1 mm, as plies and as parts
+    "laminate": {
+        "shape": "laminate",
+        "width": 0.02,
+        "plies": [{"thickness": t, "material": name} for t, name in ((1e-3, "skin"), (6e-3, "core"), (1e-3, "skin"))],
+    },
+    "polygon": {
+        "shape": "polygon",
+        "parts": [
+            {"outline": [(low, -0.01), (high, -0.01), (high, 0.01), (low, 0.01)], "material": name}
+            for low, high, name in ((-4e-3, -3e-3, "skin"), (-3e-3, 3e-3, "core"), (3e-3, 4e-3, "skin"))
+        ],
+    },
+}
+
+
+@pytest.mark.parametrize("shape", CORED)
+def test_the_stress_of_inner_materials_counts(shape):
+    """Under its core's largest moment the core has 207/70 of the skins' modulus at 3/4 of their distance."""
+    pytest.importorskip("rainflow")
+    core = {"modulus": 207e9, "density": 7850.0, "strength": 20e6, "fatigue": CURVE}
+    skin = {"modulus": 70e9, "density": 2700.0, "strength": 20e6}
+    beam = {"ends": ("O", "B"), "section": "strip"}
+    links = {"arm": {"points": {"O": (0, 0), "B": (0.5, 0)}, "members": {"beam": beam}}}
+    materials = {"core": core, "skin": skin}
+    scene = arm(materials=materials, sections={"strip": CORED[shape]}, links=links, gravity=(0, -9.81), **TURNING)
+    result = response_of(scene.changed({"drive.speed": 0.01}))  # its weight alone, and hardly any axial force
+    line, stiffness = 0.02 * (7850 * 6e-3 + 2700 * 2e-3), 0.02 * (207e9 * 6**3 + 70e9 * (8**3 - 6**3)) * 1e-9 / 12
+    moment = 9.81 * (line * 0.5**2 / 2 + 0.05 * 0.5)
+    skins, inside = (modulus * moment / stiffness * y for modulus, y in ((70e9, 4e-3), (207e9, 3e-3)))
+    assert float(result.data["stress"].max()) == pytest.approx(skins, rel=2e-3)  # with the weight along the arm
+    assert float(result.data["utilisation"][0]) == pytest.approx(inside / 20e6, rel=2e-3)
+    damage = fatigue(result)["damage"].sel(s=0.0)
+    assert damage.to_numpy() == pytest.approx((2 * inside / 40e6) ** 5 / 2e6, rel=0.02)
+    weak = scene.changed({"materials.core.strength": 0.9 * inside, "drive.speed": 0.01})
+    (warning,) = [text for text in fm.analyse(weak).warnings if "strength" in text]
+    assert "the strength of core" in warning
+    assert "of the way from fibre - to +" in warning
+
+
 def test_limit_and_mean_stress_count():
     curve = StressLife(**CURVE)
     assert StressLife(**CURVE | {"limit": 50e6}).damage(49e6, 0) == 0

@@ -1,0 +1,99 @@
+"""Faces of the materials in a section, at which their stress is largest: those of inner plies and parts too."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.scene import Material, Member, Scene
+from fenics_mech.scene.sections import AnySection, LaminateSection
+from fenics_mech.scene.sections.polygon import PolygonSection
+
+
+@dataclass(frozen=True)
+class Face:
+    """An edge of a material in a section, between the outer fibres: the strain is linear over the section.
+
+    Parameters
+    ----------
+    material
+        Name of the material.
+    place
+        0 at the "-" fibre to 1 at the "+" fibre.
+    stiffness
+        Its modulus over that of the "+" and of the "-" fibre.
+    """
+
+    material: str
+    place: float = 1.0
+    stiffness: tuple[float, float] = (1.0, 1.0)
+
+    @property
+    def side(self) -> str:
+        """The nearer outer fibre."""
+        return "+" if self.place >= 0.5 else "-"
+
+    @property
+    def is_outer(self) -> bool:
+        """Whether the stress there is that of an outer fibre."""
+        return self.place in (0.0, 1.0) and self.stiffness[0 if self.place else 1] == 1
+
+    def stress(self, plus: Array, minus: Array) -> Array:
+        """Give the stress there (Pa) from that of both outer fibres.
+
+        Parameters
+        ----------
+        plus, minus
+            Stress of the "+" and of the "-" fibre (Pa), of one shape.
+        """
+        if self.is_outer:
+            return plus if self.place else minus
+        return self.place * self.stiffness[0] * plus + (1 - self.place) * self.stiffness[1] * minus
+
+
+def faces_by_member(scene: Scene) -> dict[str, list[Face]]:
+    """Give the faces of all members, by label.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    return {
+        label: faces_of(member, scene.sections[member.section], scene.materials)
+        for label, (_, member) in scene.members().items()
+    }
+
+
+def faces_of(member: Member, section: AnySection, materials: Mapping[str, Material]) -> list[Face]:
+    """Give both faces of every material of a member: two where it has one material.
+
+    Parameters
+    ----------
+    member, section
+        The member and its section.
+    materials
+        The materials of the scene, by name.
+    """
+    if isinstance(section, LaminateSection):
+        ends = np.cumsum([0.0, *(ply.thickness for ply in section.plies)])
+        extents = [(ply.material, low, high) for ply, low, high in zip(section.plies, ends, ends[1:])]
+    elif isinstance(section, PolygonSection) and section.parts:
+        heights = [[y for y, _ in part.outline] for part in section.parts]
+        extents = [(part.material, min(y), max(y)) for part, y in zip(section.parts, heights)]
+    else:
+        return [] if member.material is None else [Face(member.material, 1.0), Face(member.material, 0.0)]
+    bottom, top = min(low for _, low, _ in extents), max(high for *_, high in extents)
+    modulus = {name: materials[name].modulus for name, *_ in extents}
+    outer = (
+        max(modulus[name] for name, _, high in extents if high == top),
+        max(modulus[name] for name, low, _ in extents if low == bottom),
+    )
+    return [
+        Face(name, float((y - bottom) / (top - bottom)), (modulus[name] / outer[0], modulus[name] / outer[1]))
+        for name, *both in extents
+        for y in both[::-1]
+    ]
