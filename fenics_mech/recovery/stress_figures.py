@@ -18,6 +18,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.stress_life import StressLife
 
 HOUR = 3600.0  # seconds
+NO_STRESS = 1e-9  # of the member's largest: rounding, as at a free end
 
 
 def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dataset:
@@ -36,7 +37,8 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     -------
     xarray.Dataset
         `stress_range`, `stress_mean` (half of the largest and the least) and `stress_ratio` (the least over the
-        largest) of a cycle, by member, s and fibre; `utilisation` by member where a material states its strength.
+        largest; NaN where there is no stress) of a cycle, by member, s and fibre; `utilisation` by member where a
+        material states its strength.
     """
     stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
     found: dict[str, Any] = {}
@@ -45,7 +47,9 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
         curves = curves_over_cycle(scene, stress[part], "stress")
         largest, least = curves.highest()[1], curves.lowest()[1]
         found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
-        found["stress_ratio"] = (along, least / np.where(largest, largest, np.nan))
+        size = np.maximum(np.abs(largest), np.abs(least))
+        stressed = size > NO_STRESS * size.max(axis=(1, 2), keepdims=True)
+        found["stress_ratio"] = (along, least / np.where(stressed & (largest != 0), largest, np.nan))
     fibres = [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
     plus, minus = (stress[..., fibres.index(fibre)] for fibre in "+-")
     shares = _used(scene, plus, minus, part)

@@ -43,6 +43,13 @@ def test_range_and_mean_of_a_turning_arm():
     assert float(data["utilisation"].sel(member="arm")) == pytest.approx(largest / 50e6, rel=1e-3)
 
 
+def test_a_free_end_has_no_stress_ratio():
+    scene = arm(gravity=(0.0, -9.81), masses={}, **TURNING)
+    ratio = response_of(scene).data["stress_ratio"].sel(member="arm", fibre="+")
+    assert np.isfinite(ratio.sel(s=slice(0, 0.99))).all()
+    assert np.isnan(ratio.sel(s=1.0))
+
+
 def test_summary_tells_the_utilisation_of_what_has_a_strength():
     scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 24})
     assert "utilisation" not in response_of(scene).data
