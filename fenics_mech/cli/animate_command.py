@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, progress_bar, tell
+from fenics_mech._console import loading, make_folder, progress_bar, tell
 from fenics_mech.cli.common import Refine, SceneFile, Units, loaded_result, refined_scene, with_units
 from fenics_mech.errors import MechanismError
 
@@ -26,8 +26,8 @@ def animate(
     units: Units = None,
 ) -> None:
     """Draw the moving linkage, its deflection magnified, each side coloured by its stress. SCENE may be a result.nc."""
-    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.views import animation  # noqa: PLC0415
+    with loading():
+        from fenics_mech.views import animation  # noqa: PLC0415
 
     animation.check_ending(file)
     if colour not in animation.COLOURED:
@@ -38,6 +38,8 @@ def animate(
             raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
         result = loaded_result(scene, units)
     else:
+        with loading():
+            from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
         loaded = refined_scene(scene, refine, strict=False)
         with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(with_units(loaded, units), step)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, tell
+from fenics_mech._console import loading, make_folder, out, tell
 from fenics_mech.cli.common import SceneFile, Strict, Units, answer_units, loaded_scene, refuse_own_source
 from fenics_mech.errors import MechanismError
 
@@ -36,8 +36,9 @@ def balance(
     strict: Strict = False,
 ) -> None:
     """Find counterweights that make the forces on the frame least, and write the scene with them."""
-    from fenics_mech.scene.writing import write_scene  # noqa: PLC0415
-    from fenics_mech.studies.synthesis.balancing import balance as balanced  # noqa: PLC0415
+    with loading():
+        from fenics_mech.scene.writing import write_scene  # noqa: PLC0415
+        from fenics_mech.studies.synthesis.balancing import balance as balanced  # noqa: PLC0415
 
     refuse_own_source(file, scene)
     radii = dict(map(_radius, on)) if on else None

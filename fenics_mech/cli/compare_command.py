@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
 from fenics_mech.cli.common import OutFolder, Units, loaded_scene, with_units
 from fenics_mech.errors import MechanismError
 
@@ -46,17 +46,18 @@ def compare(
     The largest difference anywhere along each member is told too. A measurement that a scene names is compared at its
     place there, without further options.
     """
-    from fenics_mech.analysis import analyse  # noqa: PLC0415
-    from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
-    from fenics_mech.studies.compared_curves import (  # noqa: PLC0415
-        Quantity,
-        by_theories,
-        curves_of_result,
-        with_vibration,
-    )
-    from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
-    from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
+    with loading():
+        from fenics_mech.analysis import analyse  # noqa: PLC0415
+        from fenics_mech.recovery import Result  # noqa: PLC0415
+        from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
+        from fenics_mech.studies.compared_curves import (  # noqa: PLC0415
+            Quantity,
+            by_theories,
+            curves_of_result,
+            with_vibration,
+        )
+        from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
+        from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     _check_files(files, fibre)
     place = _place(at or (MID_SPAN if len(files) == 1 and files[0].suffix == ".toml" else PEAK), fibre)

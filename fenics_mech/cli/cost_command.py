@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile
 
 
@@ -18,9 +18,10 @@ def cost(
     quick: Annotated[bool, typer.Option("--quick", help="A few coarse runs, to try it out.")] = False,
 ) -> None:
     """Measure what accuracy costs: error and time of many settings. Write cost.csv, cost.nc and a figure."""
-    from fenics_mech.scene import load  # noqa: PLC0415
-    from fenics_mech.studies.cost import measure_costs, steps_of  # noqa: PLC0415
-    from fenics_mech.views.cost_plots import cost_summary, write_cost  # noqa: PLC0415
+    with loading():
+        from fenics_mech.scene import load  # noqa: PLC0415
+        from fenics_mech.studies.cost import measure_costs, steps_of  # noqa: PLC0415
+        from fenics_mech.views.cost_plots import cost_summary, write_cost  # noqa: PLC0415
 
     loaded = load(scene)
     if peers:

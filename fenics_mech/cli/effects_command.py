@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, refined_scene, with_units
 
 
@@ -23,13 +23,14 @@ def effects(
     strict: Strict = False,
 ) -> None:
     """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
-    from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS  # noqa: PLC0415
-    from fenics_mech.kinematics.free_linkage import with_freedoms  # noqa: PLC0415
-    from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
-    from fenics_mech.planning.law_choice import choose_laws  # noqa: PLC0415
-    from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
-    from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
-    from fenics_mech.views.tables import effects_table  # noqa: PLC0415
+    with loading():
+        from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS  # noqa: PLC0415
+        from fenics_mech.kinematics.free_linkage import with_freedoms  # noqa: PLC0415
+        from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
+        from fenics_mech.planning.law_choice import choose_laws  # noqa: PLC0415
+        from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
+        from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
+        from fenics_mech.views.tables import effects_table  # noqa: PLC0415
 
     stated = with_units(refined_scene(scene, 0, strict, tolerance), units)
     loaded = stated.changed(effects="auto")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, progress_bar, tell
+from fenics_mech._console import loading, make_folder, progress_bar, tell
 from fenics_mech.cli.common import Units, unit_names
 from fenics_mech.errors import MechanismError
 
@@ -37,8 +37,9 @@ def export(
     units: Units = None,
 ) -> None:
     """Write a result for ParaView or MATLAB, one variable as a table, matrices, or a scene for Exudyn or MBDyn."""
-    from fenics_mech.recovery import Result  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415
+    with loading():
+        from fenics_mech.recovery import Result  # noqa: PLC0415
+        from fenics_mech.scene import load  # noqa: PLC0415
 
     files = files or []
     if not files and matrices is None:
@@ -86,8 +87,9 @@ def _write_result(result: Result, path: Path, every: int, units: list[str]) -> N
 
 def _write_modes(scene: Scene, path: Path, units: list[str]) -> None:
     """Write the part of each mode in the motion of a scene, which is solved anew."""
-    from fenics_mech.recovery.exports import write_table  # noqa: PLC0415
-    from fenics_mech.studies.system_matrices import participation  # noqa: PLC0415
+    with loading():
+        from fenics_mech.recovery.exports import write_table  # noqa: PLC0415
+        from fenics_mech.studies.system_matrices import participation  # noqa: PLC0415
 
     with progress_bar(len(SOLVING), alike=False) as step:
         found = participation(scene, step)[path.stem]
@@ -96,8 +98,9 @@ def _write_modes(scene: Scene, path: Path, units: list[str]) -> None:
 
 def _write_matrices(scene: Scene, path: Path) -> None:
     """Write the matrices of a scene's equation, for MATLAB or as NetCDF."""
-    from fenics_mech.recovery.exports import to_mat  # noqa: PLC0415
-    from fenics_mech.studies.system_matrices import matrices  # noqa: PLC0415
+    with loading():
+        from fenics_mech.recovery.exports import to_mat  # noqa: PLC0415
+        from fenics_mech.studies.system_matrices import matrices  # noqa: PLC0415
 
     with progress_bar(len(SOLVING), alike=False) as step:
         found = matrices(scene, step)
@@ -109,9 +112,10 @@ def _write_matrices(scene: Scene, path: Path) -> None:
 
 def _write_model(scene: Scene, path: Path) -> None:
     """Write a scene as a script for Exudyn or an input file of MBDyn."""
-    from fenics_mech._files import write_whole  # noqa: PLC0415
-    from fenics_mech.studies.peers.exudyn_script import exudyn_script  # noqa: PLC0415
-    from fenics_mech.studies.peers.mbdyn_input import mbdyn_input  # noqa: PLC0415
+    with loading():
+        from fenics_mech._files import write_whole  # noqa: PLC0415
+        from fenics_mech.studies.peers.exudyn_script import exudyn_script  # noqa: PLC0415
+        from fenics_mech.studies.peers.mbdyn_input import mbdyn_input  # noqa: PLC0415
 
     text = mbdyn_input(scene) if path.suffix == ".mbd" else exudyn_script(scene)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

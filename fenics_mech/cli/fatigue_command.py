@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_result, loaded_scene, with_units
 
 
 def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), units: Units = None, strict: Strict = False) -> None:
     """Tell how long the members last by their stress-life curves: write fatigue.csv. SCENE may also be a result.nc."""
-    from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-    from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
-    from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
-    from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
+    with loading():
+        from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
+        from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
+        from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     if scene.suffix == ".nc":
         result = loaded_result(scene, units)

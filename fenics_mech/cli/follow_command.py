@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, loaded_scene, with_units
 
 
@@ -32,10 +32,11 @@ def follow(
 
     It finds stable and unstable motions, also several at one value.
     """
-    from fenics_mech.scene import refined  # noqa: PLC0415
-    from fenics_mech.studies.follow import follow as follow_branch  # noqa: PLC0415
-    from fenics_mech.studies.sweep_axes import parse_range  # noqa: PLC0415
-    from fenics_mech.views.branch_plots import branch_summary, plot_branch  # noqa: PLC0415
+    with loading():
+        from fenics_mech.scene import refined  # noqa: PLC0415
+        from fenics_mech.studies.follow import follow as follow_branch  # noqa: PLC0415
+        from fenics_mech.studies.sweep_axes import parse_range  # noqa: PLC0415
+        from fenics_mech.views.branch_plots import branch_summary, plot_branch  # noqa: PLC0415
 
     loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     path, ends = parse_range(loaded, over)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import one_voice, out, progress_bar, tell_written
+from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import (
     OutFolder,
     SceneFile,
@@ -41,10 +41,11 @@ def identify(
     Writes identified.toml, identified.csv and plots of prediction and measurement. Finished trials are kept in the
     folder, and not run again. Under mpirun the processes share the trials.
     """
-    from fenics_mech.studies.design.identify import identify as search  # noqa: PLC0415
-    from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
-    from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
-    from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
+    with loading():
+        from fenics_mech.studies.design.identify import identify as search  # noqa: PLC0415
+        from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
+        from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
+        from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     with study_of(scene), progress_bar(EXPECTED * starts, alike=False) as step:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fenics_mech._console import make_folder, tell, tell_written
+from fenics_mech._console import loading, make_folder, tell, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile
 
 
@@ -12,12 +12,13 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) 
     """Mesh a scene: write mesh.msh, mesh.vtu and mesh.xdmf at drive angle 0."""
     import numpy as np  # noqa: PLC0415
 
-    from fenics_mech._files import write_whole  # noqa: PLC0415
-    from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
-    from fenics_mech.beams.mesh import mesh_scene  # noqa: PLC0415
-    from fenics_mech.effects import active, loads_at_nodes  # noqa: PLC0415
-    from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
-    from fenics_mech.scene import load, refined  # noqa: PLC0415
+    with loading():
+        from fenics_mech._files import write_whole  # noqa: PLC0415
+        from fenics_mech.beams.export import FORMATS, plane_mesh, write_mesh  # noqa: PLC0415
+        from fenics_mech.beams.mesh import mesh_scene  # noqa: PLC0415
+        from fenics_mech.effects import active, loads_at_nodes  # noqa: PLC0415
+        from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
+        from fenics_mech.scene import load, refined  # noqa: PLC0415
 
     loaded = refined(load(scene), refine)
     make_folder(folder)

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, loaded_scene, with_units
 
 
@@ -27,12 +27,13 @@ def modes(
 
     Beside Hz the table has them in the unit of speed that is named by --units or by the scene, such as rpm.
     """
-    from fenics_mech.scene import refined  # noqa: PLC0415
-    from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
-    from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
-    from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
-    from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
-    from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
+    with loading():
+        from fenics_mech.scene import refined  # noqa: PLC0415
+        from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
+        from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
+        from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
+        from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
+        from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
 
     loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     speed = named_units(loaded.units).get("speed")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import one_voice, out, progress_bar, tell_written, warn
+from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written, warn
 from fenics_mech.cli.common import (
     OutFolder,
     SceneFile,
@@ -45,13 +45,14 @@ def optimise(
     Trials that are finished are kept in the folder. A search that was interrupted goes on when it is started again.
     Under mpirun the processes share the trials.
     """
-    from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
-    from fenics_mech.studies.design.methods import Search  # noqa: PLC0415
-    from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
-    from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
-    from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
-    from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
-    from fenics_mech.views.study_summary import best_so_far, missed, study_summary  # noqa: PLC0415
+    with loading():
+        from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
+        from fenics_mech.studies.design.methods import Search  # noqa: PLC0415
+        from fenics_mech.studies.design.optimise import optimise as search  # noqa: PLC0415
+        from fenics_mech.studies.design.trial import Trial  # noqa: PLC0415
+        from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
+        from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
+        from fenics_mech.views.study_summary import best_so_far, missed, study_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     with study_of(scene), progress_bar(steps * starts, alike=False) as step:

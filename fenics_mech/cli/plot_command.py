@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, tell_written
+from fenics_mech._console import loading, make_folder, tell_written
 from fenics_mech.cli.common import OutFolder, Units, loaded_result
 
 
@@ -25,8 +25,9 @@ def plot(
     units: Units = None,
 ) -> None:
     """Draw a saved result: strains where they are largest, maps, deflections, forces, spectrum, frequencies."""
-    from fenics_mech.errors import ViewError  # noqa: PLC0415  (numerical libraries take a second: not for --help)
-    from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
+    with loading():
+        from fenics_mech.errors import ViewError  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+        from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
 
     loaded = loaded_result(result, units)
     make_folder(folder)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, with_units
 
 
@@ -22,8 +22,9 @@ def refine(
 
     Writes refine.nc, refine.csv and plots.
     """
-    from fenics_mech.studies.refine import refine as refine_scene  # noqa: PLC0415
-    from fenics_mech.views.refine_views import plot_refinement, refinement_table, write_refinement  # noqa: PLC0415
+    with loading():
+        from fenics_mech.studies.refine import refine as refine_scene  # noqa: PLC0415
+        from fenics_mech.views.refine_views import plot_refinement, refinement_table, write_refinement  # noqa: PLC0415
 
     loaded = with_units(loaded_scene(scene, strict), units)
     make_folder(folder)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, tell
+from fenics_mech._console import loading, make_folder, tell
 from fenics_mech.cli.common import Units, loaded_result
 
 
@@ -17,7 +17,8 @@ def report(
     units: Units = None,
 ) -> None:
     """Write a result as one page for a browser: verdict, mechanism in motion, curves, tables. It needs no network."""
-    from fenics_mech.views.page.report import report as write  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    with loading():
+        from fenics_mech.views.page.report import report as write  # noqa: PLC0415  (numerical libraries take a second: not for --help)
 
     loaded = loaded_result(result, units)
     make_folder(file.parent)

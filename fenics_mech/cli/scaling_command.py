@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder
 
 
@@ -16,8 +16,9 @@ def scaling(
     quick: Annotated[bool, typer.Option("--quick", help="A few small runs, to try it out.")] = False,
 ) -> None:
     """Measure how time and memory grow with elements, links and positions. Write scaling.csv, scaling.nc, a figure."""
-    from fenics_mech.studies.scaling import measure_scaling, sizes  # noqa: PLC0415
-    from fenics_mech.views.scaling_plots import scaling_summary, write_scaling  # noqa: PLC0415
+    with loading():
+        from fenics_mech.studies.scaling import measure_scaling, sizes  # noqa: PLC0415
+        from fenics_mech.views.scaling_plots import scaling_summary, write_scaling  # noqa: PLC0415
 
     make_folder(folder)
     asked = sizes(quick)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, tell
+from fenics_mech._console import loading, make_folder, tell
 from fenics_mech.cli.common import loaded_result
 
 
@@ -17,8 +17,9 @@ def sound(
     draw: Annotated[Path | None, typer.Option(help="Draw the spectrum: a PNG, PDF or SVG file.")] = None,
 ) -> None:
     """Estimate the sound that the vibrating links radiate: power, and A-weighted level at a distance."""
-    from fenics_mech.recovery.sound import sound as estimated  # noqa: PLC0415
-    from fenics_mech.views.judgements import judgements, verdict  # noqa: PLC0415
+    with loading():
+        from fenics_mech.recovery.sound import sound as estimated  # noqa: PLC0415
+        from fenics_mech.views.judgements import judgements, verdict  # noqa: PLC0415
 
     loaded = loaded_result(result)
     found = estimated(loaded, distance)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import one_voice, out, progress_bar, tell_written
+from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_scene, study_of, with_units
 
 
@@ -33,9 +33,10 @@ def spread(
     Writes spread.csv, samples.csv, polynomials.csv and plots. Finished samples are kept in the folder, and are not run
     again. Under mpirun the processes share the samples.
     """
-    from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
-    from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
-    from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
+    with loading():
+        from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
+        from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
+        from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import one_voice, out, progress_bar, tell_written
+from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, refined_scene, unit_names
 from fenics_mech.errors import MechanismError
 
@@ -63,11 +63,12 @@ def sweep(
     A sweep that was interrupted goes on when it is started again with the same folder. Under mpirun the processes
     share the points.
     """
-    from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
-    from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
-    from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
-    from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
-    from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
+    with loading():
+        from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
+        from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
+        from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
+        from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
+        from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
     first, named = one_voice(), None if units is None else unit_names(units)
     loaded = refined_scene(scene, refine, strict)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import make_folder, out, tell, warn
+from fenics_mech._console import loading, make_folder, out, tell, warn
 from fenics_mech.cli.common import Strict, Units, answer_units, refuse_own_source
 from fenics_mech.errors import MechanismError
 
@@ -36,8 +36,9 @@ def synthesise(
     strict: Strict = False,
 ) -> None:
     """Find the dimensions of a four-bar for a function, positions or a path, and write it as a scene."""
-    from fenics_mech.scene import load_task, write_scene  # noqa: PLC0415
-    from fenics_mech.studies.synthesis.synthesise import four_bars  # noqa: PLC0415
+    with loading():
+        from fenics_mech.scene import load_task, write_scene  # noqa: PLC0415
+        from fenics_mech.studies.synthesis.synthesise import four_bars  # noqa: PLC0415
 
     wanted, told = load_task(task), answer_units(units)
     refuse_own_source(file, task)
