@@ -43,6 +43,7 @@ class EigenLimits:
     most_rounding: float = 0.1  # share of an eigenvalue that is allowed for rounding at most
     zero: float = 1e-6  # of the shift, up to which an eigenvalue counts as 0
     counted: int = 8  # positions at which eigenvalues are counted, at most: each costs a factorisation
+    alike: int = 10  # vectors of a Krylov space at most, beside two for each mode wanted
     spare_sines: int = 20  # beside the frequencies wanted, of a member on two pins
 
 
@@ -158,7 +159,7 @@ def _solver(
 ) -> Iterator[tuple[SLEPc.EPS, PETSc.Vec]]:
     """Set up the eigensolver for so many modes, beside others that come first, and the vector that it starts from."""
     members = len(system.beams.mesh.members)  # those that are alike have modes in common, nearly at one frequency
-    subspace = 2 * count + members + 1  # large enough for the lowest modes to converge without a restart, nearly always
+    subspace = 2 * count + min(members + 1, EIGENSOLVER.alike)  # with more the basis costs more than few restarts do
     few = subspace + first < system.size and options.get("modes_eps_type") != LAPACK["eps_type"]
     defaults = KRYLOV_SCHUR | {"eps_ncv": subspace} if few else LAPACK
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
