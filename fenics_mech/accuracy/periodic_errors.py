@@ -12,6 +12,7 @@ from fenics_mech.accuracy.linear_response import periodic_change
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.periodic.collocation import between
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
@@ -38,11 +39,12 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
         When the cycle of the more accurate steps cannot be closed.
     """
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
-    assert orbit.flow is not None
+    flow = orbit.flow if orbit.about else cycle.flow(cycle.tableau, cycle.motion(orbit))
+    assert flow is not None
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
     return {
         "time": _without_steps(solution.on_few_nodes),
-        "mesh": _mesh_error(solution.response, equation, starts, orbit.flow, cycle.steps.regular, step),
+        "mesh": _mesh_error(solution.response, equation, starts, flow, cycle.steps.regular, step),
     }
 
 
@@ -154,7 +156,7 @@ def corrected(orbit: Orbit, finer: Flow) -> tuple[Array, Array]:
     flow = orbit.flow
     states = flow.states(orbit.start, orbit.start_velocity)
     load = np.roll(states, -1, axis=0) - finer.carried(states)  # with it the answer is the orbit's own
-    defect = finer.ends(states) - flow.ends(states)
+    defect = finer.ends(states) - flow.states(*between(orbit, flow.tableau, flow.duration, np.ones(1)))
     return flow.parts(finer.cycle.solve(load + defect, states[0], CYCLIC.tolerance_of_change))
 
 

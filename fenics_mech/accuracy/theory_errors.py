@@ -25,9 +25,9 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.motor_response import MotorCycle
-from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.newton import orbit_of
 from fenics_mech.response.periodic.steady_state import sub_intervals_on_few_nodes
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import (

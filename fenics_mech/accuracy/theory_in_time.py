@@ -19,8 +19,8 @@ from fenics_mech.forces.element_ends import mean_tension
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.newton import orbit_of
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.in_time import by_time, concatenated, cycles_of, equation_along

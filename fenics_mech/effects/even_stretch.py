@@ -200,7 +200,7 @@ class Strained:
         return cls(of, along, stretch_rate, shape_rate, moment, whole)
 
     @classmethod
-    def held(cls, pull: Array, y: Array, rate: Array, bars: Bars) -> Strained:
+    def held(cls, pull: Array, y: Array, rate: Array, bars: Bars, tolerance: float = EVEN.of_force) -> Strained:
         """Solve (4) for lambda with a held P, whatever (1) gives with an elongation that is not yet right.
 
         Parameters
@@ -211,14 +211,16 @@ class Strained:
             The elements' own numbers and their rates, ``(angles, elements, 5)`` each.
         bars
             What they are made of.
+        tolerance
+            Of lambda.
         """
         strain, gain, before = pull / bars.stiffness, np.ones_like(pull), np.zeros_like(pull)
         for _ in range(EVEN.most_steps):
             found = cls.by(Stretched.by(np.maximum(strain, EVEN.least), y, bars), rate, bars)
             lacking = (pull * found.of.fold - found.whole / bars.length) / bars.stiffness
-            if not np.abs(lacking).max() > EVEN.of_force:
+            if not np.abs(lacking).max() > tolerance:
                 break
-            left = np.divide(lacking, before, out=np.zeros_like(pull), where=np.abs(before) > EVEN.of_force)
+            left = np.divide(lacking, before, out=np.zeros_like(pull), where=np.abs(before) > tolerance)
             gain /= 1 - np.minimum(left, 0.5)  # secant method
             strain, before = found.of.strain + gain * lacking, lacking
         return found
@@ -320,6 +322,8 @@ class Linearised:
         P where y does not change (N).
     pull_by_y, pull_by_rate
         Derivatives of P by y and by its rate, ``(..., 5)``.
+    by_stretch, pull_by_stretch
+        Derivatives of the forces, ``(..., 5)``, and of P by lambda.
     """
 
     force: Array
@@ -328,6 +332,8 @@ class Linearised:
     pull: Array
     pull_by_y: Array
     pull_by_rate: Array | None
+    by_stretch: Array
+    pull_by_stretch: Array
 
     @classmethod
     def about(cls, state: Strained, rate: Array, bars: Bars, pull: Array | None) -> Linearised:
@@ -349,19 +355,25 @@ class Linearised:
         turn, eased = row.copy(), _times(bent, a)
         turn[..., 1:] -= d * eased  # of the forces, by lambda
         stiff = bars.stiffness * bars.length + _sum(a, eased) + 2 * _sum(state.moment, a) / of.stretch  # of N by lambda
-        constant = state.force + (turn + stiff[..., None] * along) * of.beyond[..., None]
-        whole = np.asarray(state.whole + stiff * of.beyond, dtype=np.float64)
+        by_stretch = turn + stiff[..., None] * along
         row += stiff[..., None] * along
         row[..., 1:] -= d * _times(bent.swapaxes(-1, -2), a)  # of N, by y: damping is not symmetric
         drag = _Drag.of(state, rate, bars, curvature) if bars.material else None
-        if drag is not None:
-            row += drag.by_y
-            whole += drag.stiff * of.beyond
-            constant += drag.by_stretch(state) * of.beyond[..., None]
-        by_y = _products(turn, along) + _products(along, row)
+        by_y = _products(turn, along) + _products(along, row if drag is None else row + drag.by_y)
         by_y[..., 1:, 1:] += d[..., :, None] * bent * d[..., None, :]
-        if drag is None:
-            return cls(constant, by_y, None, whole / firm, row / firm[..., None], None)
-        more, by_rate = drag.matrices(state, bars.material)
-        by_y += more
-        return cls(constant, by_y, by_rate, whole / firm, row / firm[..., None], drag.by_rate / firm[..., None])
+        by_rate = pull_by_rate = None
+        if drag is not None:
+            stiff, row, by_stretch = stiff + drag.stiff, row + drag.by_y, by_stretch + drag.by_stretch(state)
+            more, by_rate = drag.matrices(state, bars.material)
+            by_y += more
+            pull_by_rate = drag.by_rate / firm[..., None]
+        return cls(
+            force=state.force + by_stretch * of.beyond[..., None],
+            by_y=by_y,
+            by_rate=by_rate,
+            pull=np.asarray(state.whole + stiff * of.beyond, dtype=np.float64) / firm,
+            pull_by_y=row / firm[..., None],
+            pull_by_rate=pull_by_rate,
+            by_stretch=by_stretch,
+            pull_by_stretch=stiff / firm,
+        )

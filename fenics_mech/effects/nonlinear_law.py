@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, each, times
-from fenics_mech.effects.even_stretch import Bars, Linearised, Strained, Stretched
+from fenics_mech.effects.even_stretch import EVEN, Bars, Linearised, Strained, Stretched
 
 if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
@@ -29,6 +29,8 @@ class Prediction:
         Their own numbers and the rates of these at the state, ``(angles, elements, 5)``.
     pull, by_y, by_rate
         The force (N), ``(angles, elements)``, and its derivatives by both, ``(angles, elements, 5)``.
+    by_stretch
+        Derivatives by the stretch, of the forces on y, ``(angles, elements, 5)``, and of this force (N).
     """
 
     law: ArcLength
@@ -37,6 +39,7 @@ class Prediction:
     pull: Array
     by_y: Array
     by_rate: Array | None
+    by_stretch: tuple[Array, Array]
 
     def at(self, v: Array, rate: Array) -> Array:
         """Give the force at another state (N), ``(angles, elements)``.
@@ -162,6 +165,27 @@ class ArcLength:
         """Give the tension near a state; parameters are those of `about`."""
         return self._about(v, rate, tension)[1]
 
+    def again(self, v: Array, rate: Array, tension: Array, near: Prediction) -> tuple[Array, Prediction]:
+        """Give the forces of `force` with a held tension, and the tension near them, by the tangents of another state.
+
+        The stretch that the held tension lacks counts by those tangents too: who solves with them finds an elongation
+        by them, and the stiffness along the axis would magnify the difference.
+
+        Parameters
+        ----------
+        v, rate, tension
+            As of `about`.
+        near
+            What `about` gave of a state beside it.
+        """
+        y, y_rate = self.own(v), self.own(rate)
+        state = Strained.held(tension, y, y_rate, self._bars, EVEN.tolerance)
+        force, pull = near.by_stretch
+        linear = each(self._linear, y + self.material * y_rate)
+        found = each(self._back, state.force + force * state.of.beyond[..., None] - linear)
+        held = state.whole / (state.of.fold * self.length) + pull * state.of.beyond
+        return found, replace(near, y=y, rate=y_rate, pull=held)
+
     def axial(self, v: Array) -> Array:
         """Axial force of each element by the linear strain (N), ``(angles, ..., elements)`` of ``(angles, ..., v)``."""
         return self.rigidity * np.sum(self.stretching.line * v[..., self.dofs], axis=-1)
@@ -213,7 +237,8 @@ class ArcLength:
         """Linearise in the elements' own numbers."""
         y, y_rate = self.own(v), self.own(rate)
         found = Linearised.about(self._strained(y, y_rate, tension), y_rate, self._bars, tension)
-        return found, Prediction(self, y, y_rate, found.pull, found.pull_by_y, found.pull_by_rate)
+        by_stretch = found.by_stretch, found.pull_by_stretch
+        return found, Prediction(self, y, y_rate, found.pull, found.pull_by_y, found.pull_by_rate, by_stretch)
 
     def _strained(self, y: Array, rate: Array, tension: Array | None = None) -> Strained:
         """Give what the forces are made of; no numbers where an axis turns by 90 degrees."""

@@ -296,14 +296,35 @@ class Equation:
         q, rate, second
             Coordinates and their first two time derivatives, ``(angles, coordinates)``.
         """
-        law, linear = self.system.terms.law, replace(self.linear, modal=None)
-        found = linear.left(q, rate, second) - linear.load
-        if law is not None:
-            state, forces = self.in_links(q, rate), self.system.rotation_forces
-            for part in (law,) if forces is None else (law, forces):
-                found += self.to_coordinates(part.force(*state), part.dofs)
-        if (spin := self.system.spin) is not None:
-            forces_of_spin = spin.force(*self.state_in_links(q, rate, second), self.system.motion.alpha)
+        law = self.system.terms.law
+        return self._left_over((q, rate, second), None if law is None else law.force(*self.in_links(q, rate)))
+
+    def again(self, tangents: Matrices, state: States, tension: Array, share: float = 1.0) -> tuple[Array, Matrices]:
+        """Give what a state with held axial forces leaves over, and these near it, by tangents of a state beside it.
+
+        Parameters
+        ----------
+        tangents
+            What `linearised` gave of the state beside it.
+        state
+            Coordinates and their first two time derivatives, ``(angles, coordinates)`` each.
+        tension, share
+            As of `linearised`.
+        """
+        assert tangents.near is not None
+        forces, near = tangents.near.law.again(*self.in_links(*state[:2]), tension, tangents.near)
+        return self._left_over(state, forces, share), replace(tangents, near=near)
+
+    def _left_over(self, state: States, of_law: Array | None, share: float = 1.0) -> Array:
+        """Residual of a state with forces of the law, ``(angles, elements, n)``, under a share of the load."""
+        (q, rate, second), system, linear = state, self.system, replace(self.linear, modal=None)
+        found = linear.left(q, rate, second) - share * linear.load
+        if (law := system.terms.law) is not None and of_law is not None:
+            found += self.to_coordinates(of_law, law.dofs)
+            if (forces := system.rotation_forces) is not None:
+                found += self.to_coordinates(forces.scaled(share).force(*self.in_links(q, rate)), forces.dofs)
+        if (spin := system.spin) is not None:
+            forces_of_spin = spin.force(*self.state_in_links(q, rate, second), system.motion.alpha)
             found += self.to_coordinates(forces_of_spin, spin.dofs)
         return found if self.modal is None else found + self.modal.of(q, rate)
 

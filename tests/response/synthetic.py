@@ -97,6 +97,10 @@ class Duffing:
         """There is none."""
         return self.tension
 
+    def again(self, tangents, state, tension, share=1.0):
+        """What is left of the equation under a share of the load, and the tangents as they are."""
+        return self.residual(*state) + (1 - share) * self.linear.load, tangents
+
     def residual(self, q, rate, second):
         """What is left of the equation."""
         return second + self.damping * rate + self.stiffness * q + self.cubic * q**3 - self.linear.load

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fenics_mech.accuracy.periodic_errors import collocation_errors
 from fenics_mech.beams.other_mesh import elemental_on, nodal_on
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.periodic import collocation, steady_state
+from fenics_mech.response.periodic import collocation, newton, steady_state
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.newton import NEWTON
 from fenics_mech.response.periodic.steady_state import by_collocation
@@ -96,6 +97,28 @@ def test_newton_begins_beside_the_motion(coarse, iterations):
     assert len(iterations) - from_nothing < from_nothing
     difference = np.abs(warm.orbit.displacement - cold.orbit.displacement).max()
     assert difference < 1e-8 * np.abs(cold.orbit.displacement).max()  # Newton's tolerance is 1e-9 of the whole
+
+
+@pytest.mark.parametrize("damping", [{"ratio": 0.02}, {"material": 3e-4}])
+def test_tangents_that_are_used_again_lead_to_the_same_motion_and_errors(damping, iterations, monkeypatch):
+    """From a motion with 2 % of error; errors are by the equation linearised about the answer."""
+    scene = scene_with(2, 60).changed(damping=damping)
+    near = KnownMotion.of((begun := solved(scene)).cycle.at_points(begun.cycle.tableau), begun.orbit)
+    near, made, found = replace(near, displacement=1.02 * near.displacement), [], []
+    for limits in (NEWTON, replace(NEWTON, again=0.0)):
+        monkeypatch.setattr(newton, "NEWTON", limits)
+        iterations.clear()
+        found.append(solved(scene, near))
+        made.append(len(iterations))
+    assert made[0] < made[1]
+    (orbit, alone), size = (each.orbit for each in found), np.abs(found[1].orbit.displacement).max()
+    assert not orbit.about  # the tangents are 2 % away from the answer
+    assert alone.about
+    assert np.abs(orbit.displacement - alone.displacement).max() < 1e-8 * size  # Newton's tolerance is 1e-9 of it
+    again, once = (collocation_errors(solution) for solution in found)
+    for source, part in once.items():
+        own, other = (errors.response.displacement - alone.start for errors in (part, again[source]))
+        assert np.abs(own - other).max() < 1e-4 * np.abs(own).max()  # the orbits differ by less than 1e-8
 
 
 def test_where_nothing_is_found_beside_it_newton_begins_from_nothing(coarse, monkeypatch):

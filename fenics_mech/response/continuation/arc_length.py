@@ -23,10 +23,9 @@ from fenics_mech._guard import guarded
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.newton import Orbit, settled
+from fenics_mech.response.periodic.newton import Orbit, orbit_of, settled
 from fenics_mech.response.periodic.tableau import Tableau
 
 

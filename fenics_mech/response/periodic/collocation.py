@@ -19,7 +19,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.newton import Beginning, Orbit, improved, solve_nonlinear
+from fenics_mech.response.periodic.newton import Beginning, Orbit, improved, orbit_of, solve_nonlinear
 from fenics_mech.response.periodic.tableau import Tableau
 
 logger = logging.getLogger(__name__)
@@ -103,34 +103,6 @@ def periodic_orbit(flow: Flow, jump: Array | None = None, guess: Array | None = 
         added = added.copy()
         added[:, flow.size :] += flow.mean_step * np.roll(jump, -1, axis=0)  # of a step's end to the next one's start
     return replace(orbit_of(flow, flow.cycle.solve(added, guess), flow.matrices.load), flow=flow)
-
-
-def orbit_of(flow: Flow, states: Array, load: Array) -> Orbit:
-    """Give the motion inside the steps from the states at their starts.
-
-    Parameters
-    ----------
-    flow
-        The steps.
-    states
-        States at their starts, ``(steps, 2n)``.
-    load
-        Load at the collocation points (N, N m), ``(points, n)``.
-    """
-    n, tableau = flow.size, flow.tableau
-    q, rate = flow.parts(states)
-    h = flow.duration[:, None, None]
-    acceleration = flow.accelerations(states, load)
-    velocity = rate[:, None] + h * (tableau.inner @ acceleration)
-    displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
-    displacement += h**2 * (tableau.square @ acceleration)
-    return Orbit(
-        displacement=displacement.reshape(-1, n),
-        velocity=velocity.reshape(-1, n),
-        acceleration=acceleration.reshape(-1, n),
-        start=q,
-        start_velocity=rate,
-    )
 
 
 def between(orbit: Orbit, tableau: Tableau, step: float | Array, places: Array) -> tuple[Array, Array]:

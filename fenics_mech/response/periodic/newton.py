@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
+import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,7 +14,8 @@ from fenics_mech._constants import TINY
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices
-from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.cyclic import CYCLIC
+from fenics_mech.response.periodic.flow import FEW_STATES, Flow
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,10 @@ class NewtonLimits:
     tolerance: float = 1e-9  # of the change of the displacement, relative
     of_answer: float = 1e-3  # the same where a tolerance of the answer is stated, as a share of it
     far: float = 0.01  # change beyond which a tension is guessed
+    again: float = 0.05  # change, up to which the same tangents are tried again: that costs a third of new ones
+    most_again: int = 4  # times that they are to be used for the answer, or new ones are made
+    of_again: float = 0.01  # of the tolerance, where tangents are used again: new ones pass it as far by themselves
+    alike: float = 1e-4  # change since the tangents, up to which they are those about the answer
     rounding: float = 1e-6  # change that is rounding where it falls no more: near buckling little load moves much
 
 
@@ -45,6 +51,8 @@ class Orbit:
         q and q' at the starts, ``(steps, coordinates)``.
     flow
         The steps of the linear equation that was solved last, where there are some.
+    about
+        Whether they are linear about this motion, or about one that does not differ.
     """
 
     displacement: Array
@@ -53,6 +61,112 @@ class Orbit:
     start: Array
     start_velocity: Array
     flow: Flow | None = None
+    about: bool = True
+
+    def changed(self, load: Array) -> Orbit:
+        """Give the motion under a little more load, by the same steps.
+
+        Parameters
+        ----------
+        load
+            What is added to the load at the points, ``(points, coordinates)``.
+        """
+        flow = self.flow
+        assert flow is not None
+        more = orbit_of(flow, flow.cycle.solve(flow.added_by(load), None, CYCLIC.tolerance_of_change), load)
+        names = ("displacement", "velocity", "acceleration", "start", "start_velocity")
+        return replace(self, **{name: getattr(self, name) + getattr(more, name) for name in names})
+
+
+def orbit_of(flow: Flow, states: Array, load: Array) -> Orbit:
+    """Give the motion inside the steps from the states at their starts.
+
+    Parameters
+    ----------
+    flow
+        The steps.
+    states
+        States at their starts, ``(steps, 2n)``.
+    load
+        Load at the collocation points (N, N m), ``(points, n)``.
+    """
+    n, tableau = flow.size, flow.tableau
+    q, rate = flow.parts(states)
+    h = flow.duration[:, None, None]
+    acceleration = flow.accelerations(states, load)
+    velocity = rate[:, None] + h * (tableau.inner @ acceleration)
+    displacement = q[:, None] + h * tableau.points[:, None] * rate[:, None]
+    displacement += h**2 * (tableau.square @ acceleration)
+    return Orbit(
+        displacement=displacement.reshape(-1, n),
+        velocity=velocity.reshape(-1, n),
+        acceleration=acceleration.reshape(-1, n),
+        start=q,
+        start_velocity=rate,
+    )
+
+
+@dataclass
+class _Progress:
+    """How Newton's method gets on, by relative changes of the displacement.
+
+    Parameters
+    ----------
+    tolerance
+        Of the change.
+    changes
+        The changes, one an iteration.
+    used
+        How many of the last ones are by the present tangents.
+    """
+
+    tolerance: float
+    changes: list[float] = field(default_factory=list)
+    used: int = 0
+
+    def add(self, change: float) -> None:
+        """Take the change of one more iteration.
+
+        Parameters
+        ----------
+        change
+            The change.
+        """
+        self.changes.append(change)
+        self.used += 1
+
+    @property
+    def moved(self) -> float:
+        """By how much the motion has changed at most since it gave the present tangents."""
+        return sum(self.changes[-self.used :])
+
+    @property
+    def ratio(self) -> float:
+        """By how much each change is smaller than the one before, by the same tangents."""
+        before, last = self.changes[-2:]
+        return (2 if self.used == 2 else 1) * last / before  # error of the tangents times twice the change they made
+
+    @property
+    def ended(self) -> bool:
+        """Whether the next change will be below the tolerance, as `settled` has it."""
+        if self.used < 2:
+            return settled(self.changes, self.tolerance)
+        return self.changes[-1] * min(self.ratio, 1.0) <= NEWTON.of_again * self.tolerance
+
+    def again(self, flow: Flow) -> bool:
+        """Whether the present tangents are worth being used again.
+
+        Stability of many states needs the steps that are linear about the answer.
+
+        Parameters
+        ----------
+        flow
+            The steps with these tangents.
+        """
+        last = self.changes[-1]
+        if self.used < 2:
+            return last < (NEWTON.again if 2 * flow.size <= FEW_STATES else NEWTON.alike)
+        return self.ratio < 1 and last * self.ratio ** (NEWTON.most_again + 1) <= NEWTON.of_again * self.tolerance
 
 
 @dataclass(frozen=True)
@@ -155,29 +269,38 @@ def _at_load(
     old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
     tolerance = begun.tolerance if isinstance(begun, Beginning) else NEWTON.tolerance
     second = begun.acceleration if isinstance(begun, Orbit) else None
-    changes: list[float] = []
     orbit: Orbit | None = None
-    while not settled(changes, tolerance):
+    tangents: Matrices | None = None
+    progress = _Progress(tolerance)
+    changes = progress.changes
+    while not progress.ended:
         if len(changes) == NEWTON.most_iterations or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
             assert orbit is not None
             raise _failure(equation, orbit, factor, weight, len(changes))
-        if not changes or changes[-1] > NEWTON.far:
-            tension = guess(tension)
-        try:
-            tangents = equation.linearised(*old, tension, factor, second)
-            orbit = solve(tangents)
-        except np.linalg.LinAlgError as error:
-            raise SolverError(
-                f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling load"
-            ) from error
+        if orbit and orbit.flow and tangents and progress.again(orbit.flow):
+            state = orbit.displacement, orbit.velocity, orbit.acceleration
+            left_over, tangents = equation.again(tangents, state, tension, factor)
+            orbit = orbit.changed(-left_over)
+        else:
+            if not changes or changes[-1] > NEWTON.far:
+                tension = guess(tension)
+            try:
+                tangents = equation.linearised(*old, tension, factor, second)
+                orbit = solve(tangents)
+            except np.linalg.LinAlgError as error:
+                raise SolverError(
+                    f"the tangent matrix is singular at {factor:.3g} of the load: lower the load, it is at a buckling "
+                    "load"
+                ) from error
+            progress.used = 0
         new = (orbit.displacement, orbit.velocity)
         tension = equation.predicted_tension(tangents, *new)
         change, size = (float(np.linalg.norm(weight * part)) for part in (new[0] - old[0], new[0]))
-        changes.append(change / max(size, TINY))
+        progress.add(change / max(size, TINY))
         logger.debug("Newton %d at %.3g of the load: relative change %.2e", len(changes), factor, changes[-1])
         old, second = new, orbit.acceleration
     assert orbit is not None
-    return orbit, tension
+    return replace(orbit, about=progress.moved <= max(NEWTON.alike, math.sqrt(tolerance))), tension
 
 
 def _weights(equation: Equation) -> Array:

@@ -159,7 +159,8 @@ def _by_collocation(
     with cycle.determined(modes):
         orbit = _orbit(cycle, at_points, _beginnings(cycle, near))
     assert orbit.flow is not None
-    cycle.keep(orbit.flow)
+    if orbit.about:
+        cycle.keep(orbit.flow)
     if (known := KnownMotion.of(at_points, orbit)) is not None:
         found(known)
     condition, motion = condition_of(orbit), cycle.motion(orbit)

@@ -19,9 +19,8 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import DerivativeError
-from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.newton import Orbit, orbit_of
 from fenics_mech.response.stability.floquet import Stability
 
 Complex = NDArray[np.complex128]

@@ -31,12 +31,11 @@ from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.periodic.collocation import between as inside_steps
-from fenics_mech.response.periodic.collocation import orbit_of
 from fenics_mech.response.periodic.cycle import Cycle, system_at_places
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.near_known import BesideKnown, KnownModes, Path, State, between, modes_beside
-from fenics_mech.response.periodic.newton import Orbit
+from fenics_mech.response.periodic.newton import Orbit, orbit_of
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import CollocationSolution
