@@ -337,13 +337,14 @@ def test_rounding_makes_no_multiplier(rounding):
     assert np.abs(values).max() < 0.9 + 1e-6
 
 
+@pytest.mark.parametrize("options", [{}, {"stability_eps_ncv": 40}])  # by blocks, and by SLEPc
 @pytest.mark.parametrize(("left", "all_that_count"), [(1e-10, True), (1e-7, False)])
-def test_few_slow_disturbances_are_all_where_others_are_hardly_left(left, all_that_count):
+def test_few_slow_disturbances_are_all_where_others_are_hardly_left(left, all_that_count, options):
     """Of 120 disturbances three are slow: the others need not be looked for where hardly anything is left of them."""
     slow, fast = [0.5, -0.4, 0.3], np.linspace(1, 0.1, 117) ** 2
     flow = RoundedFlow(np.concatenate([slow, 0.9 * fast]), 1e-15)
     radau = RoundedFlow(np.concatenate([slow, left * fast]), 1e-15)
-    (values, _), every = next(eigenpairs(flow, radau, {}))
+    (values, _), every = next(eigenpairs(flow, radau, options))
     assert every == all_that_count
     for multiplier in slow:
         assert np.abs(values - multiplier).min() < 1e-9
