@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.metadata import distribution
 from types import ModuleType
 from typing import cast
 
@@ -58,6 +57,8 @@ def versions_by_python() -> Iterator[None]:
     if name in sys.modules:
         yield
         return
+    from importlib.metadata import distribution  # noqa: PLC0415  (not for --help)
+
     asked = ModuleType(name)
     asked.get_distribution = distribution  # type: ignore[attr-defined]
     sys.modules[name] = asked
