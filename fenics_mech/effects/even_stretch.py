@@ -101,7 +101,7 @@ class Stretched:
         stretch = 1 + strain
         shape = y[..., 1:] * _scale(stretch)
         shorter, slope = bars.axis.shortened(shape)
-        fold = 1 + (_sum(slope[..., ::2], shape[..., ::2]) - shorter) / bars.length
+        fold = 1 + (inner(slope[..., ::2], shape[..., ::2]) - shorter) / bars.length
         beyond = ((y[..., 0] + stretch * shorter) / bars.length - strain) / fold
         return cls(strain, beyond, shape, slope, fold)
 
@@ -114,6 +114,34 @@ class Stretched:
                 break
             found = cls.by(found.strain + found.beyond, y, bars)
         return replace(found, strain=found.strain + found.beyond, beyond=np.zeros_like(found.beyond))
+
+    def along(self, bars: Bars) -> Array:
+        """Derivative of lambda by y by (2), ``(angles, elements, 5)``."""
+        found = np.ones((*self.strain.shape, 5))
+        found[..., 1:] = self.stretch[..., None] * self.scale * self.slope
+        found /= (self.fold * bars.length)[..., None]
+        return found
+
+    def in_time(self, rate: Array, second: Array, bars: Bars) -> tuple[list[Array], list[Array]]:
+        """Give lambda and z with their two time derivatives, ``(angles, elements)`` and ``(angles, elements, 4)``.
+
+        The second is that of (1): what ``along`` gives of y'', and what products of rates add.
+
+        Parameters
+        ----------
+        rate, second
+            The two time derivatives of the elements' own numbers, ``(angles, elements, 5)`` each.
+        bars
+            What they are made of.
+        """
+        along, longer = self.along(bars), self.stretch[..., None]
+        faster = inner(along, rate)[..., None]
+        moving = self.scale * rate[..., 1:] - self.across * faster
+        squared = inner(moving, by_matrix(bars.axis.curvature(self.shape), moving))
+        squared = 2 * faster[..., 0] * inner((1 - PLACES) * self.slope, moving) + self.stretch * squared
+        more = (inner(along, second) + squared / (self.fold * bars.length))[..., None]
+        bending = self.scale * second[..., 1:] - 2 * faster / longer * PLACES * moving - self.across * more
+        return [self.stretch, faster[..., 0], more[..., 0]], [self.shape, moving, bending]
 
     @property
     def stretch(self) -> Array:
@@ -137,17 +165,17 @@ def _scale(stretch: Array) -> Array:
     return scale
 
 
-def _sum(one: Array, other: Array) -> Array:
+def inner(one: Array, other: Array) -> Array:
     """Inner products along the last axis."""
     return np.asarray(np.einsum("...i,...i->...", one, other))
 
 
-def _times(matrices: Array, vectors: Array) -> Array:
+def by_matrix(matrices: Array, vectors: Array) -> Array:
     """Products of small matrices and vectors."""
     return np.asarray(np.einsum("...ij,...j->...i", matrices, vectors))
 
 
-def _products(one: Array, other: Array) -> Array:
+def outer(one: Array, other: Array) -> Array:
     """Products of the entries of two vectors, ``(..., i, j)``."""
     return np.asarray(np.einsum("...i,...j->...ij", one, other))
 
@@ -190,13 +218,11 @@ class Strained:
         bars
             What they are made of.
         """
-        along = np.ones_like(rate)
-        along[..., 1:] = of.stretch[..., None] * of.scale * of.slope
-        along /= (of.fold * bars.length)[..., None]
-        stretch_rate = bars.material * _sum(along, rate)
+        along = of.along(bars)
+        stretch_rate = bars.material * inner(along, rate)
         shape_rate = bars.material * of.scale * rate[..., 1:] - of.across * stretch_rate[..., None]
         moment = bars.axis.force(of.shape, shape_rate)
-        whole = bars.stiffness * bars.length * (of.strain + stretch_rate) - _sum(moment, of.across)  # (3)
+        whole = bars.stiffness * bars.length * (of.strain + stretch_rate) - inner(moment, of.across)  # (3)
         return cls(of, along, stretch_rate, shape_rate, moment, whole)
 
     @classmethod
@@ -231,149 +257,3 @@ class Strained:
         found = self.whole[..., None] * self.along
         found[..., 1:] += self.of.scale * self.moment
         return found
-
-
-@dataclass(frozen=True)
-class _Drag:
-    """What the material's damping adds to the tangents of elements, ``(angles, elements, ...)``.
-
-    The rate of z, times tau, is ``tau (dz/dw) w' - a tau lambda'``.
-
-    Parameters
-    ----------
-    drag, drag_across
-        Derivative of m by that rate, ``(..., 4, 4)``, and its product with a, ``(..., 4)``.
-    rate_by_stretch, rate_by_y
-        Derivatives of ``tau lambda'`` by lambda and by y, ``(..., 5)``.
-    shape_rate_by_w
-        Derivative of the rate of z by w alone, which has no other entries than these, ``(..., 4)``.
-    moment_by_stretch
-        Derivative of m by lambda, with the rate of lambda held, less that of forces without damping, ``(..., 4)``.
-    stiff
-        Derivative of N by lambda.
-    by_y, by_rate
-        Derivatives of N by y and by its rate, ``(..., 5)`` each.
-    """
-
-    drag: Array
-    drag_across: Array
-    rate_by_stretch: Array
-    rate_by_y: Array
-    shape_rate_by_w: Array
-    moment_by_stretch: Array
-    stiff: Array
-    by_y: Array
-    by_rate: Array
-
-    @classmethod
-    def of(cls, state: Strained, rate: Array, bars: Bars, curvature: Array) -> _Drag:
-        """Give it about a state; parameters are those of `Strained.by`, and the second derivative of s by z."""
-        of, along, tau = state.of, state.along, bars.material
-        a, d, longer, faster = of.across, of.scale, of.stretch[..., None], state.stretch_rate[..., None]
-        drag, firm, sines = (
-            bars.axis.tangent_by_rate(of.shape, state.shape_rate),
-            of.fold * bars.length,
-            (1 - PLACES) * of.slope,
-        )
-        eased, bowed = _times(drag, a), longer * _times(curvature, state.shape_rate)
-        rate_by_stretch = (tau * _sum(sines, rate[..., 1:]) - _sum(a, bowed)) / firm
-        rate_by_y = rate_by_stretch[..., None] * along
-        rate_by_y[..., 1:] += (d * bowed + sines * faster) / firm[..., None]
-        shape_rate_by_w = -PLACES * faster / longer**2
-        pressed = _times(drag, 2 * faster * a / longer - tau * PLACES * rate[..., 1:] / longer**2)
-        through, narrower = (bars.stiffness * bars.length + _sum(a, eased))[..., None], _sum(a, pressed)
-        by_y = through * rate_by_y - narrower[..., None] * along
-        by_y[..., 1:] -= shape_rate_by_w * eased
-        by_rate = tau * through * along
-        by_rate[..., 1:] -= tau * d * eased
-        stiff = through[..., 0] * rate_by_stretch - narrower
-        return cls(drag, eased, rate_by_stretch, rate_by_y, shape_rate_by_w, pressed, stiff, by_y, by_rate)
-
-    def by_stretch(self, state: Strained) -> Array:
-        """Derivative of the forces by lambda, ``(..., 5)``."""
-        found = self.stiff[..., None] * state.along
-        found[..., 1:] += state.of.scale * (self.moment_by_stretch - self.drag_across * self.rate_by_stretch[..., None])
-        return found
-
-    def matrices(self, state: Strained, material: float) -> tuple[Array, Array]:
-        """Give what it adds to the tangents by y, less that along lambda, and the tangents by the rate."""
-        along, d = state.along, state.of.scale
-        by_y, held = np.zeros((*along.shape, 5)), d * self.drag_across
-        by_y[..., 1:, :] = _products(d * self.moment_by_stretch, along) - _products(held, self.rate_by_y)
-        firm = d[..., :, None] * self.drag
-        by_y[..., 1:, 1:] += firm * self.shape_rate_by_w[..., None, :]
-        by_rate = _products(along, self.by_rate)
-        by_rate[..., 1:, :] -= _products(material * held, along)
-        by_rate[..., 1:, 1:] += firm * (material * d)[..., None, :]
-        return by_y, by_rate
-
-
-@dataclass(frozen=True)
-class Linearised:
-    """Forces of elements about a state, on their own numbers y, ``(angles, elements, ...)``.
-
-    Parameters
-    ----------
-    force
-        Forces where the stretch has its lambda, with what that lacks to the first order, ``(..., 5)``.
-    by_y, by_rate
-        Derivatives by y and by its rate, ``(..., 5, 5)``; the latter is None without damping of the material.
-    pull
-        P where y does not change (N).
-    pull_by_y, pull_by_rate
-        Derivatives of P by y and by its rate, ``(..., 5)``.
-    by_stretch, pull_by_stretch
-        Derivatives of the forces, ``(..., 5)``, and of P by lambda.
-    """
-
-    force: Array
-    by_y: Array
-    by_rate: Array | None
-    pull: Array
-    pull_by_y: Array
-    pull_by_rate: Array | None
-    by_stretch: Array
-    pull_by_stretch: Array
-
-    @classmethod
-    def about(cls, state: Strained, rate: Array, bars: Bars, pull: Array | None) -> Linearised:
-        """Linearise, with a force P that is held, or that of the state.
-
-        Parameters
-        ----------
-        state, rate, bars
-            As of `Strained.by`.
-        pull
-            P (N), ``(angles, elements)``; None for that of the state.
-        """
-        of, along, curvature = state.of, state.along, bars.axis.curvature(state.of.shape)
-        a, d, firm = of.across, of.scale, of.fold * bars.length
-        force = state.whole / firm if pull is None else pull
-        bent = (force * of.stretch)[..., None, None] * curvature + bars.axis.tangent(of.shape, state.shape_rate)
-        row = np.zeros_like(along)
-        row[..., 1:] = force[..., None] * (1 - PLACES) * of.slope - PLACES * state.moment / of.stretch[..., None] ** 2
-        turn, eased = row.copy(), _times(bent, a)
-        turn[..., 1:] -= d * eased  # of the forces, by lambda
-        stiff = bars.stiffness * bars.length + _sum(a, eased) + 2 * _sum(state.moment, a) / of.stretch  # of N by lambda
-        by_stretch = turn + stiff[..., None] * along
-        row += stiff[..., None] * along
-        row[..., 1:] -= d * _times(bent.swapaxes(-1, -2), a)  # of N, by y: damping is not symmetric
-        drag = _Drag.of(state, rate, bars, curvature) if bars.material else None
-        by_y = _products(turn, along) + _products(along, row if drag is None else row + drag.by_y)
-        by_y[..., 1:, 1:] += d[..., :, None] * bent * d[..., None, :]
-        by_rate = pull_by_rate = None
-        if drag is not None:
-            stiff, row, by_stretch = stiff + drag.stiff, row + drag.by_y, by_stretch + drag.by_stretch(state)
-            more, by_rate = drag.matrices(state, bars.material)
-            by_y += more
-            pull_by_rate = drag.by_rate / firm[..., None]
-        return cls(
-            force=state.force + by_stretch * of.beyond[..., None],
-            by_y=by_y,
-            by_rate=by_rate,
-            pull=np.asarray(state.whole + stiff * of.beyond, dtype=np.float64) / firm,
-            pull_by_y=row / firm[..., None],
-            pull_by_rate=pull_by_rate,
-            by_stretch=by_stretch,
-            pull_by_stretch=stiff / firm,
-        )

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, each, times
-from fenics_mech.effects.even_stretch import EVEN, Bars, Linearised, Strained, Stretched
+from fenics_mech.effects.even_stretch import EVEN, Bars, Strained, Stretched
+from fenics_mech.effects.stretch_tangents import Linearised
 
 if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
@@ -113,6 +114,18 @@ class ArcLength:
         """Length of each element's axis over that before, ``(angles, elements)``."""
         return Stretched.of(self.own(v), self._bars).stretch
 
+    def shapes(self, jets: list[Array]) -> tuple[list[Array], list[Array]]:
+        """Give stretch and shape of each element, ``(angles, elements)`` and ``(angles, elements, 4)``.
+
+        Parameters
+        ----------
+        jets
+            Displacement of the links' coordinates, alone or with its two time derivatives, which the answer then has.
+        """
+        own = [self.own(v) for v in jets]
+        found = Stretched.of(own[0], self._bars)
+        return found.in_time(own[1], own[2], self._bars) if len(own) > 1 else ([found.stretch], [found.shape])
+
     def force(self, v: Array, rate: Array) -> Array:
         """Forces of stretch and bending less their linear parts, ``(angles, elements, n)``."""
         y, y_rate = self.own(v), self.own(rate)
@@ -130,18 +143,10 @@ class ArcLength:
         whole = self.rigidity * (self.length * of.strain) ** 2 / 2 + self.axis.energy(of.shape)
         return np.asarray(whole - np.sum(y * each(self._linear, y), axis=-1) / 2)
 
-    def linearised(self, v: Array, rate: Array) -> tuple[Array, Array, Array]:
-        """Force about v and v', ``constant + by_v v + by_rate v'``.
-
-        Returns
-        -------
-        tuple
-            The constant ``(angles, elements, n)``, and two matrices ``(angles, elements, n, n)``.
-        """
-        return self.about(v, rate, None)[0]
-
-    def about(self, v: Array, rate: Array, tension: Array | None) -> tuple[tuple[Array, Array, Array], Prediction]:
-        """Give the same about v, v' and a tension, and the tension near them.
+    def about(
+        self, v: Array, rate: Array, tension: Array | None = None
+    ) -> tuple[tuple[Array, Array, Array], Prediction]:
+        """Linearise about v, v' and a tension.
 
         Parameters
         ----------
@@ -149,9 +154,17 @@ class ArcLength:
             Displacement and velocity of the links' coordinates, ``(angles, links' coordinates)`` each.
         tension
             Mean force of each element along its straight line (N), ``(angles, elements)``; None for that of v and v'.
+
+        Returns
+        -------
+        tuple
+            The force ``constant + by_v v + by_rate v'`` as a constant, ``(angles, elements, n)``, and two matrices,
+            ``(angles, elements, n, n)``; and the tension near the state.
         """
-        found, near = self._about(v, rate, tension)
-        y, y_rate = near.y, near.rate
+        y, y_rate = self.own(v), self.own(rate)
+        found = Linearised.about(self._strained(y, y_rate, tension), y_rate, self._bars, tension)
+        by_stretch = found.by_stretch, found.pull_by_stretch
+        near = Prediction(self, y, y_rate, found.pull, found.pull_by_y, found.pull_by_rate, by_stretch)
         by_v = self._on_dofs(found.by_y - self._linear)
         # products of these matrices, whose rounding leaves alone what does not strain
         constant = each(self._back, found.force - each(self._linear, y)) - times(by_v, v[:, self.dofs])
@@ -160,10 +173,6 @@ class ArcLength:
         by_rate = self._on_dofs(found.by_rate - self.material * self._linear)
         constant -= each(self._back, each(self.material * self._linear, y_rate)) + times(by_rate, rate[:, self.dofs])
         return (constant, by_v, by_rate), near
-
-    def near(self, v: Array, rate: Array, tension: Array) -> Prediction:
-        """Give the tension near a state; parameters are those of `about`."""
-        return self._about(v, rate, tension)[1]
 
     def again(self, v: Array, rate: Array, tension: Array, near: Prediction) -> tuple[Array, Prediction]:
         """Give the forces of `force` with a held tension, and the tension near them, by the tangents of another state.
@@ -232,13 +241,6 @@ class ArcLength:
         """Carry matrices by the elongation and w to the elements' dofs, ``(angles, elements, n, n)``."""
         n = self._basis.shape[-1]
         return each(self._both, matrices.reshape(*matrices.shape[:2], -1)).reshape(*matrices.shape[:2], n, n)
-
-    def _about(self, v: Array, rate: Array, tension: Array | None) -> tuple[Linearised, Prediction]:
-        """Linearise in the elements' own numbers."""
-        y, y_rate = self.own(v), self.own(rate)
-        found = Linearised.about(self._strained(y, y_rate, tension), y_rate, self._bars, tension)
-        by_stretch = found.by_stretch, found.pull_by_stretch
-        return found, Prediction(self, y, y_rate, found.pull, found.pull_by_y, found.pull_by_rate, by_stretch)
 
     def _strained(self, y: Array, rate: Array, tension: Array | None = None) -> Strained:
         """Give what the forces are made of; no numbers where an axis turns by 90 degrees."""

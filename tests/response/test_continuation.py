@@ -48,9 +48,9 @@ class Forced:
         """There are no links."""
         return q, rate
 
-    def near(self, q, rate, tension):
+    def about(self, q, rate, tension):
         """There is no tension."""
-        return self
+        return None, self
 
     def at(self, q, rate):
         """It is 0."""

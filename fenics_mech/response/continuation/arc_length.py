@@ -315,7 +315,7 @@ def _moved(family: Family, point: Point, change: _Direction) -> Point:
     orbit, tension = _combined(1.0, point.orbit, 1.0, change.orbit), point.tension
     if (law := equation.system.terms.law) is not None:
         rates = family.rate(point.value) * point.orbit.velocity, family.rate(value) * orbit.velocity
-        near = law.near(*equation.in_links(point.orbit.displacement, rates[0]), tension)
+        near = law.about(*equation.in_links(point.orbit.displacement, rates[0]), tension)[1]
         tension = near.at(*equation.in_links(orbit.displacement, rates[1]))
     return Point(value, orbit, tension)
 

@@ -296,7 +296,7 @@ def tangents_of_links(equation: Equation, state: State, paths: Sequence[Path]) -
     found = [_linear_of_links(equation, path, own) for path, own in zip(paths, moved)]
     (law, forces), parts = (system.terms.law, system.rotation_forces), []
     if law is not None:
-        parts.append((law.dofs, law.linearised(*about)[1:]))
+        parts.append((law.dofs, law.about(*about)[0][1:]))
     if forces is not None:
         parts.append((forces.dofs, forces.linearised(*about)[1:]))
     for dofs, (by_v, by_rate) in parts:

@@ -94,7 +94,7 @@ class Instant:
             return mass, damping, stiffness
         p, first, *modal = shape
         v, v_rate = self._in_links(p, first, z, rate)
-        _, by_v, by_rate = law.linearised(v, v_rate)
+        _, by_v, by_rate = law.about(v, v_rate)[0]
         here, turned = p[law.dofs], first[law.dofs]
         if modal:
             outward, by_place, axial = modal
