@@ -56,7 +56,7 @@ def not_estimated(solution: Solution) -> list[str]:
     list of str
         Phrases; empty where there is nothing to say.
     """
-    found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution) + _of_paths(solution)
+    found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution) + _of_rigid_links(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
     if isinstance(solution, SuperposedSolution):
@@ -120,17 +120,21 @@ def _of_bodies(solution: Solution) -> list[str]:
     return found
 
 
-def _of_paths(solution: Solution) -> list[str]:
-    """What paths of points beside the nodes miss where axes turn far: they move by slopes, and not by arc sines."""
+def _of_rigid_links(solution: Solution) -> list[str]:
+    """What arms of rigid links miss where strains are exact and the links turn far with elastic ones."""
     scene, system, found = solution.scene, solution.system, list[str]()
     if system.terms.law is None:
         return found
-    slopes = np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max(axis=0)
-    for name, point in scene.points.items():
-        link = list(scene.links).index(scene.place(point.at)[0])
-        slope = float(slopes[system.beams.mesh.node_link == link].max(initial=0.0))
-        if ("@" in point.at or any(point.offset)) and slope**2 / 2 >= LITTLE:
-            found.append(f"what slopes of {slope:.2g} change of the path of {name!r}, which is that of small rotations")
+    turned = np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max(axis=0)
+    for name, link in scene.links.items():
+        if link.rigid is None or all(place == tuple(link.rigid.centre) for place in link.points.values()):
+            continue
+        turn = float(turned[system.beams.mesh.node(f"{name}.centre")])
+        if turn**2 / 2 >= LITTLE:
+            found.append(
+                f"what an elastic rotation by {turn:.2g} rad changes of the arms of the rigid link {name!r}, "
+                "which are those of small rotations"
+            )
     return found
 
 

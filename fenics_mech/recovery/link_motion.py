@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array
 from fenics_mech.beams.attachment import Attachment
-from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.element_matrices import Beams
-from fenics_mech.forces.bent_axes import by_shape_functions
+from fenics_mech.forces.places_on_axes import AtNode, BentLinks, InElement
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.link_states import quarter
@@ -29,7 +28,7 @@ PARALLEL = 1e-9  # share of the fastest link's rate below which a link does not 
 
 @dataclass(frozen=True)
 class TracedPlace:
-    """A point that is followed: its place on a link, and how it moves with the nodes.
+    """A point that is followed.
 
     Parameters
     ----------
@@ -37,16 +36,13 @@ class TracedPlace:
         Name of its link.
     place
         Where it is on the link that does not bend, in the link's frame (m).
-    dofs
-        Nodal dofs that it moves with, ``(k,)``.
-    shift
-        Displacement in link axes by these dofs, ``(2, k)``.
+    held
+        The node or the section that it is fixed to.
     """
 
     link: str
     place: tuple[float, float]
-    dofs: Index
-    shift: Array
+    held: AtNode | InElement
 
 
 def link_motion(forces: Forces) -> xr.Dataset:
@@ -120,15 +116,13 @@ def _of_points(forces: Forces) -> tuple[dict[str, Any], list[str]]:
     """Position, velocity and acceleration of all points, on links that do not bend and on bent ones; their names."""
     system, along = forces.system, ("theta", "point", "component")
     motion, places = system.motion, dict(_traced(forces.scene, system.beams))
-    jets = [forces.displacement]
-    if forces.response.rotation is not None:
-        jets = list(forces.jets)
+    bent_links = BentLinks(system, [forces.displacement] if forces.response.rotation is None else list(forces.jets))
     rigid, bent = [], []
     for place in places.values():
         still = motion.of_point(place.link, place.place)
         rigid.append(still)
-        own = [v[:, place.dofs] @ place.shift.T for v in jets]
-        bent.append([a + b for a, b in zip(still, _carried(motion, place.link, own))])
+        carried = _carried(motion, place.link, place.held.displacement(bent_links))
+        bent.append([a + b for a, b in zip(still, carried)])
     found: dict[str, Any] = {}
     names = ("position", "velocity", "acceleration")[: 3 if motion.omega.any() or motion.velocity.any() else 1]
     for name, of_all in zip(names, zip(*rigid)):
@@ -179,31 +173,21 @@ def place_in_link(scene: Scene, point: TracedPoint) -> tuple[str, tuple[float, f
 
 
 def _traced_place(scene: Scene, beams: Beams, point: TracedPoint) -> TracedPlace:
-    """Find where a point is, and how it moves with the nodes."""
+    """Find where a point is, and what it is fixed to."""
+    link, place = place_in_link(scene, point)
     if "@" in point.at:
-        dofs, moves = _along_member(beams, point.at)
-    else:
-        at = Attachment.of(scene.links, scene.joints, beams.mesh, point.at)
-        dofs, moves = at.dofs, np.vstack([at.shift, [0.0, 0.0, 1.0]])
-    offset = np.array(point.offset)
-    shift = moves[:2] + np.outer(quarter(offset), moves[2])
-    return TracedPlace(*place_in_link(scene, point), dofs, shift)
+        return TracedPlace(link, place, _in_element(beams, point))
+    at = Attachment.of(scene.links, scene.joints, beams.mesh, point.at)
+    return TracedPlace(link, place, AtNode(at.dofs, at.shift, point.offset, scene.links[link].rigid is None))
 
 
-def _along_member(beams: Beams, at: str) -> tuple[Index, Array]:
-    """Dofs of the element at "member@0.3", and the displacement in link axes and slope by them, ``(3, 6)``."""
-    mesh, (label, s) = beams.mesh, at.split("@")
+def _in_element(beams: Beams, point: TracedPoint) -> InElement:
+    """Find the section of a point that is fixed at "member@0.3"."""
+    mesh, (label, s) = beams.mesh, point.at.split("@")
     member = mesh.members.index(label)
     cells, arc = np.flatnonzero(mesh.cell_member == member), float(s) * mesh.member_length[member]
     cell = int(cells[max(0, int(np.searchsorted(mesh.cell_start[cells], arc, side="right")) - 1)])
-    xi = (arc - mesh.cell_start[cell]) / mesh.cell_length[cell]
-    hermite = member_rotation(mesh)[cell]
-    hermite = beams.layout.tie[cell] @ hermite if beams.layout.tied else hermite
-    length, first = mesh.cell_length[[cell]], np.zeros(1, dtype=int)
-    u, w, slope = by_shape_functions(hermite.T[:, None], length, first, np.array([xi]))
-    c, sine = np.cos(mesh.member_angle[member]), np.sin(mesh.member_angle[member])
-    moves = np.stack([c * u - sine * w, sine * u + c * w, slope])[..., 0]
-    return element_dofs(mesh)[cell], moves
+    return InElement(cell, float((arc - mesh.cell_start[cell]) / mesh.cell_length[cell]), point.offset)
 
 
 def _slide_places(scene: Scene, motion: Motion) -> Iterator[tuple[str, Array]]:

@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 
 from fenics_mech import SceneError, load
+from fenics_mech.forces.places_on_axes import AtNode, BentLinks, InElement
 from fenics_mech.reference.mecqbar import mecqbar
+from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.sections import RectangleSection
 from tests.common import DEMOS, response_of
+from tests.effects.test_offsets import EI, PLACES, L, strip
+from tests.effects.turned_machine import ACTING
 from tests.recovery.test_momentum import arm
 
 MIDDLE = {"G2": {"at": "coupler@0.5"}}
@@ -64,25 +68,64 @@ def in_time(place, period, order):
     return np.fft.irfft(rate**order * np.fft.rfft(place, axis=0), n=len(place), axis=0)
 
 
+ON_LINKS = MIDDLE | {
+    "P": {"at": "coupler@0.3", "offset": ("20 mm", "50 mm")},
+    "Q": {"at": "follower.B", "offset": (0, 0.02)},
+}
+RATES = ((1, "velocity", 1e-5), (2, "acceleration", 2e-3))  # by the solver's steps
+
+
 @pytest.mark.slow
-def test_rates_of_bent_links_are_derivatives_of_their_paths():
-    points = MIDDLE | {
-        "P": {"at": "coupler@0.3", "offset": ("20 mm", "50 mm")},
-        "Q": {"at": "follower.B", "offset": (0, 0.02)},
-    }
-    scene = seed_four_bar(
-        effects=("coupling",), points=points, drive__speed=15.0, analysis={"sub_intervals": 360, "stability": False}
-    )
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "large-rotations")])
+def test_rates_of_bent_links_are_derivatives_of_their_paths(effects):
+    scene = seed_four_bar(effects=effects, points=ON_LINKS, analysis={"sub_intervals": 360, "stability": False})
+    scene = scene.changed(drive__speed=15.0, **({} if len(effects) == 1 else ACTING | {"damping.material": 3e-3}))
     data = response_of(scene).data
     bent, rigid = data["point_position_bent"], data["point_position"]
-    for point in ("follower.B", "coupler.A", *points):
+    assert data["rotation"].max() > (0.4 if len(effects) > 1 else 0)
+    for point in ("follower.B", "coupler.A", *ON_LINKS):
         path = bent.sel(point=point).to_numpy()
         assert np.abs(path - rigid.sel(point=point).to_numpy()).max() > 1e-5
-        for order, name, error in ((1, "velocity", 1e-5), (2, "acceleration", 2e-3)):  # by the solver's steps
+        for order, name, error in RATES:
             found = data[f"point_{name}_bent"].sel(point=point).to_numpy()
             expected = in_time(path, scene.period, order)
             assert found == pytest.approx(expected, abs=error * np.abs(expected).max()), (point, name)
     assert bent.sel(point="coupler.B").to_numpy() == pytest.approx(bent.sel(point="follower.B").to_numpy(), abs=1e-12)
+
+
+@pytest.mark.parametrize("effects", [(), ("shear",)])
+def test_rates_of_places_on_stretched_and_turned_axes_are_derivatives(effects):
+    scene = seed_four_bar(effects=("large-rotations", *effects), mesh={"elements": 3})
+    factors = {f"sections.{name}.shear_factor": 5 / 6 for name in scene.sections}
+    system = mechanism(scene.changed({"materials.material.poisson": 0.3} | factors))
+    size, rng = 3 * len(system.beams.mesh.node_name), np.random.default_rng(3)
+    jets = [1e-3 * rng.standard_normal((len(system.motion.theta), size)) for _ in range(3)]  # stretch of up to 12 %
+    step = 1e-4
+    around = [jets[0] + t * jets[1] + t**2 / 2 * jets[2] for t in (-step, 0.0, step)]
+    held = InElement(4, 0.3, (0.02, 0.05)), AtNode(np.array([3, 4, 5]), np.eye(2, 3), (0.02, 0.05), on_axis=True)
+    for place in held:
+        before, here, after = (place.displacement(BentLinks(system, [v]))[0] for v in around)
+        expected = here, (after - before) / (2 * step), (after - 2 * here + before) / step**2
+        for found, known in zip(place.displacement(BentLinks(system, jets)), expected):
+            assert found == pytest.approx(known, abs=1e-6 * np.abs(known).max())
+    stretch = system.terms.law.on_elements.stretch(jets[0])
+    assert np.abs(stretch - 1).max() > 0.1
+
+
+@pytest.mark.parametrize(("effects", "near"), [((), 1e-9), (("large-rotations",), 1e-6)])
+def test_an_offset_turns_with_the_section_and_not_with_the_axis(effects, near):
+    """A laminate that shears, whose neutral line is beside the axis of its member."""
+    force, x, offset = 1e-4, 0.25 * L, (0.02, 0.05)
+    scene = strip("middle", {"A": {"kind": "weld"}}, loads={"tip": {"at": "beam.B", "force": (0, force)}})
+    points = {"on": {"at": "beam@0.25"}, "beside": {"at": "beam@0.25", "offset": offset}}
+    data = response_of(scene.changed(effects=("shear", *effects), points=points, analysis__stations=5)).data
+    place = (data["point_position_bent"] - data["point_position"])[0]
+    turn = force * x * (2 * L - x) / (2 * EI)
+    assert place.sel(point="on", component="x").item() == pytest.approx(PLACES["middle"][0] * turn, rel=near)
+    across = data["deflection"].sel(s=0.25, component="y").item()
+    assert place.sel(point="on", component="y").item() == pytest.approx(across, rel=near)
+    swung = (place.sel(point="beside") - place.sel(point="on")).to_numpy()
+    assert swung == pytest.approx(turn * np.array([-offset[1], offset[0]]), rel=near)
 
 
 def test_points_of_a_bent_beam_move_by_its_deflection_and_rotation():
