@@ -147,7 +147,7 @@ class Equation:
         return NonlinearModalForces(linear, axial, law, self.system.transformation, (self.jets[0], self.turned))
 
     def linearised(
-        self, q: Array, rate: Array, tension: Array, share: float = 1.0, second: Array | None = None
+        self, q: Array, rate: Array, tension: Array | None, share: float = 1.0, second: Array | None = None
     ) -> Matrices:
         """Linearise about a state: the tangents, and the load with which they are exact at that state.
 
@@ -157,6 +157,7 @@ class Equation:
             Coordinates and their time derivatives, ``(angles, coordinates)``.
         tension
             Axial force of each element that goes with them, where the law is nonlinear (N), ``(angles, elements)``.
+            None for that of their strains.
         share
             Of the loads, under a nonlinear law.
         second

@@ -139,6 +139,28 @@ def test_cantilever_under_a_force_at_its_tip(turn):
     assert axial == pytest.approx(force * np.sin(turn), rel=10 * near)
 
 
+@pytest.mark.parametrize(("turn", "area", "elements"), [(0.8, 1e-4, 16), (1.35, 1e-3, 8), (1.45, 1e-2, 16)])
+def test_elements_shorter_than_thick_bend_and_stretch_as_reissners_beam(turn, area, elements):
+    """With an area that small, forces across the elements change their length as much as those along them."""
+    load, _, reach = tip_of(turn)
+    strain = load * strips.INERTIA / strips.L**2 / (strips.A * area)  # 3 % at most
+
+    def bent(moment):
+        rate = lambda s, now: [now[1], -load * np.cos(now[0]) * (1 + strain * np.sin(now[0]))]  # noqa: E731
+        return solve_ivp(rate, (0, 1), [0, moment], rtol=1e-9, atol=1e-11).y[:, -1]
+
+    moment = brentq(lambda given: bent(given)[1], 0.95 * load * reach, 1.05 * load * reach)
+    scene = cantilever(load * strips.E * strips.INERTIA / strips.L**2, mesh__elements=elements)
+    data = analyse(scene.changed(sections__strip__area=strips.A * area)).data
+    assert data["rotation"].item() == pytest.approx(bent(moment)[0], rel=2e-4)  # of 8 elements 1e-4
+
+
+def test_an_equilibrium_that_is_not_found_is_told_with_the_share_of_the_load_that_has_one():
+    scene = cantilever(tip_of(1.45)[0] * strips.E * strips.INERTIA / strips.L**2, mesh__elements=8)
+    with pytest.raises(SolverError, match=r"There are equilibria up to 0\.\d+ of the load"):
+        analyse(scene.changed(sections__strip__area=1e-3 * strips.A))
+
+
 def test_axes_keep_their_length_between_nodes():
     force = tip_of(0.8)[0] * strips.E * strips.INERTIA / strips.L**2
     coarse = cantilever(force).changed(mesh={"elements": 3}, analysis__stations=101, analysis__allow_coarse=True)

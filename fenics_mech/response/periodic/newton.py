@@ -25,6 +25,7 @@ class NewtonLimits:
     most_iterations: int = 30  # before a motion counts as not found
     smallest_rise: float = 1 / 256  # of the load, before it is given up
     most_load_steps: int = 40  # tried, before it is given up: motions that are found take 1 to 5
+    rise_by_strains: float = 1 / 16  # of the load, where tensions are those of the strains
     tolerance: float = 1e-9  # of the change of the displacement, relative
     of_answer: float = 1e-3  # the same where a tolerance of the answer is stated, as a share of it
     far: float = 0.01  # change beyond which a tension is guessed
@@ -216,6 +217,10 @@ def solve_nonlinear(
 ) -> Orbit:
     """Solve for a motion; where Newton's method fails, the load is brought up little by little.
 
+    Where that fails too, equilibria go on with the tensions of the strains, by small steps. Elements that are short for
+    their thickness need them: forces across change their length as much as those along them, so that a held tension
+    is a bad guess.
+
     Parameters
     ----------
     equation
@@ -236,18 +241,23 @@ def solve_nonlinear(
         sought, as shorter steps may have one.
     """
     orbit: Orbit | None = None
-    done, rise, tried = 0.0, 1.0, 0
+    done, rise, tried, held = 0.0, 1.0, 0, True
     while done < 1:
         tried += 1
         factor = min(done + rise, 1.0)
         try:
-            found, new_tension = _at_load(equation, solve, guess, factor, orbit, tension if done else factor * tension)
+            begun = tension if done else factor * tension
+            found, new_tension = _at_load(equation, solve, guess if held else None, factor, orbit, begun)
             if accept is not None:
-                accept(equation.linearised(found.displacement, found.velocity, new_tension, factor, found.acceleration))
+                own = new_tension if held else None
+                accept(equation.linearised(found.displacement, found.velocity, own, factor, found.acceleration))
             orbit, tension, done = found, new_tension, factor
         except (SolverError, FloatingPointError) as error:  # iterates that run away may overflow
             rise /= 2
-            if rise < NEWTON.smallest_rise or tried >= NEWTON.most_load_steps:
+            given_up = rise < NEWTON.smallest_rise or tried >= NEWTON.most_load_steps
+            if given_up and held and accept is not None:
+                held, rise, tried = False, NEWTON.rise_by_strains, 0
+            elif given_up:
                 if isinstance(error, SolverError):
                     error.found_up_to = done
                 raise
@@ -258,12 +268,12 @@ def solve_nonlinear(
 def _at_load(
     equation: Equation,
     solve: Callable[[Matrices], Orbit],
-    guess: Callable[[Array], Array],
+    guess: Callable[[Array], Array] | None,
     factor: float,
     begun: Orbit | Beginning | None,
     tension: Array,
 ) -> tuple[Orbit, Array]:
-    """Iterate at a share of the load until nothing changes."""
+    """Iterate at a share of the load until nothing changes; with tensions of the strains where nothing guesses them."""
     weight = _weights(equation)
     zero = np.zeros_like(equation.linear.load)
     old: tuple[Array, Array] = (zero, zero) if begun is None else (begun.displacement, begun.velocity)
@@ -282,10 +292,10 @@ def _at_load(
             left_over, tangents = equation.again(tangents, state, tension, factor)
             orbit = orbit.changed(-left_over)
         else:
-            if not changes or changes[-1] > NEWTON.far:
+            if guess is not None and (not changes or changes[-1] > NEWTON.far):
                 tension = guess(tension)
             try:
-                tangents = equation.linearised(*old, tension, factor, second)
+                tangents = equation.linearised(*old, None if guess is None else tension, factor, second)
                 orbit = solve(tangents)
             except np.linalg.LinAlgError as error:
                 raise SolverError(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -135,13 +137,26 @@ def _solve_nonlinear(system: System) -> ElasticResponse:
     def accept(tangents: Matrices) -> None:
         _refuse_buckled(system, tangents.stiffness)
 
-    with naming_buckled(equation, tension):
+    with naming_buckled(equation, tension), _naming_share():
         found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
     return ElasticResponse(
         displacement=found.displacement,
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),
     )
+
+
+@contextmanager
+def _naming_share() -> Iterator[None]:
+    """Add to a `SolverError` up to which share of the load there are equilibria."""
+    try:
+        yield
+    except SolverError as error:
+        if not (share := error.found_up_to):
+            raise
+        named = type(error)(f"{error}. There are equilibria up to {share:.3g} of the load")
+        named.found_up_to = share
+        raise named from error.__cause__
 
 
 def _lowered(equation: Equation, tension: Array) -> Array:
