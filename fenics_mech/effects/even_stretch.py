@@ -107,7 +107,13 @@ class Stretched:
 
     @classmethod
     def of(cls, y: Array, bars: Bars) -> Stretched:
-        """Solve (1) for lambda by Newton's method; parameters are those of `by`."""
+        """Solve (1) for lambda by Newton's method; parameters are those of `by`.
+
+        The right side of (1) is concave in lambda, as s is convex, and rises everywhere. So there is one root, and no
+        step ends above it: from the second one on lambda rises to it, and the errors are as squares of those before.
+        Stretches of a half to three take seven steps at most. What remains after the last one is rounding. Where an
+        axis turns by 90 degrees on the way, there is no number.
+        """
         found = cls.by(np.zeros(y.shape[:2]), y, bars)
         for _ in range(EVEN.most_steps):
             if not np.abs(found.beyond).max() > EVEN.tolerance:
