@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import io
+import logging
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Self
@@ -14,9 +15,11 @@ from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
 from fenics_mech.errors import ResultError, shortened
 
+logger = logging.getLogger(__name__)
 SEAL = b"fenics_mech sha256 "
 SEAL_LENGTH = len(SEAL) + 64
 HDF5 = b"\x89HDF"  # how files of NetCDF 4 begin
+UNWRITABLE = (KeyError, TypeError, ValueError)  # by types of attributes and of variables
 LARGEST_VARIABLE = 2**31 - 1  # bytes, in NetCDF 3
 
 
@@ -49,7 +52,8 @@ class Saved:
         """Write as NetCDF, with a seal behind it by which damage is found; the file appears whole or not at all.
 
         It is NetCDF 3, which takes a twentieth of the time of NetCDF 4, unless a variable is too large for that, or has
-        no values. The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass
+        no values, or something is stated that only the other has, such as a list of texts or an integer beyond 32 bits.
+        The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass
         over the seal.
 
         Parameters
@@ -65,10 +69,15 @@ class Saved:
         Raises
         ------
         ResultError
-            When the file cannot be written.
+            When the file cannot be written, or NetCDF has no form for an attribute.
         """
-        plain = all(0 < values.nbytes <= LARGEST_VARIABLE for values in self.data.variables.values())
-        content = bytes(self.data.to_netcdf(engine="scipy" if plain else "h5netcdf"))
+        try:
+            content = _as_netcdf(self.data)
+        except UNWRITABLE as error:
+            raise ResultError(
+                f"{path}: NetCDF has no form for {_unwritable(self.data)} of this {self.KIND}: {error}. "
+                "Attributes are numbers, texts, or lists of either, and variables are numbers or texts"
+            ) from error
         write_whole(Path(path), lambda temporary: temporary.write_bytes(content + seal_of(content)))
         return Path(path)
 
@@ -107,6 +116,38 @@ class Saved:
         if not set(cls.NEEDED) <= set(loaded.attrs):
             raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
         return cls(loaded)
+
+
+def _as_netcdf(data: xr.Dataset) -> bytes:
+    """Give the content of a file of NetCDF 3, or of NetCDF 4 where that has no form for something."""
+    if all(0 < values.nbytes <= LARGEST_VARIABLE for values in data.variables.values()):
+        try:
+            return bytes(data.to_netcdf(engine="scipy"))
+        except UNWRITABLE as error:
+            logger.info("not written as NetCDF 3: %s", error)
+    return _as_hdf5(data)
+
+
+def _as_hdf5(data: xr.Dataset) -> bytes:
+    """Give the content of a file of NetCDF 4."""
+    from h5netcdf import CompatibilityError  # noqa: PLC0415  (few results need it)
+
+    try:
+        return bytes(data.to_netcdf(engine="h5netcdf"))
+    except CompatibilityError as error:
+        raise ValueError(str(error)) from error
+
+
+def _unwritable(data: xr.Dataset) -> str:
+    """Name the first attribute or variable that NetCDF 4 has no form for."""
+    parts = {f"attribute {name!r}": xr.Dataset(attrs={name: value}) for name, value in data.attrs.items()}
+    parts |= {f"variable {name!r}": xr.Dataset({"variable": values}) for name, values in data.variables.items()}
+    for words, part in parts.items():
+        try:
+            _as_hdf5(part)
+        except UNWRITABLE:
+            return words
+    return "its parts together"
 
 
 def _size_of_plain(path: Path) -> int:

@@ -188,6 +188,27 @@ def test_netcdf_of_either_kind_is_saved_and_loaded(most, points, kind, tmp_path,
     xr.testing.assert_identical(Result.load(path).data, xr.Dataset(given, attrs={"fenics_mech": "1", "scene": "{}"}))
 
 
+@pytest.mark.parametrize(
+    "stated", [{"labels": ["hot", "cold"]}, {"count": 2**40}, {"counts": [1, 2**40]}, {"table": np.eye(2)}]
+)
+def test_attributes_that_netcdf_3_lacks_are_saved_and_read_back(stated, tmp_path):
+    data = xr.Dataset({"a": ("x", np.arange(3.0))}, attrs={"fenics_mech": "1", "scene": "{}"} | stated)
+    path = Result(data).save(tmp_path / "result.nc")
+    assert path.read_bytes().startswith(b"\x89HDF")
+    xr.testing.assert_identical(Result.load(path).data, data)
+
+
+@pytest.mark.parametrize(
+    ("stated", "named"),
+    [({"note": {"a": 1}}, "attribute 'note'"), ({"mixed": ["a", 1]}, "attribute 'mixed'"), ({}, "variable 'b'")],
+)
+def test_what_no_netcdf_has_a_form_for_is_named(stated, named, tmp_path):
+    given = {"a": ("x", np.arange(3.0))} | ({} if stated else {"b": ("y", np.array([{}, {}]))})
+    with pytest.raises(ResultError, match=rf"result\.nc: NetCDF has no form for {named} of this result"):
+        Result(xr.Dataset(given, attrs={"fenics_mech": "1", "scene": "{}"} | stated)).save(tmp_path / "result.nc")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_unwritable_folder_leaves_nothing(periodic, tmp_path):
     with pytest.raises(ResultError, match="cannot be written"):
         periodic.save(tmp_path / "missing" / "result.nc")
