@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import re
 import shlex
@@ -17,6 +18,7 @@ import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+from unittest import mock
 
 from typer.testing import CliRunner
 
@@ -148,11 +150,12 @@ def printed(command: str, parse: bool = True) -> str:
 
 
 def _command(words: list[str]) -> str:
-    """Run the program."""
+    """Run the program; as on a terminal, it leaves no line of progress, however long it takes."""
     from fenics_mech.cli import app
     from fenics_mech.errors import MechanismError
 
-    done = CliRunner().invoke(app, words, env={"COLUMNS": WIDTH, "TERM": "dumb"})
+    with mock.patch("fenics_mech._console.PAUSE", math.inf):
+        done = CliRunner().invoke(app, words, env={"COLUMNS": WIDTH, "TERM": "dumb"})
     if isinstance(done.exception, MechanismError):
         return f"{done.output}error: {done.exception}\n"  # its warnings come first
     if done.exception is not None and not isinstance(done.exception, SystemExit):

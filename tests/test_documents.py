@@ -79,6 +79,14 @@ def whole_place(tmp_path_factory):
         yield folder
 
 
+def test_lines_of_progress_on_a_busy_machine_are_in_no_output(place, monkeypatch):
+    monkeypatch.setattr("fenics_mech._console.PAUSE", 0)
+    assert (
+        documents.printed("fenics-mech modes demos/four_bar.toml -o modes | head -1")
+        == "Natural frequencies over the cycle\n"
+    )
+
+
 def test_commands_that_no_test_runs_are_known_with_a_reason():
     shown = {command for page in PAGES.values() for command in documents.commands(page)}
     others = {command for command in shown if not command.startswith(("fenics-mech", "sed"))}
