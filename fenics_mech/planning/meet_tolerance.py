@@ -19,7 +19,7 @@ from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation,
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAK, doubts
+from fenics_mech.recovery.peaks import PEAK, PEAKS, doubts
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
@@ -133,7 +133,7 @@ def within(
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
-        doubted = doubts(result)
+        doubted = doubts(result) if _periodic(scene) else dict.fromkeys(PEAKS, 0.0)  # other positions are as stated
         met = not missed and _beyond(scene, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
             analyser.judge(scene.analysis.allow_unstable)

@@ -23,7 +23,7 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain, sampling_error
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.peak_places import along_member, even_share, places_between_stations
-from fenics_mech.recovery.peaks import curves_over_cycle
+from fenics_mech.recovery.peaks import CYCLIC, curves_over_cycle
 from fenics_mech.response.solution import Solution, StaticSolution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections import Rigidity
@@ -167,7 +167,7 @@ def _largest_strain(scene: Scene, system: System, response: ElasticResponse, str
     if len(places):
         found = np.maximum(found, np.abs(at(places)).max(axis=(0, 2, 3)))
     under_pins = np.zeros_like(found)
-    for pin in pins if scene.analysis.method == "periodic" else ():
+    for pin in pins if scene.analysis.method in CYCLIC else ():
         some, member = even_share(len(strain)), members[pin.element[0]]
         under = at(along_member(system, pin)[some])[some, member, np.arange(len(some))]
         under_pins[member] = max(under_pins[member], np.abs(curves_over_cycle(scene, under).largest()[1]).max())

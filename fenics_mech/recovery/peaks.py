@@ -33,6 +33,7 @@ class PeakLimits:
 
 PEAK = PeakLimits()
 
+CYCLIC = "periodic", "quasi-static"  # methods whose positions are those of a cycle that repeats
 PEAKS = "strain", "joint_force"  # that may be doubted
 CURVES = {  # whose peaks are sought between positions, and along what each has its own
     "strain": "member",
@@ -50,7 +51,7 @@ ORDER = ("theta", "member", "joint", "support", "s", "fibre", "component")  # of
 def curves_over_cycle(scene: Scene, values: Array, name: str = "") -> CycleCurves:
     """Draw curves through values at the positions of a cycle: by their harmonics, and at corners Akima's curves.
 
-    Where the positions are no periodic motion, are fewer than four, or something jumps between them, the curves are
+    Where the positions are no cycle that repeats, are fewer than four, or something jumps between them, the curves are
     nowhere beyond the positions.
 
     Parameters
@@ -154,8 +155,8 @@ def _peaks(result: Result, name: str, curves: CycleCurves) -> tuple[Array, Array
 def between_positions(result: Result, least: int = DRAWN) -> Result:
     """Give the curves of a cycle also where they have their peaks, as most of these lie between two positions.
 
-    Where positions are few, the curves are given at more of them. Where the result is no periodic motion, or something
-    jumps, it is given as it is.
+    Where positions are few, the curves are given at more of them. Where the result is no cycle that repeats, or
+    something jumps, it is given as it is.
 
     Parameters
     ----------
@@ -223,9 +224,9 @@ def angles_at(result: Result, places: Array) -> Array:
 
 
 def _smooth(scene: Scene, count: int) -> bool:
-    """Whether positions are those of a periodic motion in which nothing jumps."""
+    """Whether positions are those of a cycle that repeats, in which nothing jumps."""
     jumping = scene.impulses or any(load.jumps for load in scene.loads.values())
-    return scene.analysis.method == "periodic" and count >= 4 and not jumping
+    return scene.analysis.method in CYCLIC and count >= 4 and not jumping
 
 
 def doubts(result: Result) -> dict[str, float]:
@@ -253,7 +254,7 @@ def doubt(result: Result, name: str) -> float:
         Name of the variable.
     """
     count = result.data.sizes["theta"]
-    if result.scene.analysis.method != "periodic" or not 4 <= count < PEAK.certain:
+    if result.scene.analysis.method not in CYCLIC or not 4 <= count < PEAK.certain:
         return 0.0
     curves = _leading(result, name)[0]
     peaks, others = (np.abs(_peaks(result, name, part)[1]) for part in (curves, curves.others()))

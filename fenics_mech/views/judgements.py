@@ -384,8 +384,9 @@ def doubtful_peaks(result: Result) -> str | None:
     by_strain, by_force = doubts(result).values()
     if max(by_strain, by_force) < PEAK.doubtful:
         return None
+    by_tolerance = "chosen" in result.data.attrs and result.scene.analysis.method == "periodic"
     return (
         f"Peaks between the {result.data.sizes['theta']} positions are uncertain by an estimated {by_strain:.1%} of "
         f"the largest strain and {by_force:.1%} of the largest joint force, as half of the positions shows. "
-        f"Take {'a smaller tolerance' if 'chosen' in result.data.attrs else 'more sub_intervals'}."
+        f"Take {'a smaller tolerance' if by_tolerance else 'more sub_intervals'}."
     )

@@ -50,6 +50,18 @@ def test_the_error_falls_with_the_fourth_power_of_the_points():
         assert 0.5 * bound < np.abs(values - np.cos(10 * (theta[0] + at * (theta[1] - theta[0])))).max() < 1.2 * bound
 
 
+def test_a_quasi_static_cycle_has_its_peaks_between_positions_too():
+    analysis = {"method": "quasi-static", "stations": 3, "error_estimates": False, "allow_coarse": True}
+    few, many = (analyse(seed_four_bar(analysis=analysis | {"sub_intervals": count})) for count in (48, 1440))
+    for name in ("strain", "joint_force", "input_torque"):
+        ends = [np.abs(peak_of(result, name)[2]) for result in (few, many)]
+        at_positions = np.abs(few.data[name].to_numpy()).max()
+        assert ends[0] == pytest.approx(ends[1], rel=1e-4), name
+        if name == "strain":
+            assert at_positions < ends[1].max() * (1 - 2e-4)
+    assert max(doubts(few).values()) < 0.01
+
+
 def test_positions_keep_their_values_and_peaks_have_positions_of_their_own(result):
     expected = result.data["strain"].transpose("theta", ...).to_numpy()
     theta, values = smoothed(result, expected)

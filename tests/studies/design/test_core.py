@@ -93,12 +93,13 @@ def test_numbers_are_those_of_the_result():
     found = {name: Quantity.read(name).of(result) for name in names if name.split("[")[0] != "frequency"}
     wave = result.strain_at("coupler", s=0.5)
     shaking = data["shaking_force"].transpose("theta", "component").to_numpy()
-    assert found["strain[coupler][@0.5][+].range"] == pytest.approx(np.ptp(wave))
+    beyond = 1e-3  # of what 180 positions show, as peaks are between them
+    assert 1 <= found["strain[coupler][@0.5][+].range"] / np.ptp(wave) < 1 + beyond
     assert found["shaking_force.rms"] == pytest.approx(math.sqrt((shaking**2).sum(axis=1).mean()))
     assert Quantity.read("noise").of(result) == fm.sound(result).attrs["weighted_level"]
     assert found["torque.mean"] == pytest.approx(float(data["input_torque"].mean()))
     force = data["joint_force"].sel(joint="A").transpose("theta", "component").to_numpy()
-    assert found["joint_force[A].max"] == pytest.approx(np.linalg.norm(force, axis=1).max())
+    assert 1 <= found["joint_force[A].max"] / np.linalg.norm(force, axis=1).max() < 1 + beyond
 
 
 def test_mass_is_that_of_strips_and_bearings():
