@@ -97,15 +97,16 @@ def alone_in(folder: Path) -> Iterator[bool]:
     ----------
     folder
         The folder.
+
+    Raises
+    ------
+    OSError
+        When the folder cannot be read: others that may read it would not be seen.
     """
     if fcntl is None:
         yield True
         return
-    try:
-        handle = os.open(folder, os.O_RDONLY)
-    except OSError:  # a folder whose files nobody may list
-        yield True
-        return
+    handle = os.open(folder, os.O_RDONLY)
     try:
         yield _lock(handle)
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -36,6 +37,7 @@ def kept_folder(folder: str | Path | None) -> Iterator[Path]:
     missing = [one for one in (path, *path.parents) if not one.exists()]
     try:
         path.mkdir(parents=True, exist_ok=True)
+        os.scandir(path).close()  # who cannot read a folder cannot hold it against others
     except OSError as error:
         raise ResultError(f"{path}: cannot be used for trials: {reason_of(error)}") from error
     try:

@@ -165,6 +165,18 @@ def test_a_folder_has_one_study_at_a_time_and_none_that_is_empty(tmp_path):
     assert folder.exists()
 
 
+def test_a_folder_that_cannot_be_read_is_refused_as_others_in_it_are_not_seen(tmp_path, monkeypatch):
+    def refuse(folder):
+        raise PermissionError(13, "Permission denied", str(folder))
+
+    monkeypatch.setattr("fenics_mech.studies.design.kept_folder.os.scandir", refuse)  # as the superuser reads all
+    with (
+        pytest.raises(ResultError, match="out: cannot be used for trials: Permission denied"),
+        kept_folder(tmp_path / "out"),
+    ):
+        pytest.fail("a study works in it")
+
+
 @pytest.mark.parametrize(
     "text", ["", "[1]", '{"numbers": 3', '{"numbers": {}, "error": "", "message": "", "seconds": 0}']
 )
