@@ -79,6 +79,7 @@ def whole_place(tmp_path_factory):
         yield folder
 
 
+@pytest.mark.slow
 def test_lines_of_progress_on_a_busy_machine_are_in_no_output(place, monkeypatch):
     monkeypatch.setattr("fenics_mech._console.PAUSE", 0)
     assert (

@@ -138,7 +138,9 @@ class InElement:
         way[0] = way[0] - along
         sheared, neutral = _beside(system, self.element)
         section = self._slopes(system, np.array([self.xi]))[0] - sheared
-        turn, axes = [z @ section for z in shape], complex(*rotation[0, :2])  # of the member in its link
+        turn = [z @ section for z in shape]
+        refuse_turned(system, np.array([self.element]), turn[0][:, None])
+        axes = complex(*rotation[0, :2])  # of the member in its link
         start = (np.array([1, 1j, 0]) @ layout.tie[self.element, :3]) @ rotation  # of the neutral line
         found = [v @ start + part + neutral * sine for v, part, sine in zip(own, way, turn)]
         return [_plane(axes * part + swung) for part, swung in zip(found, _swung(turn, complex(*self.offset)))]
