@@ -15,6 +15,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.beams.shapes import AXIAL
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.joints import members_under_pins
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh
@@ -118,11 +119,7 @@ def refuse_offsets(rigidity: Rigidities, members: Members, effect: str, neutral_
 
 def _refuse_travelling(rigidity: Rigidities, members: Members, joints: Mapping[str, Joint]) -> None:
     """Raise `SceneError` where a pin travels along a member whose neutral line is beside its axis."""
-    for name, joint in joints.items():
-        if (member := joint.member) is None:
-            continue
-        link = joint.connect[0].split(".")[0]
-        label = link if link in members else f"{link}.{member}"
+    for name, label in members_under_pins(joints, members).items():
         if neutral := _lines(rigidity, label)[0]:
             raise SceneError(
                 f"a pin travels along member {label}, and the neutral line of its section "

@@ -13,7 +13,8 @@ from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.reduction import Reduction
 from fenics_mech.beams.span import REDUCTION
 from fenics_mech.effects import Effect, active, loads_at_nodes, shaped
-from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene import Scene
+from fenics_mech.scene.joints import members_under_pins
 from fenics_mech.scene.meshing import member_nodes, thinned
 from fenics_mech.scene.models import OF_LINKS
 from fenics_mech.scene.numbering import order_of
@@ -88,11 +89,7 @@ def reducible(scene: Scene, beams: Beams) -> list[int]:
         Its links, with all nodes.
     """
     members = scene.members()
-    sliding = [
-        joint for joint in scene.joints.values() if isinstance(joint, Slot | Prismatic) and joint.member is not None
-    ]
-    links = [(joint.connect[0].split(".")[0], joint.member) for joint in sliding]
-    guides = {link if link in members else f"{link}.{member}" for link, member in links}
+    guides = set(members_under_pins(scene.joints, members).values())
     owners = beams.mesh.cell_member
     needed = np.append(owners[np.isinf(beams.rigidity.axial.mean)], np.flatnonzero(np.bincount(owners) == 1))
     return [i for i, label in enumerate(members) if label not in guides and i not in needed]

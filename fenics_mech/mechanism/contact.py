@@ -19,6 +19,7 @@ from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
 from fenics_mech.scene import Member, Prismatic, Slot
 from fenics_mech.scene.bodies import MESH
+from fenics_mech.scene.joints import members_under_pins
 
 
 @dataclass(frozen=True)
@@ -70,8 +71,7 @@ class Contact:
         mesh
             Their mesh.
         """
-        link, point = joint.connect[0].split(".")
-        label = link if link in members else f"{link}.{joint.member}"
+        label, point = members_under_pins({name: joint}, members)[name], joint.connect[0].split(".")[1]
         return cls(name, joint, places, mesh, mesh.members.index(label), members[label][1].ends[0] != point)
 
     @cached_property

@@ -148,7 +148,7 @@ class Matrices:
         if len(not_positive(self.stiffness[:1])):
             return 0.0
         count = size if size <= MATRICES.many else MATRICES.many // 3
-        if modal is not None and modal.few:
+        if modal is not None and modal.in_own_unknowns:
             count = min(count, modal.count)
         mass, stiffness = self.mass.symmetric.at(0), self.stiffness.symmetric.at(0)
         if count < size / 3:  # 1 over omega^2, and Phi^T K Phi = 1
@@ -157,7 +157,7 @@ class Matrices:
         else:
             squares, shapes = eigh(mass.toarray(), stiffness.toarray(), subset_by_index=(size - count, size - 1))
         moves = squares > np.finfo(float).eps * squares[-1]
-        if modal is not None and modal.few:
+        if modal is not None and modal.in_own_unknowns:
             moves &= squares >= min(4 * squares[0], squares[-1])
         work = np.einsum("im,im->m", shapes, self.damped_at(0, shapes))[moves]
         return max(0.0, float((work / np.sqrt(squares[moves])).min(initial=np.inf)))

@@ -112,7 +112,7 @@ class ModalForces:
         return self._spread(self._seen(rates) @ self.by_rate.transpose(0, 2, 1) @ self.outward)
 
     @property
-    def few(self) -> bool:
+    def in_own_unknowns(self) -> bool:
         """Whether the modes are so few that unknowns of their own are cheaper than full matrices."""
         return self.seen is not None or self.count < MATRICES.few_modes * self.outward.shape[2]
 
@@ -154,7 +154,7 @@ class ModalForces:
             The rate (rad/s).
         """
         found = replace(self, by_place=rate * self.by_place)
-        if not self.few:  # few modes are taken without full matrices
+        if not self.in_own_unknowns:  # those are taken without full matrices
             vars(found).update(damping=self.damping, stiffness=rate * self.stiffness)
         return found
 

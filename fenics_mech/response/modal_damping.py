@@ -142,15 +142,15 @@ class KnownDamping:
     parts: int = 1
 
     @property
-    def _few(self) -> bool:
-        """Whether it is that of a few modes."""
+    def _of_modes(self) -> bool:
+        """Whether its rows are those of modes, fewer than the coordinates."""
         return bool(self.factor.values.shape[1] < self.factor.values.shape[2])
 
     @cached_property
     def alike(self) -> dict[int, Array]:
         """What is interpolated, at the positions from two before each one to three after it."""
         scaled = self.factor.values / self.unit
-        if self._few:
+        if self._of_modes:
             return _turned_alike(scaled)
         whole = scaled.transpose(0, 2, 1) @ scaled
         return {ahead: np.roll(whole, -ahead, axis=0) for ahead in range(-2, 4)}
@@ -160,7 +160,7 @@ class KnownDamping:
         """Into how many parts each part is to be cut for it to be smooth; 0 where that is too many."""
         alike = self.alike
         differs = _largest(through(range(-1, 3), 0.5, alike) - through(range(-2, 4), 0.5, alike))
-        rough = differs / ((FACTOR.few_smooth if self._few else FACTOR.smooth) * _largest(alike[0]))
+        rough = differs / ((FACTOR.few_smooth if self._of_modes else FACTOR.smooth) * _largest(alike[0]))
         # a polynomial through four positions errs by the fourth power of their distance
         return next((parts for parts in FACTOR.parts if rough <= parts**4), 0)
 
@@ -181,7 +181,7 @@ class KnownDamping:
             found.append(through(range(-2, 4), inside + max(0.0, part - parts + 1), here))
         values = np.stack(found, axis=1).reshape(-1, *found[0].shape[1:])
         try:
-            factors = values if self._few else np.linalg.cholesky(values).transpose(0, 2, 1)
+            factors = values if self._of_modes else np.linalg.cholesky(values).transpose(0, 2, 1)
         except np.linalg.LinAlgError:
             return None
         return replace(self.factor, values=factors * self.unit)

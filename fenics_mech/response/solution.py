@@ -207,7 +207,7 @@ class CollocationSolution(PeriodicSolution):
         The motion at the collocation points and at the starts of all steps.
     inside
         Gives the motion at the collocation points as forces see it, where energy is balanced over them.
-    few
+    thinned
         The same motion with few nodes, where its mesh is far finer than that of others; see `few_nodes`.
     """
 
@@ -215,7 +215,7 @@ class CollocationSolution(PeriodicSolution):
     equation: Equation
     orbit: Orbit
     inside: Callable[[], AtPoints] | None = None
-    few: CollocationSolution | None = None
+    thinned: CollocationSolution | None = None
 
     @cached_property
     def points(self) -> AtPoints | None:
@@ -225,7 +225,7 @@ class CollocationSolution(PeriodicSolution):
     @property
     def on_few_nodes(self) -> CollocationSolution:
         """The same motion with few nodes, where its mesh is far finer than estimates need; else itself."""
-        return self.few or self
+        return self.thinned or self
 
 
 @dataclass(frozen=True, kw_only=True)

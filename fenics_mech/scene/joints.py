@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Mapping
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
@@ -107,3 +108,17 @@ Joint = Annotated[
         lambda value: value.get("kind", "revolute") if isinstance(value, dict) else getattr(value, "kind", None)
     ),
 ]
+
+
+def members_under_pins(joints: Mapping[str, Joint], members: Container[str]) -> dict[str, str]:
+    """Give the label of the member along which the pin of a joint travels, by the joint's name.
+
+    Parameters
+    ----------
+    joints
+        The joints, by name; most have no such pin.
+    members
+        Labels of the members of all links.
+    """
+    links = {name: joint.connect[0].split(".")[0] for name, joint in joints.items() if joint.member is not None}
+    return {name: link if link in members else f"{link}.{joints[name].member}" for name, link in links.items()}

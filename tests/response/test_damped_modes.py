@@ -86,7 +86,7 @@ def test_few_modes_take_no_full_matrices():
     scene = many()
     cycle = Cycle(scene, mechanism(scene))
     modal = cycle.at_points(cycle.tableau).linear.modal
-    assert modal.few
+    assert modal.in_own_unknowns
     assert not {"damping", "stiffness"} & {*vars(modal)}
 
 

@@ -54,11 +54,11 @@ def test_few_nodes_estimate_as_all_do(effects, monkeypatch):
     """To 1 %: 12 elements have the frequencies of slow modes to 1e-5."""
     scene = fine(effects=effects)
     solution, found = solved(scene)
-    assert solution.few is not None
-    assert solution.few.system.size == 3 * 3 * 12
+    assert solution.thinned is not None
+    assert solution.thinned.system.size == 3 * 3 * 12
     without_few_nodes(monkeypatch)
     solution, whole = solved(scene.changed(name="all"))
-    assert solution.few is None
+    assert solution.thinned is None
     assert np.abs(found.data["strain"] - whole.data["strain"]).max() <= 1e-6 * np.abs(whole.data["strain"]).max()
     for source in {"time", "theory"} & set(whole.data["source"].to_numpy().tolist()):
         told, own = (one.data["relative_error"].sel(source=source).item() for one in (found, whole))
@@ -94,7 +94,7 @@ def test_nothing_is_taken_from_few_nodes_that_differ(monkeypatch):
     monkeypatch.setattr(module, "FEW_NODES", replace(module.FEW_NODES, kept=1))
     monkeypatch.setattr(steady_state, "difference", lambda few, whole: math.nan)
     solution, found = solved(fine())
-    assert solution.few is None
+    assert solution.thinned is None
     assert len(solution.stability.multipliers)
     by_sub_intervals = solved(plain())[0]
     assert sub_intervals_on_few_nodes(by_sub_intervals) is by_sub_intervals
@@ -122,7 +122,7 @@ def test_few_nodes_that_stretch_otherwise_are_not_taken():
     solution, _ = solved(
         scene.changed(analysis__sub_intervals=24, analysis__stability=False, analysis__allow_coarse=True)
     )
-    assert solution.few is None
+    assert solution.thinned is None
 
 
 def test_the_difference_is_that_of_the_motions():

@@ -53,7 +53,7 @@ class Flow:
     def cycle(self) -> Closing:
         """The system that closes the cycle: not kept, as this and it would hold each other, but what it finds is."""
         modal = self.matrices.modal
-        if modal is not None and not modal.few and 2 * self.size <= FEW_STATES:
+        if modal is not None and not modal.in_own_unknowns and 2 * self.size <= FEW_STATES:
             _ = self._few_transitions  # for a dozen marches: through full factors each takes six times as long
         return Closing(self)
 
@@ -356,7 +356,7 @@ class Flow:
         """The compiled loops, C and K with the damping of modes, the steps' factors, and modes that stand beside."""
         refuse_rigid_damping(self.matrices, self.mean_step)
         matrices, stages, modal = self.matrices, len(self.tableau.points), self.matrices.modal
-        few = modal is not None and modal.few
+        few = modal is not None and modal.in_own_unknowns
         mass, damping, stiffness = matrices.mass, matrices.damping, matrices.stiffness
         if not few:
             damping, stiffness = matrices.whole_damping, matrices.whole_stiffness

@@ -129,7 +129,7 @@ def by_collocation(
     solution = _by_collocation(scene, system, modes, near, found)
     apart = difference((few.system, few.response), (solution.system, solution.response))
     logger.info("with few nodes the motion differs by %.1e", apart)
-    return replace(solution, few=few) if apart < FEW_NODES.largest_difference else solution
+    return replace(solution, thinned=few) if apart < FEW_NODES.largest_difference else solution
 
 
 def _with_few_nodes(scene: Scene, system: System, solve: Callable[[Scene, System, Modes], Found]) -> Found | None:
