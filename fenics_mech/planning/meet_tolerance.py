@@ -141,9 +141,8 @@ def within(
         if met:
             result = analyser.whole()
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
-            result.data.attrs |= stamp(trial)
-            result.data.attrs["chosen"] = _account(trial, result, this, done)
-            return result
+            accounted = stamp(trial) | {"chosen": _account(trial, result, this, done)}
+            return Result.about(trial, result.data.assign_attrs(accounted))
         trials.append(this)
         discretisation = _next(chosen, trials) if missed else discretisation
         discretisation = _seeing_peaks(scene, discretisation, this, doubted)

@@ -1,5 +1,6 @@
 """Scenes that state an accuracy: the true error is below it, and not far below."""
 
+import json
 import math
 from dataclasses import replace
 
@@ -265,7 +266,10 @@ def test_only_what_is_kept_is_told_of_its_theory(monkeypatch):
 
 
 def test_accepted_motion_was_asked_to_be_stable():
-    assert not analysed(scene_of("slider_crank").changed(tolerance=1e-2)).scene.analysis.allow_unstable
+    found = analysed(scene_of("slider_crank").changed(tolerance=1e-2))
+    assert not found.scene.analysis.allow_unstable
+    assert found.scene.analysis.stability
+    assert found.scene == Scene.read(json.loads(found.data.attrs["scene"]))
 
 
 def test_a_narrow_pulse_is_not_missed():
