@@ -138,7 +138,8 @@ def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(see
         assert counts.count(1) == 4 + again * peaks  # motions that were solved for
         assert counts[len(counts) - again * peaks - 1] > 1  # the last of those without estimates
         assert counts[len(counts) - again * peaks :] == [1] * (again * peaks)  # what is left of them is rounding
-        for name, apart in (("peak_strain", 1e-6), ("error_estimate", 1e-4)):  # by tangents as near
+        # estimates are linear about a motion, and Newton's last tangents are those of one up to 1e-4 beside it
+        for name, apart in (("peak_strain", 1e-6), ("error_estimate", 1e-4)):
             assert found[name].to_numpy()[estimated] == pytest.approx(whole[name].to_numpy()[estimated], rel=apart)
     assert not list(tmp_path.rglob("*.npz"))
 
