@@ -1,4 +1,4 @@
-"""The last answers of a sweep: where a point turns out to be a peak, its errors are told without a second analysis."""
+"""The last answers of a sweep: where a point turns out to be a peak, its errors are estimated from its answer."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 
 KEPT_ANSWERS = 2  # a point is known as a peak when the next one is computed
-MOST = 30_000  # numbers of a displacement over the cycle: with all that is kept of it, 0.1 GB
+LARGEST = 30_000  # numbers of a displacement over the cycle: an answer of that size takes 0.1 GB
 Answer = tuple[Solution, Fields, Sequence[Choice]]
 
 
@@ -39,7 +39,7 @@ class PointParts(CommonParts):
             The response, what was recovered from it, and what was decided about each effect.
         """
         fine = np.bincount(solution.system.beams.mesh.cell_member).max() > FEW_NODES.from_elements
-        large = solution.response.displacement.size > MOST
+        large = solution.response.displacement.size > LARGEST
         self._answer = None if fine or large else (solution, fields, choices)  # estimates solve fine meshes another way
 
     def keep_answer(self, path: Path) -> None:
@@ -48,7 +48,7 @@ class PointParts(CommonParts):
         Parameters
         ----------
         path
-            The file of its point.
+            The file of its motion, by which it is found again.
         """
         last = list(self._answers.items())[1 - KEPT_ANSWERS :]
         self._answers = dict(last) if self._answer is None else {**dict(last), path: self._answer}
@@ -61,7 +61,7 @@ class PointParts(CommonParts):
         Parameters
         ----------
         path
-            The file of its point.
+            The file of its motion.
         estimates
             What its scene says of estimates, True or "contacts".
 

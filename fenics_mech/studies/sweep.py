@@ -287,13 +287,13 @@ class _SweepRun:
             if estimated is None:
                 return map(task, run)
 
-            def soon(index: int) -> Task:
-                return estimated.task(points[index], None)._replace(soon=True)
+            def errors_of(index: int) -> Task:
+                return estimated.task(points[index], None)._replace(errors_alone=True)
 
-            return with_peaks(run, len(points), task, soon, lambda index: self.strains([points[index]])[0])
+            return with_peaks(run, len(points), task, errors_of, lambda index: self.strains([points[index]])[0])
 
         def started(task: Task) -> None:
-            if not task.soon:
+            if not task.errors_alone:
                 self.progress(next(begun), count)
 
         def work() -> None:
@@ -308,7 +308,7 @@ class _SweepRun:
 
     def lost(self, task: Task) -> None:
         """Write that the process of a point was lost; its errors are told later, where its numbers are known."""
-        if not task.soon:
+        if not task.errors_alone:
             give_up(task.path)
 
     def task(self, point: Point, first: Point | None) -> Task:

@@ -126,8 +126,8 @@ class Task(NamedTuple):
         Its place in a run, whose motions begin from those before them; None where it begins from nothing.
     motion
         File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
-    soon
-        Whether its answer without estimates is known yet: its errors alone are asked for, if it was kept.
+    errors_alone
+        Whether only the errors of its answer are asked for, which was found without estimates and may be kept.
     """
 
     path: Path
@@ -135,7 +135,7 @@ class Task(NamedTuple):
     gauge: Gauge
     place: float | None
     motion: Path | None
-    soon: bool = False
+    errors_alone: bool = False
 
 
 def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
@@ -194,7 +194,7 @@ def compute_point(task: Task, common: PointParts) -> None:
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        found = _with_errors(task, common) if task.soon else _analysed(task, common)
+        found = _with_errors(task, common) if task.errors_alone else _analysed(task, common)
         if found is None:  # the answer was not kept
             return
         record |= found

@@ -1,8 +1,8 @@
 """Runs of neighbouring points of a sweep, each for one process.
 
 In a run Newton's method begins each motion from the one before it. Such runs are the same however many processes share
-the points, so that the result is the same too. In a run it is also seen which points are peaks, while their answers are
-known yet.
+the points, so that the result is the same too. A run also shows which points are peaks while their answers are still
+kept.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def with_peaks(
     run: Sequence[int],
     count: int,
     task: Callable[[int], Task],
-    soon: Callable[[int], Task],
+    errors_of: Callable[[int], Task],
     strains: Callable[[int], Sequence[float] | None],
 ) -> Iterator[Task]:
     """Give the tasks of a run of points along a line, each followed by those of the peaks and ends that it reveals.
@@ -97,8 +97,8 @@ def with_peaks(
         Numbers of the points.
     count
         Number of points of the whole line.
-    task, soon
-        Give the task of a point, and that of a peak or an end.
+    task, errors_of
+        Give the task of a point, and that of the errors at a peak or an end.
     strains
         Gives the values of all curves at a point whose task is done; None where it failed.
 
@@ -116,4 +116,4 @@ def with_peaks(
             if at >= 0 and known.keys() >= set(beside) and known[at] is not None:
                 curves = stacked([known[number] for number in beside])
                 if at in (0, count - 1) or peaks_of(curves, 1)[beside.index(at)]:
-                    yield soon(at)
+                    yield errors_of(at)

@@ -80,7 +80,7 @@ def test_estimates_of_a_kept_answer_are_those_of_a_second_analysis(seed, tmp_pat
     scene = seed.changed({**EXACT, "effects": ["coupling"], "analysis.error_estimates": True})
     axes = parse_axes(scene, ["drive.speed=10:30:4"])
     kept = run_sweep(scene, axes, tmp_path / "kept", estimates="peaks")
-    monkeypatch.setattr(kept_answers, "MOST", 0)
+    monkeypatch.setattr(kept_answers, "LARGEST", 0)
     again = run_sweep(scene, axes, tmp_path / "again", estimates="peaks")
     assert np.isfinite(kept.data["error_estimate"]).sum() >= 2
     assert kept.data.identical(again.data)
@@ -127,8 +127,8 @@ def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(see
     scene = seed.changed(EXACT | {"analysis.error_estimates": True})
     axes = parse_axes(scene, [SPEEDS])
     whole = run_sweep(scene, axes, tmp_path / "all", estimates="all").data
-    for most, again in ((kept_answers.MOST, 0), (0, 1)):  # with answers kept, and without
-        monkeypatch.setattr(kept_answers, "MOST", most)
+    for most, again in ((kept_answers.LARGEST, 0), (0, 1)):  # with answers kept, and without
+        monkeypatch.setattr(kept_answers, "LARGEST", most)
         caplog.clear()
         with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
             found = run_sweep(scene, axes, tmp_path / f"peaks {most}", estimates="peaks").data
