@@ -39,9 +39,11 @@ from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
 from fenics_mech.scene.consistency import mobility
 
+FRAME_FORCES = ("support_force", "support_moment", "shaking_force", "shaking_moment")
 
-class Part(NamedTuple):
-    """What a dataset is made of: to make one of all parts takes less than to join one of each.
+
+class DatasetParts(NamedTuple):
+    """What a dataset is made of. To make one of several such parts takes less than to join datasets of them.
 
     Parameters
     ----------
@@ -54,8 +56,8 @@ class Part(NamedTuple):
     attributes: Mapping[str, Any] = {}
 
     @classmethod
-    def of(cls, data: xr.Dataset) -> Part:
-        """Take a dataset apart.
+    def of(cls, data: xr.Dataset) -> DatasetParts:
+        """Give the parts of a dataset.
 
         Parameters
         ----------
@@ -67,13 +69,13 @@ class Part(NamedTuple):
         )
         return cls(variables, coordinates, data.attrs)
 
-    def labelled(self, *others: Part) -> xr.Dataset:
+    def dataset(self, *others: DatasetParts) -> xr.Dataset:
         """Make a dataset of this and other parts.
 
         Parameters
         ----------
         others
-            The other parts, none of which has a variable of another.
+            The other parts. No two have a variable in common.
         """
         variables, coordinates, attributes = (dict[str, Any](part) for part in self)
         for part in others:
@@ -81,9 +83,6 @@ class Part(NamedTuple):
             coordinates.update(part.coordinates)
             attributes.update(part.attributes)
         return xr.Dataset(variables, coordinates, attributes)
-
-
-FRAME_FORCES = ("support_force", "support_moment", "shaking_force", "shaking_moment")
 
 
 def collect(
@@ -110,12 +109,12 @@ def collect(
     """
     scene = solution.scene
     attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
-    of_fields = Part(fields.variables, fields.coordinates, attributes)
+    parts = DatasetParts(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
     if names is None or (few := _named(solution, fields, forces, names)) is None:
-        data = _whole(of_fields.labelled(), solution, fields, forces, errors)
+        data = _whole(parts.dataset(), solution, fields, forces, errors)
     else:
-        data = of_fields.labelled(*few, *([] if errors is None else [of_errors(errors)]))
+        data = parts.dataset(*few, *([] if errors is None else [of_errors(errors)]))
     units = effort_units(scene.moved_joints, scene.joints)
     data = with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
     return Result.about(scene, data)
@@ -131,7 +130,7 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
         frame_forces(forces, fields, efforts),
         link_motion(forces),
         *_of_kind(solution, fields.system),
-        *([] if errors is None else [of_errors(errors).labelled()]),
+        *([] if errors is None else [of_errors(errors).dataset()]),
     )
     data = _joined(data, *parts)
     data = _joined(data, residual_vibration(scene, data))
@@ -141,22 +140,22 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
     return _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
 
 
-def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection[str]) -> list[Part] | None:
+def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection[str]) -> list[DatasetParts] | None:
     """Give variables that the fields do not hold; None where all are needed for them."""
     if solution.scene.analysis.method == "transient" or not solution.scene.moved_joints:
         return None
     efforts = cache(forces.efforts)
-    makers: dict[tuple[str, ...], Callable[[], Part]] = {
-        ("input_torque",): lambda: Part({"input_torque": (("theta",), next(iter(efforts().values())))}),
-        FRAME_FORCES: lambda: Part.of(frame_forces(forces, fields, efforts())),
-        ("frequency", "assurance"): lambda: Part({}),
-        ("multiplier", "growth_rate"): lambda: Part({}),
+    makers: dict[tuple[str, ...], Callable[[], DatasetParts]] = {
+        ("input_torque",): lambda: DatasetParts({"input_torque": (("theta",), next(iter(efforts().values())))}),
+        FRAME_FORCES: lambda: DatasetParts.of(frame_forces(forces, fields, efforts())),
+        ("frequency", "assurance"): lambda: DatasetParts({}),
+        ("multiplier", "growth_rate"): lambda: DatasetParts({}),
     }
     if isinstance(solution, PeriodicSolution):
         modes, stability = solution.modes, solution.stability
         makers["frequency", "assurance"] = lambda: _of_modes(fields.system, modes)
         if stability is not None:
-            makers["multiplier", "growth_rate"] = lambda: Part.of(of_stability(stability))
+            makers["multiplier", "growth_rate"] = lambda: DatasetParts.of(of_stability(stability))
     missing = set(names) - set(fields.variables)
     if not missing <= {name for known in makers for name in known}:
         return None
@@ -197,7 +196,7 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
         return [_at_rest(solution), of_small_motions(solution.vibrations)]
     if not isinstance(solution, PeriodicSolution):
         return []
-    parts = [_of_modes(system, solution.modes).labelled(), without_vibration(solution)]
+    parts = [_of_modes(system, solution.modes).dataset(), without_vibration(solution)]
     if solution.stability is not None:
         parts.append(of_stability(solution.stability))
     if solution.condition is not None and np.isfinite(solution.condition):
@@ -205,7 +204,7 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     return parts
 
 
-def of_errors(errors: Errors) -> Part:
+def of_errors(errors: Errors) -> DatasetParts:
     """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them.
 
     Parameters
@@ -226,13 +225,13 @@ def of_errors(errors: Errors) -> Part:
     attributes["too_coarse"] = int(errors.too_large)
     if errors.remarks:
         attributes["not_estimated"] = "; ".join(errors.remarks)
-    return Part(variables, {"source": sources}, attributes)
+    return DatasetParts(variables, {"source": sources}, attributes)
 
 
-def _of_modes(system: System, modes: Modes) -> Part:
+def _of_modes(system: System, modes: Modes) -> DatasetParts:
     """Natural frequencies, their error, and how well each mode was followed."""
     along = ("theta", "mode")
-    return Part(
+    return DatasetParts(
         {
             "frequency": (along, modes.frequency),
             "frequency_error": (("mode",), frequency_error(system, modes)),

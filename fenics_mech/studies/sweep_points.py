@@ -234,9 +234,9 @@ def _with_errors(task: Task, common: PointParts) -> Record | None:
     before, estimates = read_point(task.motion.with_suffix(".json")), task.data["analysis"]["error_estimates"]
     if before is None or not estimates or (errors := common.errors(task.motion, estimates)) is None:
         return None
-    told = of_errors(errors).labelled()
-    values = before["values"] | {name: value.tolist() for name, value in _of_errors(told).items()}
-    return before | {"not_estimated": _not_estimated(told), "values": values}
+    data = of_errors(errors).dataset()
+    values = before["values"] | {name: value.tolist() for name, value in _of_errors(data).items()}
+    return before | {"not_estimated": _not_estimated(data), "values": values}
 
 
 def _examined(motion: Path | None) -> Record:
