@@ -39,7 +39,7 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
         When the cycle of the more accurate steps cannot be closed.
     """
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
-    flow = orbit.flow if orbit.about else cycle.flow(cycle.tableau, cycle.motion(orbit))
+    flow = orbit.flow if orbit.linearised_here else cycle.flow(cycle.tableau, cycle.motion(orbit))
     assert flow is not None
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
     return {

@@ -1,4 +1,4 @@
-"""Elements that are stretched evenly and turn far: their state, their forces, and the tangents of these.
+"""Elements that are stretched evenly and turn far: their state and their forces. `stretch_tangents` has the tangents.
 
 An element has five numbers y: the elongation e of its straight line, and place and slope of the displacement w across
 it at both ends. It is stretched lambda times. Its shape z has the places of w over lambda, and the slopes of w: it is

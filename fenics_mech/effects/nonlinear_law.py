@@ -174,11 +174,11 @@ class ArcLength:
         constant -= each(self._back, each(self.material * self._linear, y_rate)) + times(by_rate, rate[:, self.dofs])
         return (constant, by_v, by_rate), near
 
-    def again(self, v: Array, rate: Array, tension: Array, near: Prediction) -> tuple[Array, Prediction]:
+    def force_near(self, v: Array, rate: Array, tension: Array, near: Prediction) -> tuple[Array, Prediction]:
         """Give the forces of `force` with a held tension, and the tension near them, by the tangents of another state.
 
-        The stretch that the held tension lacks counts by those tangents too: who solves with them finds an elongation
-        by them, and the stiffness along the axis would magnify the difference.
+        The stretch that belongs to the held tension differs from that of v. The difference counts by those tangents,
+        as they give the next elongation: the stiffness along the axis would magnify any other.
 
         Parameters
         ----------
@@ -189,10 +189,10 @@ class ArcLength:
         """
         y, y_rate = self.own(v), self.own(rate)
         state = Strained.held(tension, y, y_rate, self._bars, EVEN.tolerance)
-        force, pull = near.by_stretch
+        force_by_stretch, pull_by_stretch = near.by_stretch
         linear = each(self._linear, y + self.material * y_rate)
-        found = each(self._back, state.force + force * state.of.beyond[..., None] - linear)
-        held = state.whole / (state.of.fold * self.length) + pull * state.of.beyond
+        found = each(self._back, state.force + force_by_stretch * state.of.beyond[..., None] - linear)
+        held = state.whole / (state.of.fold * self.length) + pull_by_stretch * state.of.beyond
         return found, replace(near, y=y, rate=y_rate, pull=held)
 
     def axial(self, v: Array) -> Array:

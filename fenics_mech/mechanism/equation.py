@@ -300,8 +300,8 @@ class Equation:
         law = self.system.terms.law
         return self._left_over((q, rate, second), None if law is None else law.force(*self.in_links(q, rate)))
 
-    def again(self, tangents: Matrices, state: States, tension: Array, share: float = 1.0) -> tuple[Array, Matrices]:
-        """Give what a state with held axial forces leaves over, and these near it, by tangents of a state beside it.
+    def residual_near(self, tangents: Matrices, state: States, tension: Array, share: float) -> tuple[Array, Matrices]:
+        """Give the residual of a state with held axial forces, and the same tangents with the axial forces near it.
 
         Parameters
         ----------
@@ -313,7 +313,7 @@ class Equation:
             As of `linearised`.
         """
         assert tangents.near is not None
-        forces, near = tangents.near.law.again(*self.in_links(*state[:2]), tension, tangents.near)
+        forces, near = tangents.near.law.force_near(*self.in_links(*state[:2]), tension, tangents.near)
         return self._left_over(state, forces, share), replace(tangents, near=near)
 
     def _left_over(self, state: States, of_law: Array | None, share: float = 1.0) -> Array:

@@ -40,7 +40,7 @@ class Forced:
         """There is none."""
         return np.zeros((len(q), 1))
 
-    def again(self, tangents, state, tension, share=1.0):
+    def residual_near(self, tangents, state, tension, share):
         """What is left of the equation under a share of the load, and the tangents as they are."""
         return self.residual(*state) + (1 - share) * self.linear.load, tangents
 

@@ -105,15 +105,15 @@ def test_tangents_that_are_used_again_lead_to_the_same_motion_and_errors(damping
     scene = scene_with(2, 60).changed(damping=damping)
     near = KnownMotion.of((begun := solved(scene)).cycle.at_points(begun.cycle.tableau), begun.orbit)
     near, made, found = replace(near, displacement=1.02 * near.displacement), [], []
-    for limits in (NEWTON, replace(NEWTON, again=0.0)):
+    for limits in (NEWTON, replace(NEWTON, reuse_below=0.0)):
         monkeypatch.setattr(newton, "NEWTON", limits)
         iterations.clear()
         found.append(solved(scene, near))
         made.append(len(iterations))
     assert made[0] < made[1]
     (orbit, alone), size = (each.orbit for each in found), np.abs(found[1].orbit.displacement).max()
-    assert not orbit.about  # the tangents are 2 % away from the answer
-    assert alone.about
+    assert not orbit.linearised_here  # the tangents are 2 % away from the answer
+    assert alone.linearised_here
     assert np.abs(orbit.displacement - alone.displacement).max() < 1e-8 * size  # Newton's tolerance is 1e-9 of it
     again, once = (collocation_errors(solution) for solution in found)
     for source, part in once.items():

@@ -29,10 +29,10 @@ class NewtonLimits:
     tolerance: float = 1e-9  # of the change of the displacement, relative
     of_answer: float = 1e-3  # the same where a tolerance of the answer is stated, as a share of it
     far: float = 0.01  # change beyond which a tension is guessed
-    again: float = 0.05  # change, up to which the same tangents are tried again: that costs a third of new ones
-    most_again: int = 4  # times that they are to be used for the answer, or new ones are made
-    of_again: float = 0.01  # of the tolerance, where tangents are used again: new ones pass it as far by themselves
-    alike: float = 1e-4  # change since the tangents, up to which they are those about the answer
+    reuse_below: float = 0.05  # change, below which the same tangents are used again: that costs a third of new ones
+    most_reuses: int = 4  # in which the answer has to be reached by the ratio of changes, or new tangents are made
+    reuse_tolerance: float = 0.01  # of the tolerance: new tangents pass it by as much, as errors fall with squares
+    alike: float = 1e-4  # change since the tangents, up to which they count as those about the answer
     rounding: float = 1e-6  # change that is rounding where it falls no more: near buckling little load moves much
 
 
@@ -52,8 +52,8 @@ class Orbit:
         q and q' at the starts, ``(steps, coordinates)``.
     flow
         The steps of the linear equation that was solved last, where there are some.
-    about
-        Whether they are linear about this motion, or about one that does not differ.
+    linearised_here
+        Whether that equation is linearised about this motion, up to `NewtonLimits.alike`, or about one beside it.
     """
 
     displacement: Array
@@ -62,7 +62,7 @@ class Orbit:
     start: Array
     start_velocity: Array
     flow: Flow | None = None
-    about: bool = True
+    linearised_here: bool = True
 
     def changed(self, load: Array) -> Orbit:
         """Give the motion under a little more load, by the same steps.
@@ -111,6 +111,8 @@ def orbit_of(flow: Flow, states: Array, load: Array) -> Orbit:
 class _Progress:
     """How Newton's method gets on, by relative changes of the displacement.
 
+    Near the answer it takes the same tangents for several iterations: the modified Newton method.
+
     Parameters
     ----------
     tolerance
@@ -145,16 +147,17 @@ class _Progress:
     def ratio(self) -> float:
         """By how much each change is smaller than the one before, by the same tangents."""
         before, last = self.changes[-2:]
-        return (2 if self.used == 2 else 1) * last / before  # error of the tangents times twice the change they made
+        # new tangents and a change c leave k c**2/2, and then the same tangents leave k c of each further change
+        return (2 if self.used == 2 else 1) * last / before
 
     @property
     def ended(self) -> bool:
         """Whether the next change will be below the tolerance, as `settled` has it."""
         if self.used < 2:
             return settled(self.changes, self.tolerance)
-        return self.changes[-1] * min(self.ratio, 1.0) <= NEWTON.of_again * self.tolerance
+        return self.changes[-1] * min(self.ratio, 1.0) <= NEWTON.reuse_tolerance * self.tolerance
 
-    def again(self, flow: Flow) -> bool:
+    def reusable(self, flow: Flow) -> bool:
         """Whether the present tangents are worth being used again.
 
         Stability of many states needs the steps that are linear about the answer.
@@ -166,8 +169,9 @@ class _Progress:
         """
         last = self.changes[-1]
         if self.used < 2:
-            return last < (NEWTON.again if 2 * flow.size <= FEW_STATES else NEWTON.alike)
-        return self.ratio < 1 and last * self.ratio ** (NEWTON.most_again + 1) <= NEWTON.of_again * self.tolerance
+            return last < (NEWTON.reuse_below if 2 * flow.size <= FEW_STATES else NEWTON.alike)
+        foreseen = last * self.ratio ** (NEWTON.most_reuses + 1)
+        return self.ratio < 1 and foreseen <= NEWTON.reuse_tolerance * self.tolerance
 
 
 @dataclass(frozen=True)
@@ -287,10 +291,10 @@ def _at_load(
         if len(changes) == NEWTON.most_iterations or (len(changes) > 4 and changes[-1] > 2 * min(changes[:-1])):
             assert orbit is not None
             raise _failure(equation, orbit, factor, weight, len(changes))
-        if orbit and orbit.flow and tangents and progress.again(orbit.flow):
+        if orbit and orbit.flow and tangents and progress.reusable(orbit.flow):
             state = orbit.displacement, orbit.velocity, orbit.acceleration
-            left_over, tangents = equation.again(tangents, state, tension, factor)
-            orbit = orbit.changed(-left_over)
+            residual, tangents = equation.residual_near(tangents, state, tension, factor)
+            orbit = orbit.changed(-residual)
         else:
             if guess is not None and (not changes or changes[-1] > NEWTON.far):
                 tension = guess(tension)
@@ -310,7 +314,7 @@ def _at_load(
         logger.debug("Newton %d at %.3g of the load: relative change %.2e", len(changes), factor, changes[-1])
         old, second = new, orbit.acceleration
     assert orbit is not None
-    return replace(orbit, about=progress.moved <= max(NEWTON.alike, math.sqrt(tolerance))), tension
+    return replace(orbit, linearised_here=progress.moved <= max(NEWTON.alike, math.sqrt(tolerance))), tension
 
 
 def _weights(equation: Equation) -> Array:

@@ -159,7 +159,7 @@ def _by_collocation(
     with cycle.determined(modes):
         orbit = _orbit(cycle, at_points, _beginnings(cycle, near))
     assert orbit.flow is not None
-    if orbit.about:
+    if orbit.linearised_here:
         cycle.keep(orbit.flow)
     if (known := KnownMotion.of(at_points, orbit)) is not None:
         found(known)
