@@ -75,8 +75,8 @@ class AtNode:
         own, (x, y) = [v[:, self.dofs] for v in links.nodal], self.offset
         if links.system.terms.law is None or not self.on_axis or not (x or y):
             return [v @ (self.shift + np.outer([-y, x], [0.0, 0.0, 1.0])).T for v in own]
-        swung = _swung([v[:, 2] for v in own], complex(x, y))
-        return [v @ self.shift.T + _plane(part) for v, part in zip(own, swung)]
+        swung = _swings([v[:, 2] for v in own], complex(x, y))
+        return [v @ self.shift.T + _as_vectors(part) for v, part in zip(own, swung)]
 
 
 @dataclass(frozen=True)
@@ -110,23 +110,24 @@ class InElement:
         return [v @ shift.T for v in own]
 
     def _of_straight_axis(self, system: System) -> Array:
-        """Give it by the dofs of the element in link axes where rotations are small, ``(2, 6)``."""
+        """Give the displacement by each dof of the element in link axes, ``(2, 6)``: rotations are small."""
         mesh, layout, xi = system.beams.mesh, system.beams.layout, np.array([self.xi])
         rotation = member_rotation(mesh)[self.element]
         hermite = layout.tie[self.element] @ rotation if layout.tied else rotation
         length, first = mesh.cell_length[[self.element]], np.zeros(1, dtype=int)
         u, w, turn = (part[:, 0] for part in by_shape_functions(hermite.T[:, None], length, first, xi))
         if layout.tied:
-            sheared, neutral = _beside(system, self.element)
+            sheared, neutral = _shear_and_neutral_line(system, self.element)
             turn = turn - sheared @ rotation[NORMAL]  # of the section
             u = u + neutral * turn  # of the axis
         (c, sine), (x, y) = rotation[0, :2], self.offset
         return np.stack([c * u - sine * w, sine * u + c * w]) + np.outer([-y, x], turn)
 
     def _of_bent_axis(self, system: System, own: Jets, shapes: tuple[Jets, Jets]) -> Jets:
-        """Give it by the exact shape of the axis, which changes along itself by ``lambda exp(i psi)``.
+        """Give the displacement by the exact shape of the axis.
 
-        The rotation psi has the slope of the element's shape as its sine, and lambda is the element's stretch.
+        The derivative of its place by its old length is ``lambda exp(i psi)``. The stretch lambda is that of the
+        element, and the sine of the rotation psi is the slope of the element's shape.
         """
         layout, rotation = system.beams.layout, member_rotation(system.beams.mesh)[self.element]
         stretch, shape = ([part[:, self.element] for part in of_all] for of_all in shapes)
@@ -134,16 +135,16 @@ class InElement:
         sines = [z @ slopes.T for z in shape]
         refuse_turned(system, np.full(len(PLACES), self.element), sines[0])
         along = system.beams.mesh.cell_length[self.element] * self.xi
-        way = [part @ WEIGHTS / 2 * along for part in _product([part[:, None] for part in stretch], _turned(sines))]
+        way = [part @ WEIGHTS / 2 * along for part in _products([part[:, None] for part in stretch], _rotations(sines))]
         way[0] = way[0] - along
-        sheared, neutral = _beside(system, self.element)
+        sheared, neutral = _shear_and_neutral_line(system, self.element)
         section = self._slopes(system, np.array([self.xi]))[0] - sheared
         turn = [z @ section for z in shape]
         refuse_turned(system, np.array([self.element]), turn[0][:, None])
         axes = complex(*rotation[0, :2])  # of the member in its link
         start = (np.array([1, 1j, 0]) @ layout.tie[self.element, :3]) @ rotation  # of the neutral line
         found = [v @ start + part + neutral * sine for v, part, sine in zip(own, way, turn)]
-        return [_plane(axes * part + swung) for part, swung in zip(found, _swung(turn, complex(*self.offset)))]
+        return [_as_vectors(axes * part + swung) for part, swung in zip(found, _swings(turn, complex(*self.offset)))]
 
     def _slopes(self, system: System, xi: Array) -> Array:
         """Give the slopes of the element's shape by its dofs, ``(places, 4)``."""
@@ -152,15 +153,15 @@ class InElement:
         return np.asarray(slopes @ tie[np.ix_(NORMAL, NORMAL)])
 
 
-def _beside(system: System, element: int) -> tuple[Array, float]:
+def _shear_and_neutral_line(system: System, element: int) -> tuple[Array, float]:
     """Give an element's angle of shear by the dofs of its shape, ``(4,)``, and the place of its neutral line (m)."""
     layout = system.beams.layout
     sheared = np.zeros(4) if layout.shear_angle is None else layout.shear_angle[element]
     return sheared, 0.0 if layout.offsets is None else float(layout.offsets.neutral[element])
 
 
-def _turned(sines: Jets) -> list[Complex]:
-    """Give ``exp(i psi)`` and its derivatives by those of ``sin(psi)``."""
+def _rotations(sines: Jets) -> list[Complex]:
+    """Give ``exp(i psi)`` and its time derivatives from those of ``sin(psi)``."""
     with np.errstate(invalid="ignore"):
         cosine = np.sqrt(1 - sines[0] ** 2)
     found = [cosine + 1j * sines[0]]
@@ -171,19 +172,19 @@ def _turned(sines: Jets) -> list[Complex]:
     return found
 
 
-def _swung(sines: Jets, arm: complex) -> list[Complex]:
-    """Give by how much an arm that turns moves its end, and the derivatives; parameters are those of `_turned`."""
-    turned = _turned(sines)
+def _swings(sines: Jets, arm: complex) -> list[Complex]:
+    """Give how far the end of an arm moves that turns by psi, and its time derivatives, from those of ``sin(psi)``."""
+    turned = _rotations(sines)
     return [arm * (part - 1 if order == 0 else part) for order, part in enumerate(turned)]
 
 
-def _product(a: Jets, b: list[Complex]) -> list[Complex]:
+def _products(a: Jets, b: list[Complex]) -> list[Complex]:
     """Products number by number with their derivatives, by Leibniz' rule."""
     if len(a) == 1:
         return [a[0] * b[0]]
     return [a[0] * b[0], a[1] * b[0] + a[0] * b[1], a[2] * b[0] + 2 * a[1] * b[1] + a[0] * b[2]]
 
 
-def _plane(vectors: Complex) -> Array:
+def _as_vectors(vectors: Complex) -> Array:
     """Give complex numbers as vectors, ``(angles, 2)``."""
     return np.stack([vectors.real, vectors.imag], axis=-1)

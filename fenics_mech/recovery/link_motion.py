@@ -36,13 +36,13 @@ class TracedPlace:
         Name of its link.
     place
         Where it is on the link that does not bend, in the link's frame (m).
-    held
+    fixed_to
         The node or the section that it is fixed to.
     """
 
     link: str
     place: tuple[float, float]
-    held: AtNode | InElement
+    fixed_to: AtNode | InElement
 
 
 def link_motion(forces: Forces) -> xr.Dataset:
@@ -121,7 +121,7 @@ def _of_points(forces: Forces) -> tuple[dict[str, Any], list[str]]:
     for place in places.values():
         still = motion.of_point(place.link, place.place)
         rigid.append(still)
-        carried = _carried(motion, place.link, place.held.displacement(bent_links))
+        carried = _carried(motion, place.link, place.fixed_to.displacement(bent_links))
         bent.append([a + b for a, b in zip(still, carried)])
     found: dict[str, Any] = {}
     names = ("position", "velocity", "acceleration")[: 3 if motion.omega.any() or motion.velocity.any() else 1]
