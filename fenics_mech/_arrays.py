@@ -66,7 +66,7 @@ def at_places(of_elements: Array, element: Index, weights: Array) -> Array:
     return np.ascontiguousarray((matrix @ of_elements.reshape(angles, -1).T).T)
 
 
-@lru_cache(maxsize=128)  # of the few stations at which all motions of a mesh are looked at
+@lru_cache(maxsize=128)  # all motions of a mesh are recovered at the same few stations
 def _weighing(element: bytes, weights: bytes, elements: int, count: int) -> sp.csr_matrix:
     """Give the matrix that `at_places` multiplies by, from its places as bytes."""
     import scipy.sparse as sp  # noqa: PLC0415

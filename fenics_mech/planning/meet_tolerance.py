@@ -133,7 +133,7 @@ def within(
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
-        doubted = doubts(result) if _periodic(scene) else dict.fromkeys(PEAKS, 0.0)  # other positions are as stated
+        doubted = doubts(result) if _periodic(scene) else dict.fromkeys(PEAKS, 0.0)  # else none are chosen
         met = not missed and _beyond(scene, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
             analyser.judge(scene.analysis.allow_unstable)

@@ -142,7 +142,7 @@ class CommonParts:
             self._motions = [*self._motions[-1:], (self._place, motion)]
 
     def answered(self, solution: Solution, fields: Any, choices: Sequence[Choice]) -> None:
-        """Hear of the answer of each analysis; here nothing is done with it.
+        """Take note of the answer of each analysis: studies that need it do, here nothing is done.
 
         Parameters
         ----------

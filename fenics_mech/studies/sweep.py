@@ -274,9 +274,9 @@ class _SweepRun:
         missing = self.at_root(
             lambda: [index for index, point in enumerate(points) if read_point(self.path(point)) is None]
         )
-        longest, alone = longest_run(Scene.read(self.scene)), self.comm.size == 1
-        in_runs = longest > 1 or not alone
-        runs = runs_of(points, set(missing), longest) if in_runs else shrinking_runs(missing, self.workers.count)
+        longest = longest_run(Scene.read(self.scene))
+        shrinking = longest == 1 and self.comm.size == 1
+        runs = shrinking_runs(missing, self.workers.count) if shrinking else runs_of(points, set(missing), longest)
         mine = runs[self.comm.rank :: self.comm.size]
         begun, count = itertools.count(), sum(map(len, mine))
 
@@ -307,7 +307,7 @@ class _SweepRun:
         together(self.comm, work)
 
     def lost(self, task: Task) -> None:
-        """Write that the process of a point was lost; its errors are told later, where its numbers are known."""
+        """Write that the process of a point was lost. Where it is known already, its errors are estimated later."""
         if not task.errors_alone:
             give_up(task.path)
 

@@ -119,15 +119,15 @@ def _by_slepc(apply: Products, size: int, wanted: int, options: Mapping[str, Any
 def _by_blocks(apply: Products, size: int, wanted: int) -> Space:
     """Find the space of the largest eigenvalues by Arnoldi's method with blocks of vectors.
 
-    These pass through the cycle beside each other, in little more time than one of them.
+    All vectors of a block pass through the cycle at once, in little more time than one of them.
 
     Source: Saad, Numerical Methods for Large Eigenvalue Problems (2011), section 6.4.
 
     Returns
     -------
     tuple
-        An orthonormal basis of the eigenvectors that have converged, so many or more, and its products with the matrix.
-        Whether all other eigenvalues are lost beside the largest.
+        An orthonormal basis of the eigenvectors that have converged, as many as are wanted or more, and its products
+        with the matrix. Whether all other eigenvalues are lost beside the largest.
     """
     most = min(MULTIPLIERS.vectors * wanted, size) // LANES * LANES
     basis, images = np.empty((size, most + LANES)), np.empty((size, most))
@@ -138,7 +138,7 @@ def _by_blocks(apply: Products, size: int, wanted: int) -> Space:
         if not np.isfinite(images[:, now]).all():
             raise SolverError("no Floquet multiplier was found: disturbances grow beyond all numbers in a cycle")
         rest, left_over = images[:, now], np.eye(LANES)
-        for _ in range(3):  # where all is held already, the next vectors are rounding, which has to be made orthogonal
+        for _ in range(3):  # where no new directions are left, the rest is rounding, hardly orthogonal at first
             rest, part = np.linalg.qr(rest - known @ (known.T @ rest))
             left_over = part @ left_over
         basis[:, last : last + LANES] = rest
