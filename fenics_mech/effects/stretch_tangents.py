@@ -87,24 +87,25 @@ class _Drag:
         )
 
     @cached_property
-    def _through(self) -> Array:
+    def _of_whole_by_stretch_rate(self) -> Array:
         """Derivative of N by ``tau lambda'``, ``(angles, elements)``."""
         return np.asarray(self.bars.stiffness * self.bars.length + inner(self.state.of.across, self.across))
 
     @cached_property
-    def _narrower(self) -> Array:
+    def _fall_of_whole_by_moment(self) -> Array:
         """By how much N falls with lambda as m changes with it, ``(angles, elements)``."""
         return inner(self.state.of.across, self.moment_by_stretch)
 
     @cached_property
     def of_whole_by_stretch(self) -> Array:
         """Derivative of N by lambda, ``(angles, elements)``."""
-        return np.asarray(self._through * self.stretch_rate.by_stretch - self._narrower)
+        return np.asarray(self._of_whole_by_stretch_rate * self.stretch_rate.by_stretch - self._fall_of_whole_by_moment)
 
     @cached_property
     def of_whole_by_y(self) -> Array:
         """Derivative of N by y, ``(angles, elements, 5)``."""
-        found = self._through[..., None] * self.stretch_rate.by_y - self._narrower[..., None] * self.state.along
+        found = self._of_whole_by_stretch_rate[..., None] * self.stretch_rate.by_y
+        found -= self._fall_of_whole_by_moment[..., None] * self.state.along
         found[..., 1:] -= self.shape_rate_by_w * self.across
         return found
 
@@ -112,7 +113,7 @@ class _Drag:
     def of_whole_by_rate(self) -> Array:
         """Derivative of N by the rate of y, ``(angles, elements, 5)``."""
         tau = self.bars.material
-        found = tau * self._through[..., None] * self.state.along
+        found = tau * self._of_whole_by_stretch_rate[..., None] * self.state.along
         found[..., 1:] -= tau * self.state.of.scale * self.across
         return found
 

@@ -142,7 +142,7 @@ def within(
             result = analyser.whole()
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             accounted = stamp(trial) | {"chosen": _account(trial, result, this, done)}
-            return Result.about(trial, result.data.assign_attrs(accounted))
+            return Result.with_scene(trial, result.data.assign_attrs(accounted))
         trials.append(this)
         discretisation = _next(chosen, trials) if missed else discretisation
         discretisation = _seeing_peaks(scene, discretisation, this, doubted)

@@ -84,8 +84,8 @@ class CycleCurves:
         """Draw other curves through the same positions, by which it is judged how certain these are.
 
         They are curves of the same kinds through every second position, once the even ones and once the odd ones. Of an
-        odd number of positions they are curves of the other kind through all. Either choice stands beside the others
-        along another axis, the second one.
+        odd number of positions they are curves of the other kind through all. They stand along a second axis of the
+        values, ``(positions, 2 or 1, ...)``.
         """
         values = self.values[:: self.per_position]
         even, odd = np.arange(0, len(values), 2), np.arange(1, len(values), 2)

@@ -117,7 +117,7 @@ def collect(
         data = parts.dataset(*few, *([] if errors is None else [of_errors(errors)]))
     units = effort_units(scene.moved_joints, scene.joints)
     data = with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
-    return Result.about(scene, data)
+    return Result.with_scene(scene, data)
 
 
 def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces, errors: Errors | None) -> xr.Dataset:

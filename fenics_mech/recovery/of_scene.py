@@ -18,8 +18,8 @@ class OfScene(Saved):
     """A saved dataset with the scene that it was made of, as the attribute "scene"."""
 
     @classmethod
-    def about(cls, scene: Scene, data: xr.Dataset) -> Self:
-        """Give what was found of a scene that is at hand, and need not be read from the dataset.
+    def with_scene(cls, scene: Scene, data: xr.Dataset) -> Self:
+        """Give a dataset with the scene that it was made of, which need not be read from its attribute then.
 
         Parameters
         ----------

@@ -19,7 +19,7 @@ logger = logging.getLogger(__name__)
 SEAL = b"fenics_mech sha256 "
 SEAL_LENGTH = len(SEAL) + 64
 HDF5 = b"\x89HDF"  # how files of NetCDF 4 begin
-UNWRITABLE = (KeyError, TypeError, ValueError)  # by types of attributes and of variables
+UNWRITABLE = (KeyError, TypeError, ValueError)  # what xarray raises where a format has no form
 LARGEST_VARIABLE = 2**31 - 1  # bytes, in NetCDF 3
 
 

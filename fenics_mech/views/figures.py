@@ -156,7 +156,7 @@ def save(figure: Figure, path: str | Path) -> Path:
     refuse_ending(path := Path(path))
     with mpl.rc_context(STYLE):
         for axes in figure.axes:
-            _pass_over(axes)
+            _simplify(axes)
         if engine := figure.get_layout_engine():
             engine.execute(figure)
             figure.set_layout_engine(None)
@@ -164,10 +164,10 @@ def save(figure: Figure, path: str | Path) -> Path:
     return path
 
 
-def _pass_over(axes: Axes) -> None:
-    """Let nothing be sought or measured that is not seen: places of labels without text, ticks without labels.
+def _simplify(axes: Axes) -> None:
+    """Spare Matplotlib its work for labels without text, and for the ticks of an x axis that has no labels.
 
-    Ticks below which no labels stand are lines and marks of one object each instead, which look the same.
+    All lines of such ticks become one object, and all their marks another. The picture stays the same.
     """
     x = axes.xaxis
     for axis in (x, axes.yaxis):
