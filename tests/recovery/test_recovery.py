@@ -189,10 +189,17 @@ def test_netcdf_of_either_kind_is_saved_and_loaded(most, points, kind, tmp_path,
 
 
 @pytest.mark.parametrize(
-    "stated", [{"labels": ["hot", "cold"]}, {"count": 2**40}, {"counts": [1, 2**40]}, {"table": np.eye(2)}]
+    ("stated", "values"),
+    [
+        ({"labels": ["hot", "cold"]}, np.arange(3.0)),
+        ({"count": 2**40}, np.arange(3.0)),
+        ({"counts": [1, 2**40]}, np.arange(3.0)),
+        ({"table": np.eye(2)}, np.arange(3.0)),
+        ({}, np.array([1.0 + 2.0j])),
+    ],
 )
-def test_attributes_that_netcdf_3_lacks_are_saved_and_read_back(stated, tmp_path):
-    data = xr.Dataset({"a": ("x", np.arange(3.0))}, attrs={"fenics_mech": "1", "scene": "{}"} | stated)
+def test_what_netcdf_3_lacks_is_saved_and_read_back(stated, values, tmp_path):
+    data = xr.Dataset({"a": ("x", values)}, attrs={"fenics_mech": "1", "scene": "{}"} | stated)
     path = Result(data).save(tmp_path / "result.nc")
     assert path.read_bytes().startswith(b"\x89HDF")
     xr.testing.assert_identical(Result.load(path).data, data)
