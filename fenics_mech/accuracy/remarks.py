@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_mech.accuracy.transient_errors import own_steps
 from fenics_mech.effects.rotary_inertia import EFFECT as ROTARY
+from fenics_mech.effects.shear import EFFECT as SHEAR
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.response.periodic.steps import loads_act_like_impulses
 from fenics_mech.response.solution import (
@@ -57,6 +58,7 @@ def not_estimated(solution: Solution) -> list[str]:
         Phrases; empty where there is nothing to say.
     """
     found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution) + _of_rigid_links(solution)
+    found += _of_shear(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
     if isinstance(solution, SuperposedSolution):
@@ -118,6 +120,26 @@ def _of_bodies(solution: Solution) -> list[str]:
                 f"what a slope of {slope:.2g} changes of the inertia at {place}, which is that of small rotations"
             )
     return found
+
+
+def _of_shear(solution: Solution) -> list[str]:
+    """What shear misses where axes turn far: its angles are added to slopes, and not to rotations.
+
+    Its share of the deflection is ``(pi/L)^2 EI/(G A_s)``, of which large slopes change ``w'^2/2``.
+    """
+    scene, system = solution.scene, solution.system
+    if system.terms.law is None or SHEAR.name not in scene.named_effects:
+        return []
+    middle = np.array([0.5])
+    softest = max(
+        float((scene.rigidity(label, middle).bending / scene.shear_stiffness(label, middle))[0])
+        / math.dist(*scene.member_ends(label)) ** 2
+        for label in scene.members()
+    )
+    slope = float(np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max())
+    if math.pi**2 * softest * slope**2 / 2 < LITTLE:
+        return []
+    return [f"what slopes of {slope:.2g} change of the angles of shear, which are those of small rotations"]
 
 
 def _of_rigid_links(solution: Solution) -> list[str]:

@@ -88,6 +88,31 @@ def test_a_stretched_bar_that_only_turns_neither_bends_nor_shears(changes, share
     assert abs(data["strain_bending"]).max() < bent * abs(data["strain_axial"]).max()
 
 
+@pytest.mark.parametrize(("share", "told", "off"), [(4e-3, True, (5e-4, 5e-3)), (4e-6, False, (0, 2e-5))])
+def test_shear_of_an_axis_that_turns_far_is_told_to_be_that_of_small_rotations(share, told, off):
+    """A clamped bar with a force across its tip, by Reissner's equations of a beam that shears: it turns by 0.7 rad."""
+    soft = 0.85 * strips.E / 2.6 * strips.A  # of shear
+    rigid, firm = share * soft * strips.L**2, strips.E * strips.A
+    force = 2 * rigid / strips.L**2
+
+    def rates(_, y):
+        cosine, sine = np.cos(y[0]), np.sin(y[0])
+        along, across = 1 + force * sine / firm, force * cosine / soft
+        x_rate = along * cosine - across * sine
+        return np.stack([y[1], -force * x_rate / rigid, x_rate, along * sine + across * cosine])
+
+    x = np.linspace(0, strips.L, 201)
+    clamped = lambda first, last: np.array([first[0], first[2], first[3], last[1]])  # noqa: E731
+    exact = solve_bvp(rates, clamped, x, np.stack([0 * x, 0 * x, x, 0 * x]), tol=1e-10, max_nodes=100_000)
+    assert exact.success
+    scene = strips.beam({"O": {"kind": "weld"}}, loads={"tip": {"at": "beam.B", "force": (0, force)}})
+    data = analyse(scene.changed(SHEAR | {"sections.strip.inertia": rigid / strips.E, "mesh.elements": 16})).data
+    middle = exact.sol(strips.L / 2)[2:] - [strips.L / 2, 0.0]
+    apart = data["deflection"].sel(member="beam", s=0.5)[0].to_numpy() - middle
+    assert off[0] <= np.linalg.norm(apart) / np.linalg.norm(middle) < off[1]
+    assert ("angles of shear" in data.attrs.get("not_estimated", "")) == told
+
+
 @pytest.mark.parametrize("effects", [(), ("shear",)])
 def test_the_stretch_of_drawn_elements_is_found(effects):
     """Elements that are 0.6 to 1.4 times as long as before, and turned by up to 30 degrees at their ends."""
