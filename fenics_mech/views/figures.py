@@ -14,10 +14,7 @@ import xarray as xr
 from cycler import cycler
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.markers import TICKDOWN
 from matplotlib.ticker import FixedLocator
 from PIL import Image
 
@@ -156,42 +153,14 @@ def save(figure: Figure, path: str | Path) -> Path:
     refuse_ending(path := Path(path))
     with mpl.rc_context(STYLE):
         for axes in figure.axes:
-            _simplify(axes)
+            for axis in (axes.xaxis, axes.yaxis):
+                if not axis.get_label_text():  # Matplotlib asks for all ticks to place a label without text
+                    axis.set_label_coords(0.5, 0.0)
         if engine := figure.get_layout_engine():
             engine.execute(figure)
             figure.set_layout_engine(None)
         write_whole(path, lambda temporary: _write(figure, temporary))
     return path
-
-
-def _simplify(axes: Axes) -> None:
-    """Spare Matplotlib its work for labels without text, and for the ticks of an x axis that has no labels.
-
-    All lines of such ticks become one object, and all their marks another. The picture stays the same.
-    """
-    x = axes.xaxis
-    for axis in (x, axes.yaxis):
-        if not axis.get_label_text():  # its place would be below all ticks
-            axis.set_label_coords(0.5, 0.0)
-    ticks = {"labelbottom": True, "bottom": True, "gridOn": False} | x.get_tick_params()
-    if not axes.axison or x.get_label_text() or ticks["labelbottom"] or not ticks["bottom"]:
-        return
-    low, high = sorted(axes.get_xlim())
-    places = [place for place in x.get_majorticklocs() if low <= place <= high]
-    axes.tick_params(axis="x", bottom=False)
-    axes.grid(visible=False, axis="x")
-    style = mpl.rcParams
-    over: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "zorder": 0.5}
-    if ticks["gridOn"]:
-        grid: dict[str, Any] = {
-            "linewidths": style["grid.linewidth"],
-            "colors": style["grid.color"],
-            "capstyle": style["lines.solid_capstyle"],
-        }
-        axes.add_artist(LineCollection([[(place, 0), (place, 1)] for place in places], **grid, **over))
-    mark: dict[str, Any] = {"marker": TICKDOWN, "markersize": style["xtick.major.size"], "color": style["xtick.color"]}
-    mark |= {"markeredgewidth": style["xtick.major.width"], "linestyle": "none", "clip_on": False}
-    axes.add_artist(Line2D(places, [0.0] * len(places), **mark, **over))
 
 
 def save_all(figures: Mapping[str, Figure], folder: str | Path, begin: str = "", ending: str = ".png") -> list[Path]:

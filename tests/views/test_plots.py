@@ -2,7 +2,6 @@
 
 import re
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from matplotlib.image import imread
@@ -12,7 +11,7 @@ from fenics_mech.errors import SceneError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.peaks import between_positions
-from fenics_mech.views.figures import STYLE, angle_axis, empty_figure, figure_in, new_axes, save
+from fenics_mech.views.figures import figure_in, new_axes, save
 from fenics_mech.views.frequency_plot import draw_frequencies, plot_frequencies
 from fenics_mech.views.page.page_tables import members
 from fenics_mech.views.plots import (
@@ -316,21 +315,3 @@ def test_bad_requests_are_refused(result, tmp_path):
     with pytest.raises(ViewError, match="cannot make the folder"):
         plot_all(result, tmp_path / "file" / "folder")
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
-
-
-def test_lines_and_marks_of_panels_without_labels_look_as_their_ticks_do(tmp_path):
-    figure, panels = empty_figure(rows=3)
-    figure.set_layout_engine("none")
-    for axes, height in zip(panels, (1, 2, 300)):
-        axes.plot([0, 400], [0, height])
-        angle_axis(axes)
-    panels[0].grid(visible=False)
-    for axes in panels[:-1]:
-        axes.set_xlabel("")
-    with mpl.rc_context(STYLE):
-        figure.canvas.draw()
-    ticks = np.asarray(figure.canvas.buffer_rgba())[..., :3].copy()
-    for _ in range(2):
-        drawn = np.rint(255 * imread(save(figure, tmp_path / "panels.png")))
-        assert np.array_equal(drawn, ticks)
-    assert [(len(axes.lines), len(axes.collections)) for axes in panels] == [(2, 0), (2, 1), (1, 0)]
