@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.transient_errors import own_steps
 from fenics_mech.effects.rotary_inertia import EFFECT as ROTARY
 from fenics_mech.effects.shear import EFFECT as SHEAR
@@ -83,6 +84,12 @@ def _of_loads(solution: Solution) -> list[str]:
     return found
 
 
+def _slopes(solution: Solution) -> Array:
+    """Give the largest slope of every node over all positions, ``(nodes,)``."""
+    nodal = solution.system.to_links(solution.response.displacement)
+    return np.asarray(np.abs(nodal[:, 2::3]).max(axis=0))
+
+
 def _of_sections(solution: Solution) -> list[str]:
     """What the sections' inertia misses where axes turn far: it is that of rotations w', and not of their arc sines.
 
@@ -94,7 +101,7 @@ def _of_sections(solution: Solution) -> list[str]:
     middle = np.array([0.5])
     sections = [(scene.rigidity(label, middle), math.dist(*scene.member_ends(label))) for label in scene.members()]
     heaviest = max(float(part.rotary_inertia[0] / part.line_density[0]) / length**2 for part, length in sections)
-    slope = float(np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max())
+    slope = float(_slopes(solution).max())
     if math.pi**2 * heaviest * slope**2 / 2 < LITTLE:
         return []
     return [f"what slopes of {slope:.2g} change of the inertia of the sections, which is that of small rotations"]
@@ -105,7 +112,7 @@ def _of_bodies(solution: Solution) -> list[str]:
     scene, system, found = solution.scene, solution.system, list[str]()
     if isinstance(solution, StaticSolution):
         return found
-    rotation, middle = system.to_links(solution.response.displacement)[:, 2::3], np.array([0.5])
+    slopes, middle = _slopes(solution), np.array([0.5])
     for node, body in system.beams.inertia.bodies:
         place = system.beams.mesh.node_name[node]
         members = [label for label, (link, _) in scene.members().items() if link == place.split(".")[0]]
@@ -114,7 +121,7 @@ def _of_bodies(solution: Solution) -> list[str]:
         lengths = [math.dist(*scene.member_ends(label)) for label in members]
         densities = [scene.rigidity(label, middle).line_density[0] for label in members]
         share = body.inertia / (body.mass + np.dot(densities, lengths)) / max(lengths) ** 2
-        slope = float(np.abs(rotation[:, node]).max())
+        slope = float(slopes[node])
         if math.pi**2 * share * slope**2 / 2 >= LITTLE:
             found.append(
                 f"what a slope of {slope:.2g} changes of the inertia at {place}, which is that of small rotations"
@@ -136,7 +143,7 @@ def _of_shear(solution: Solution) -> list[str]:
         / math.dist(*scene.member_ends(label)) ** 2
         for label in scene.members()
     )
-    slope = float(np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max())
+    slope = float(_slopes(solution).max())
     if math.pi**2 * softest * slope**2 / 2 < LITTLE:
         return []
     return [f"what slopes of {slope:.2g} change of the angles of shear, which are those of small rotations"]
@@ -147,7 +154,7 @@ def _of_rigid_links(solution: Solution) -> list[str]:
     scene, system, found = solution.scene, solution.system, list[str]()
     if system.terms.law is None:
         return found
-    turned = np.abs(system.to_links(solution.response.displacement)[:, 2::3]).max(axis=0)
+    turned = _slopes(solution)
     for name, link in scene.links.items():
         if link.rigid is None or all(place == tuple(link.rigid.centre) for place in link.points.values()):
             continue
