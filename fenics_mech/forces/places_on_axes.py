@@ -5,6 +5,7 @@ Where axes turn far, vectors in the plane are complex numbers: what turns by psi
 
 from __future__ import annotations
 
+import operator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.shapes import CUBIC, NORMAL
 from fenics_mech.forces.bent_axes import PLACES, WEIGHTS, by_shape_functions, refuse_turned
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.jets import Jets
+from fenics_mech.mechanism.jets import Jets, product
 
 Complex = NDArray[np.complex128]
 
@@ -135,7 +136,8 @@ class InElement:
         sines = [z @ slopes.T for z in shape]
         refuse_turned(system, np.full(len(PLACES), self.element), sines[0])
         along = system.beams.mesh.cell_length[self.element] * self.xi
-        way = [part @ WEIGHTS / 2 * along for part in _products([part[:, None] for part in stretch], _rotations(sines))]
+        tangents = product([part[:, None] for part in stretch], _rotations(sines), operator.mul)
+        way = [part @ WEIGHTS / 2 * along for part in tangents]
         way[0] = way[0] - along
         sheared, neutral = _shear_and_neutral_line(system, self.element)
         section = self._slopes(system, np.array([self.xi]))[0] - sheared
@@ -176,13 +178,6 @@ def _swings(sines: Jets, arm: complex) -> list[Complex]:
     """Give how far the end of an arm moves that turns by psi, and its time derivatives, from those of ``sin(psi)``."""
     turned = _rotations(sines)
     return [arm * (part - 1 if order == 0 else part) for order, part in enumerate(turned)]
-
-
-def _products(a: Jets, b: list[Complex]) -> list[Complex]:
-    """Products number by number with their derivatives, by Leibniz' rule."""
-    if len(a) == 1:
-        return [a[0] * b[0]]
-    return [a[0] * b[0], a[1] * b[0] + a[0] * b[1], a[2] * b[0] + 2 * a[1] * b[1] + a[0] * b[2]]
 
 
 def _as_vectors(vectors: Complex) -> Array:

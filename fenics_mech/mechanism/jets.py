@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
+
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Numbers
 from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.kinematics import Motion
 
@@ -27,17 +30,23 @@ def constant(value: Array, motion: Motion, orders: int) -> Jets:
     return [spread, *(np.zeros_like(spread),) * (orders - 1)]
 
 
-def product(a: Jets, b: Jets) -> Jets:
-    """Matrix product, by Leibniz' rule.
+def product(a: Jets, b: list[Numbers], times: Callable[[Array, Numbers], Numbers] = operator.matmul) -> list[Numbers]:
+    """Product of two factors, by Leibniz' rule.
 
     Parameters
     ----------
     a, b
-        Both factors, of the same orders.
+        Both factors, of the same orders; b may be complex.
+    times
+        Multiplies two arrays; that of matrices unless another is given.
     """
     if len(a) == 1:
-        return [a[0] @ b[0]]
-    return [a[0] @ b[0], a[1] @ b[0] + a[0] @ b[1], a[2] @ b[0] + 2 * a[1] @ b[1] + a[0] @ b[2]]
+        return [times(a[0], b[0])]
+    return [
+        times(a[0], b[0]),
+        times(a[1], b[0]) + times(a[0], b[1]),
+        times(a[2], b[0]) + times(2 * a[1], b[1]) + times(a[0], b[2]),
+    ]
 
 
 def rotation_matrices(angle: Array, omega: Array, alpha: Array, orders: int) -> Jets:
