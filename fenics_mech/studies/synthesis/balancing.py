@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.scene import Revolute, Scene
 from fenics_mech.scene.base import check_known
-from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, Shaking, link_inertias, shaking
+from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, Shaking, bar_inertia, link_inertias, shaking
 
 POSITIONS = 180  # of the cycle, at which forces are made small
 SHARE = 0.4  # radius of a counterweight over the length of its link, where none is stated
@@ -149,20 +150,25 @@ class _Holder:
     link: str
     pivot: str
     radius: float
-    density: float  # of the bar (kg/m), 0 on a rigid link
+    bar: LinkInertia  # about the pivot, with the bar along the link's x axis
     place: Array = field(compare=False)
 
     def inertia(self, moment: Array) -> LinkInertia:
         """Give the inertia of counterweight and bar with a first moment about the pivot (kg m), ``(2,)``."""
         size = float(np.hypot(*moment))
         out = moment / size if size else np.array([1.0, 0.0])
-        bar, tip = self.density * self.radius, self.place + self.radius * out
-        middle = self.place + self.radius / 2 * out
-        return LinkInertia.at(self.mass(moment), tip) + LinkInertia.at(bar, middle, bar * self.radius**2 / 12)
+        return LinkInertia.at(self.mass(moment), self.place + self.radius * out) + self._turned_bar(out)
 
     def mass(self, moment: Array) -> float:
         """Give the mass of the counterweight (kg), negative where the bar alone is too heavy."""
-        return float(np.hypot(*moment)) / self.radius - self.density * self.radius / 2
+        return float(np.hypot(*moment) - self.bar.moment[0]) / self.radius
+
+    def _turned_bar(self, out: Array) -> LinkInertia:
+        """Give the inertia of the bar about the link's origin, with the bar along a direction, ``(2,)``."""
+        (along, across), mass = self.bar.moment, self.bar.mass
+        moment = along * out + across * np.array([-out[1], out[0]])
+        inertia = self.bar.inertia + 2 * float(self.place @ moment) + mass * float(self.place @ self.place)
+        return LinkInertia(mass, mass * self.place + moment, inertia)
 
 
 def balance(
@@ -255,20 +261,20 @@ def _holders(scene: Scene, radii: Mapping[str, float] | None, section: str | Non
             raise SceneError(f"the radius of a counterweight is positive, found {radius:g} m", place=f"links.{name}")
         pivot = pivots[name][0]
         place = np.array(scene.links[name].points[pivot])
-        found.append(_Holder(name, pivot, radius, _density(scene, name, section), place))
+        found.append(_Holder(name, pivot, radius, _bar(scene, name, section, radius), place))
     return found
 
 
-def _density(scene: Scene, name: str, section: str | None) -> float:
-    """Give the mass of a bar on a link by its length (kg/m), 0 on a rigid link."""
+def _bar(scene: Scene, name: str, section: str | None, radius: float) -> LinkInertia:
+    """Give the inertia of a bar on a link about its pivot; a link without members needs none."""
     own = [(label, member) for label, (link, member) in scene.members().items() if link == name]
     if not own:
-        return 0.0
+        return LinkInertia(0.0, np.zeros(2), 0.0)
     label, member = own[0]
     if section is not None:
         key = next(key for key, one in scene.links[name].members.items() if one == member)
         scene = scene.changed({f"links.{name}.members.{key}.section": section})
-    return float(scene.rigidity(label, np.array([0.5])).line_density[0])
+    return bar_inertia(lambda s: scene.rigidity(label, s), np.zeros(2), np.array([radius, 0.0]))
 
 
 def _length(scene: Scene, name: str) -> float:
@@ -323,20 +329,47 @@ def _least(
 
 
 def _with(scene: Scene, counterweights: tuple[Counterweight, ...], section: str | None) -> Scene:
-    """Give the scene with counterweights, each at a point of its own."""
+    """Give the scene with counterweights: a rigid link has them in its inertia, others at points of their own."""
     data = scene.model_dump()
     for one in counterweights:
         link = data["links"][one.link]
         x, y = link["points"][one.pivot]
+        place = (x + one.radius * np.cos(one.angle), y + one.radius * np.sin(one.angle))
+        if link["rigid"]:
+            link["rigid"] = _heavier(link["rigid"], one.mass, np.array(place))
+            continue
         point = _free("W", link["points"])
-        link["points"][point] = (x + one.radius * np.cos(one.angle), y + one.radius * np.sin(one.angle))
+        link["points"][point] = place
         if link["members"]:
             bar = next(iter(link["members"].values())) | {"ends": (one.pivot, point)}
             bar |= {} if section is None else {"section": section}
+            _call_by_key(data, one.link)
             link["members"][_free("counterweight", link["members"])] = bar
         name = _free(f"counterweight_{one.link}", data["masses"])
         data["masses"][name] = {"at": f"{one.link}.{point}", "mass": one.mass}
     return Scene.read(data)
+
+
+def _heavier(body: dict[str, Any], mass: float, place: Array) -> dict[str, Any]:
+    """Give the data of a rigid body with a mass (kg) at a place (m), ``(2,)``."""
+    whole, centre = body["mass"] + mass, np.array(body["centre"])
+    share = mass / whole if whole else 0.0
+    apart = place - centre
+    inertia = body["inertia"] + share * body["mass"] * float(apart @ apart)
+    return {"mass": whole, "inertia": inertia, "centre": tuple((centre + share * apart).tolist())}
+
+
+def _call_by_key(data: dict[str, Any], link: str) -> None:
+    """Call the one member of a link by link and key where it is called by the link, as it gets a second one."""
+    members = list(data["links"][link]["members"])
+    if len(members) > 1:
+        return
+    for table in ("loads", "impulses", "points", "measurements"):
+        for part in data[table].values() if isinstance(data[table], dict) else data[table]:
+            for key in ("member", "at"):
+                called, sign, rest = str(part.get(key)).partition("@")
+                if called == link:
+                    part[key] = f"{link}.{members[0]}{sign}{rest}"
 
 
 def _free(name: str, taken: Mapping[str, object]) -> str:

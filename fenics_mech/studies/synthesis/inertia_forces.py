@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.kinematics import Motion
 from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.sections import Rigidity
 
 PLACES = 12  # Gauss points of a member: exact for densities up to the 21st power of the place
 
@@ -104,11 +108,23 @@ def link_inertias(scene: Scene) -> dict[str, LinkInertia]:
 
 def _of_member(scene: Scene, label: str) -> LinkInertia:
     """Give the inertia of a member about the origin of its link."""
-    first, second = (np.array(end) for end in scene.member_ends(label))
+    return bar_inertia(lambda s: scene.rigidity(label, s), *(np.array(end) for end in scene.member_ends(label)))
+
+
+def bar_inertia(rigidity: Callable[[Array], Rigidity], first: Array, second: Array) -> LinkInertia:
+    """Give the inertia of a bar about the origin of its link.
+
+    Parameters
+    ----------
+    rigidity
+        Gives what its section is at places along it, 0..1.
+    first, second
+        Its ends in the link's frame (m), ``(2,)``.
+    """
     nodes, weights = np.polynomial.legendre.leggauss(PLACES)
     s, length = (1 + nodes) / 2, float(np.linalg.norm(second - first))
     along = (second - first) / length
-    here = scene.rigidity(label, s)
+    here = rigidity(s)
     mass = here.line_density * weights * length / 2
     offset = np.broadcast_to(here.mass_centre, s.shape)
     places = first + s[:, None] * (second - first) + offset[:, None] * np.array([-along[1], along[0]])
