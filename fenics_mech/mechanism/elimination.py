@@ -320,14 +320,17 @@ def _pivoted(
     Solved for are, as far as they go: translations of beams' ends, then rotations, the joints' own coordinates, and
     last the dofs of rigid links. Those say most of what they move, and in axes that turn with the scene.
     """
+    lengths = [float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None]
+    length = max(lengths, default=1.0)
+    turning = np.concatenate([np.full(e.rows, e.rows == 1) for e in equations])  # slopes of members under pins
     whole = Group(equations, unknowns, np.zeros(0, dtype=np.int64), unknowns).jets(motion, 1)[1][0]
+    whole = whole * np.where(turning, length, 1.0)[:, None]
     reach = np.abs(whole).max(axis=1)
     size = reach.max(axis=0)
     passed_by = reach.min(axis=0) < size / 2  # nodes that a travelling pin comes by and leaves
     rotations = (unknowns % 3 == 2) & (unknowns < first_own)
     order = np.lexsort((unknowns, rotations, passed_by, unknowns >= first_own, np.isin(unknowns, bodies)))
-    lengths = [float(e.contact.mesh.member_length[e.contact.member]) for e in equations if e.contact is not None]
-    unit = np.where(rotations, max(lengths, default=1.0), 1.0)
+    unit = np.where(rotations, length, 1.0)
     limit = ELIMINATION.travelling_leverage if lengths else ELIMINATION.leverage
     k = 0
     for _ in range(5):
