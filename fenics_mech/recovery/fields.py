@@ -22,7 +22,7 @@ from fenics_mech.forces.section_forces import MemberState, recover_members, sect
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain, sampling_error
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.peak_places import along_member, even_share, places_between_stations
+from fenics_mech.recovery.peak_places import along_member, beside, even_share, places_between_stations
 from fenics_mech.recovery.peaks import CYCLIC, curves_over_cycle
 from fenics_mech.response.solution import Solution, StaticSolution
 from fenics_mech.scene import Scene
@@ -169,8 +169,10 @@ def _largest_strain(scene: Scene, system: System, response: ElasticResponse, str
     under_pins = np.zeros_like(found)
     for pin in pins if scene.analysis.method in CYCLIC else ():
         some, member = even_share(len(strain)), members[pin.element[0]]
-        under = at(along_member(system, pin)[some])[some, member, np.arange(len(some))]
-        under_pins[member] = max(under_pins[member], np.abs(curves_over_cycle(scene, under).largest()[1]).max())
+        place = along_member(system, pin)[some]
+        for side in beside(place) if np.any(pin.moment) or np.any(pin.along) else (place,):
+            under = at(side)[some, member, np.arange(len(some))]
+            under_pins[member] = max(under_pins[member], np.abs(curves_over_cycle(scene, under).largest()[1]).max())
     return np.maximum(found, under_pins), under_pins
 
 

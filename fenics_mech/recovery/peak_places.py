@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from fenics_mech.scene.sections.rigidity import SECTION
 def places_between_stations(scene: Scene, system: System, response: ElasticResponse) -> Array:
     """Give places 0..1 between the stations, ascending.
 
-    Moments have corners under loads and pins that travel; strains have peaks where a section is weakest. The places are
-    those of all members.
+    Moments have corners under loads and pins that travel, and jump under couples, so that both sides are given. Strains
+    have peaks where a section is weakest. The places are those of all members.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ def places_between_stations(scene: Scene, system: System, response: ElasticRespo
         A motion of it.
     """
     stations = scene.analysis.stations
-    places = [place for found in scene.loaded_places().values() for place in found]
+    places = [side for found in scene.loaded_places().values() for place in found for side in beside(place)]
     for label, (_, member) in scene.members().items():
         if not scene.sections[member.section].constant:
             places += _weakest(partial(scene.rigidity, label), stations - 1)
@@ -41,6 +42,17 @@ def places_between_stations(scene: Scene, system: System, response: ElasticRespo
         places += _under_pins(system, response)
     step = np.array(places) * (stations - 1)
     return np.unique(np.array(places)[np.abs(step - np.round(step)) > 1e-9])  # type: ignore[no-any-return]
+
+
+def beside(place: Any) -> tuple[Any, Any]:
+    """Give both sides of a place along a member, or of several, 0..1.
+
+    Parameters
+    ----------
+    place
+        The place, a number or an array.
+    """
+    return np.maximum(place - PEAK.beside, 0.0), np.minimum(place + PEAK.beside, 1.0)
 
 
 def _weakest(rigidity: Callable[[Array], Rigidity], gaps: int) -> list[float]:
