@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.eigenmodes import Modes, natural, solve_modes
 from fenics_mech.errors import DerivativeError, SolverError
-from fenics_mech.forces.elastic_response import elastic_response
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
@@ -39,7 +39,7 @@ from fenics_mech.response.periodic.newton import Orbit, orbit_of
 from fenics_mech.response.periodic.places import system_at_points
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
-from fenics_mech.response.solution import CollocationSolution
+from fenics_mech.response.solution import AtPoints, CollocationSolution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.stability.multiplier_changes import Disturbances
 from fenics_mech.scene import Scene
@@ -48,6 +48,7 @@ from fenics_mech.studies.design.trial_tasks import read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 Held = tuple[Stack, Stack]  # M and K of the mechanism held at its positions
+Shift = tuple[State, Array | None]  # changes of q and q', and half the difference of the damping of modes
 SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
 SHARE = 1e-2  # of a step, that multipliers take: their angles change far more than other numbers
 LARGEST = 0.99  # of the largest multiplier: a margin of stability looks at no smaller ones
@@ -263,29 +264,41 @@ class _Side:
             return [matrices.left(*path) for path in there]
         return BesideKnown(known.cycle.at_points(gauss), self.at_points(gauss), change).tangents(state, there)
 
-    def numbers(self, shift: State, change: Array | None, stability: Stability | None) -> dict[str, float]:
-        """Recover the numbers of the known motion with a change of q and q' of its own pace, and nothing else."""
+    def numbers(self, starts: Shift, points: Shift | None, stability: Stability | None) -> dict[str, float]:
+        """Recover the numbers of the known motion with a change of its own pace, at the points too where needed."""
         known = self.known
         if stability is not None and known.names == {"multiplier"}:
             result = Result(of_stability(stability).assign_attrs(stamp(self.cycle.scene)))
         else:
-            result = self._recovered(shift, change, stability)
+            result = self._recovered(starts, points, stability)
         return read_numbers(known.trials.quantities, result, known.trials.design.study.targets)
 
-    def _recovered(self, shift: State, change: Array | None, stability: Stability | None) -> Result:
+    def _recovered(self, starts: Shift, points: Shift | None, stability: Stability | None) -> Result:
         """Recover what numbers are made from."""
-        (q, rate), known, cycle, k = self.known.state, self.known, self.cycle, self.faster
-        q, rate = q + shift[0], k * (rate + shift[1])
-        if self.assembled:
-            response = elastic_response(cycle.start, q, rate)
-        else:
-            beside = BesideKnown(known.cycle.start, cycle.system, change)
-            response = beside.response(q, rate, k**2 * known.acceleration)
+        known, cycle, orbit, inside = self.known, self.cycle, self.known.solution.orbit, None
+        response = self._response(None, (*known.state, known.acceleration), starts)[1]
+        if points is not None:
+            path = orbit.displacement, orbit.velocity, orbit.acceleration
+            inside = partial(AtPoints, *self._response(known.cycle.tableau, path, points), cycle.weights)
         other = replace(  # the equation is not replaced, as nothing is recovered from it
             known.solution, scene=cycle.scene, system=cycle.system, response=response, modes=self._modes(), cycle=cycle
         )
-        other = replace(other, stability=stability)
+        other = replace(other, stability=stability, inside=inside)
         return collect(other, recover(other), None, names=known.names)
+
+    def _response(self, tableau: Tableau | None, path: Path, shift: Shift) -> tuple[System, ElasticResponse]:
+        """The mechanism and its response at collocation points, or without these at the starts of the sub-intervals.
+
+        `path` is the known motion there.
+        """
+        known, cycle, k, ((q, rate), change) = self.known, self.cycle, self.faster, shift
+        q, rate = path[0] + q, k * (path[1] + rate)
+        if self.assembled:
+            equation = cycle.start if tableau is None else cycle.at_points(tableau)
+            return equation.system, elastic_response(equation, q, rate)
+        equation = known.cycle.start if tableau is None else known.at_points
+        system = cycle.system if tableau is None else self.at_points(tableau)
+        return system, BesideKnown(equation, system, change).response(q, rate, k**2 * path[2])
 
     def _modes(self) -> Modes:
         """Natural modes there, as far as numbers are made from them."""
@@ -341,11 +354,20 @@ class _Neighbours:
         regular = self.ahead.known.cycle.steps.regular
         q, rate = self.step * change.start[regular], self.step * change.start_velocity[regular]
         ahead, behind = self._stability(change)
-        more = self.ahead.numbers((q, rate), self.at_starts, ahead)
-        less = self.behind.numbers((-q, -rate), _minus(self.at_starts), behind)
+        points = self._at_points(change)
+        more = self.ahead.numbers(((q, rate), self.at_starts), points[0], ahead)
+        less = self.behind.numbers(((-q, -rate), _minus(self.at_starts)), points[1], behind)
         quantities = self.ahead.known.trials.quantities
         share = {name: SHARE if one.needs_stability else 1.0 for one in quantities for name in one.names}
         return {name: (more[name] - less[name]) / (2 * self.step * share[name]) for name in more}
+
+    def _at_points(self, change: Orbit) -> tuple[Shift, Shift] | tuple[None, None]:
+        """Changes at the collocation points to both sides, by which powers are integrated; None where none is asked."""
+        if "mean_power" not in self.ahead.known.names:
+            return None, None
+        q, rate = self.step * change.displacement, self.step * change.velocity
+        more, less = self._damping_change_at(self.ahead.known.cycle.tableau)
+        return ((q, rate), more), ((-q, -rate), less)
 
     def _stability(self, change: Orbit) -> tuple[Stability | None, Stability | None]:
         """Multipliers at a share of the step to both sides; None where no number is made from them."""

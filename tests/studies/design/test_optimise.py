@@ -324,7 +324,7 @@ def test_a_library_that_is_missing_is_said_before_a_trial(tmp_path, monkeypatch)
 
 NAMES = ["mass", "strain.max", "strain[coupler].max", "shaking_force.rms", "shaking_moment.rms", "torque.rms"]
 NAMES += ["deflection.max", "joint_force[B].max", "frequency[1].min", "transmission_angle.min"]
-NAMES += ["utilisation.max", "damage", "tracer_error[P].rms"]
+NAMES += ["utilisation.max", "damage", "tracer_error[P].rms", "mean_power[drive]", "mean_power[modal damping]"]
 OF_DISTURBANCES = ["stability.margin", "multiplier[1].max", "growth_rate[1].max", "multiplier_frequency[1].max"]
 
 
