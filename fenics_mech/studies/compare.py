@@ -90,13 +90,15 @@ def _anywhere(
 def _compared(reference: tuple[Array, Array], other: tuple[Array, Array], whole: bool) -> tuple[float, ...]:
     """Peaks of both, largest difference, root mean square of it, shift, and root mean square after the shift.
 
-    That is over the cycle where the other one is `whole`, and elsewhere over its points.
+    That is over the cycle where the other one is `whole`, and elsewhere over its points. Later is what is farther in
+    the direction in which the drive of the reference turns.
     """
     follow, (theta, values) = periodic(*reference), other
+    forwards = np.sign(reference[0][1] - reference[0][0])
     off, weights = values - follow(theta), _parts_of_cycle(theta) if whole else None
 
     def rms(shift: float) -> float:
-        return float(np.sqrt(np.average((values - follow(theta - shift)) ** 2, weights=weights)))
+        return float(np.sqrt(np.average((values - follow(theta - forwards * shift)) ** 2, weights=weights)))
 
     shift = _least(rms)
     peaks = (curve[np.abs(curve).argmax()] for curve in (reference[1], values))

@@ -67,6 +67,15 @@ def test_shift_of_a_measurement_comes_out(result, source, degrees):
     assert float(data["rms_shifted"]) < 0.01 * float(data["rms"])
 
 
+def test_what_is_later_under_a_drive_that_turns_backwards_has_a_positive_shift(result):
+    back = response_of(result.scene.changed(drive__speed=-32.3)).data
+    late = back.assign(strain=back["strain"].roll(theta=10))
+    data = compare([curves_of_result(Result(one), "computed") for one in (back, late)])
+    found = data.sel(quantity=data["quantity"].str.startswith("strain"))
+    assert np.degrees(found["shift"].to_numpy()) == pytest.approx(20.0, abs=1e-3)
+    assert float(found["rms_shifted"].max()) < 1e-4 * float(found["rms"].max())
+
+
 def test_scale_of_a_measurement_is_a_difference_without_a_shift(result, source):
     gauge = curves_of_measurement(*late(result, 0.0, 1.2), PLACE, "gauge")
     data = compare([source, gauge]).sel(other="gauge", quantity=PLACE.label)
