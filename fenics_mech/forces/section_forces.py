@@ -105,10 +105,7 @@ def recover_members(
     u, w, tension = u + extra_u, w + extra_w, element_tension(system, response)
     if tension is not None:
         w += bent_by_tension(system, response, AxialForces(tension, uneven_tension(system, response)), element, xi)
-    if beams.layout.offsets is not None:  # from the neutral line to the axis
-        sections = in_member_axes(beams.mesh, v)[:, element, 2] - nodal[:, element, 2]  # turn by less than the slope
-        u += beams.layout.offsets.neutral[element] * (slope + sections)
-    rotation = slope
+    u, rotation = u + _from_neutral_line(beams, v, nodal, slope, element), slope
     if tension is not None:  # the axial force acts on the bent axis
         arms, shorter = of_bent_axis(system, response, ends, loads, element, xi)
         moment = moment + (stretch[:, element] - 1) * (moment + ends[:, element, 2])  # forces across have longer arms
@@ -147,9 +144,19 @@ def deflection_of_nodes(system: System, v: Array, s: Array) -> Array:
     numpy.ndarray
         Of shape ``(angles, members, stations, 2)``.
     """
-    element, xi = _locate(system.beams, s)
-    u, w, _ = by_shape_functions(system.beams.layout.hermite_dofs(v), system.beams.mesh.cell_length, element, xi)
+    beams, (element, xi) = system.beams, _locate(system.beams, s)
+    nodal = beams.layout.hermite_dofs(v)
+    u, w, slope = by_shape_functions(nodal, beams.mesh.cell_length, element, xi)
+    u = u + _from_neutral_line(beams, v, nodal, slope, element)
     return _in_fixed_frame(system, u, w, element).reshape(len(v), -1, len(s), 2)
+
+
+def _from_neutral_line(beams: Beams, v: Array, nodal: Array, slope: Array, element: Index) -> Array | float:
+    """By how much the axis moves farther along the member than the neutral line (m), ``(angles, places)``."""
+    if beams.layout.offsets is None:
+        return 0.0
+    sections = in_member_axes(beams.mesh, v)[:, element, 2] - nodal[:, element, 2]  # turn by less than the slope
+    return np.asarray(beams.layout.offsets.neutral[element] * (slope + sections))
 
 
 def section_forces(

@@ -53,6 +53,19 @@ def test_the_static_answer_bends_the_members_as_the_quasi_static_run(scene, foun
         assert moved == pytest.approx(ends, abs=1e-3 * np.abs(still.to_numpy()).max())
 
 
+def test_coordinates_move_the_axes_of_sections_beside_their_neutral_line(scene):
+    """A pin is on the axes of both links. The neutral line of the laminate is 0.4 mm beside the axis."""
+    (name,) = scene.materials
+    stiff = {"modulus": 10 * scene.materials[name].modulus, "density": 7800}
+    plies = [{"thickness": "1 mm", "material": material} for material in (name, "stiff")]
+    laminate = {"shape": "laminate", "width": "25 mm", "plies": plies, "axis": "middle"}
+    beam = {"ends": ("A", "B"), "section": "laminate"}
+    changes = {"materials.stiff": stiff, "sections.laminate": laminate, "links.coupler.members.AB": beam}
+    moved = matrices(scene.changed(changes)).data["displacement"].sel(s=1.0)
+    of_coupler, of_follower = (moved.sel(member=member).to_numpy() for member in ("coupler", "follower"))
+    assert of_coupler == pytest.approx(of_follower, abs=1e-9 * np.abs(of_follower).max())
+
+
 def test_modes_share_the_strain_energy(scene):
     """All modes have all of it, but for the loads inside elements; under large rotations few have nearly all, too."""
     every = participation(scene.changed({"analysis.modes": 27, "analysis.sub_intervals": 60}))
