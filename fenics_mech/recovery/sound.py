@@ -23,7 +23,7 @@ from fenics_mech.kinematics.link_states import quarter
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.signal import harmonics, last_cycle
-from fenics_mech.scene import CustomSection, Scene
+from fenics_mech.scene import PolygonSection, Scene, TaperSection
 
 Waves = NDArray[np.complex128]
 DENSITY, SPEED = 1.204, 343.2  # of air at 20 degrees Celsius (kg/m^3, m/s)
@@ -47,7 +47,7 @@ def sound(result: Result, distance: float = 1.0, widths: Mapping[str, float] | N
     distance
         Of the level (m); the mean over all directions.
     widths
-        Widths of members (m), by name. By default that of the section: the area over the height where it is custom.
+        Widths of members (m), by name. By default those of their sections: area over height where they state none.
 
     Returns
     -------
@@ -58,7 +58,7 @@ def sound(result: Result, distance: float = 1.0, widths: Mapping[str, float] | N
     Raises
     ------
     ResultError
-        When the result is no cycle in equal steps of time, or a section has no width.
+        When the result is no cycle in equal steps of time.
 
     Examples
     --------
@@ -68,18 +68,18 @@ def sound(result: Result, distance: float = 1.0, widths: Mapping[str, float] | N
     """
     data, scene = result.data, result.scene
     place, period = _path(result)
-    wide = dict.fromkeys(map(str, data["member"].to_numpy()), 0.0)
-    wide |= {member: _width(scene, member) for member in wide if member not in (widths or {})} | dict(widths or {})
+    members, s = [str(member) for member in data["member"].to_numpy()], data["s"].to_numpy()
+    wide = _widths(scene, members, s, widths or {})
     along = place[:, :, -1] - place[:, :, 0]
     normal = quarter(along / np.linalg.norm(along, axis=-1, keepdims=True))[:, :, None]
     speed = 2 * np.pi / period * np.arange((len(place) - 1) // 2 + 1, dtype=np.float64)
     acceleration = _accelerated(place, speed)
     across = (acceleration * normal).sum(axis=-1, keepdims=True) * normal
-    inertia = DENSITY * math.pi / 4 * np.array([wide[m] ** 2 for m in wide])  # of the air, on each length
-    force = inertia[:, None, None] * _shares(scene, list(wide), data["s"].to_numpy())[..., None] * across
+    inertia = DENSITY * math.pi / 4 * wide**2  # of the air, on each length
+    force = (inertia * _shares(scene, members, s))[..., None] * across
     waves = harmonics(force.reshape(len(force), -1, 2))
     power = radiated_power(waves, place.mean(axis=0).reshape(-1, 2), speed / SPEED)
-    return _told(power, speed / (2 * np.pi), distance, max(wide.values()))
+    return _told(power, speed / (2 * np.pi), distance, float(wide.max()))
 
 
 def radiated_power(forces: Waves, places: Array, wave_number: Array) -> Array:
@@ -162,15 +162,25 @@ def _shares(scene: Scene, members: list[str], s: Array) -> Array:
     return np.outer(lengths, share)
 
 
-def _width(scene: Scene, member: str) -> float:
-    """Width of a member's section across the plane of motion (m)."""
-    section = scene.sections[scene.members()[member][1].section]
-    if isinstance(section, CustomSection):
-        return section.area / (2 * section.fibre)
+def _widths(scene: Scene, members: list[str], s: Array, stated: Mapping[str, float]) -> Array:
+    """Widths of the sections across the plane of motion (m), ``(members, stations)``."""
+    own = [_width(scene, member, s) if member not in stated else stated[member] for member in members]
+    return np.stack([np.broadcast_to(width, s.shape) for width in own])
+
+
+def _width(scene: Scene, member: str, s: Array) -> Array | float:
+    """Width of a member's section across the plane of motion (m), along it where it varies."""
+    of_member = scene.members()[member][1]
+    stated = scene.sections[of_member.section]
+    section = stated.along(s, scene.sections) if isinstance(stated, TaperSection) else stated
     for quantity in ("width", "diameter"):
-        if isinstance(found := getattr(section, quantity, None), float):
-            return found
-    raise ResultError(f"the section of member {member} has no width: give it in `widths`")
+        if (found := getattr(section, quantity, None)) is not None:
+            return np.asarray(found)
+    if isinstance(section, PolygonSection):
+        return float(np.ptp([z for part in section.parts or (section,) for _, z in part.outline or ()]))
+    assert of_member.material is not None  # laminates and polygons alone have several
+    here = scene.rigidity(member, s)
+    return np.asarray(here.axial / scene.materials[of_member.material].modulus / np.ptp(here.fibre, axis=-1))
 
 
 def _told(power: Array, frequency: Array, distance: float, widest: float) -> xr.Dataset:

@@ -7,7 +7,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import ResultError
-from fenics_mech.recovery.sound import DENSITY, SPEED, a_weighting, radiated_power
+from fenics_mech.recovery.sound import DENSITY, SPEED, _widths, a_weighting, radiated_power
 from fenics_mech.views.figures import save
 from fenics_mech.views.sound_plots import sound_figure
 
@@ -62,6 +62,32 @@ def test_the_power_of_rigid_links_grows_with_the_sixth_power_of_the_speed(tmp_pa
     wide = fm.sound(result, widths=half).attrs["power_level"]
     assert slow.attrs["power_level"] - wide == pytest.approx(40 * math.log10(2), abs=0.02)  # force as width^2
     assert save(sound_figure(fast), tmp_path / "sound.png").exists()
+
+
+OUTLINE = [[-8e-4, -0.0127], [8e-4, -0.0127], [8e-4, 0.0127], [-8e-4, 0.0127]]
+LIKE_A_RECTANGLE = {
+    "polygon": {"shape": "polygon", "outline": OUTLINE},
+    "variable": {"shape": "variable", "area": 4.064e-5, "inertia": "8.67e-12", "fibre": 8e-4},
+    "taper": {"shape": "taper", "from": "rectangle", "to": "rectangle"},
+}
+
+
+@pytest.mark.parametrize("shape", LIKE_A_RECTANGLE)
+def test_every_section_has_a_width(shape):
+    rectangle = {"sections.rectangle": {"shape": "rectangle", "width": 0.0254, "height": 1.6e-3}}
+    scene = stiff(5.0).changed(rectangle | {"sections.like": LIKE_A_RECTANGLE[shape], "analysis.sub_intervals": 24})
+    of_both = [
+        fm.sound(fm.analyse(scene.changed({"links.coupler.members.AB.section": section}))).attrs["power_level"]
+        for section in ("rectangle", "like")
+    ]
+    assert of_both[1] == pytest.approx(of_both[0], abs=1e-6)
+
+
+def test_the_width_of_a_taper_is_that_at_each_place():
+    ends = {name: {"shape": "rectangle", "width": width, "height": 0.005} for name, width in (("a", 0.03), ("b", 0.01))}
+    scene = fm.load("demos/four_bar.toml").changed({f"sections.{name}": end for name, end in ends.items()})
+    scene = scene.changed({"sections.strip": {"shape": "taper", "from": "a", "to": "b"}})
+    assert _widths(scene, ["coupler"], np.array([0.0, 0.25, 1.0]), {}) == pytest.approx(np.array([[0.03, 0.025, 0.01]]))
 
 
 def test_sound_needs_a_cycle_in_equal_steps():

@@ -141,14 +141,22 @@ class TaperSection(Section):
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
-        return self._at(s, stock.sections).rigidity(s, stock)
+        return self.along(s, stock.sections).rigidity(s, stock)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """G A_s of the shape with the dimensions at every place; errors name the first of the two sections."""
-        return self._at(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")
+        return self.along(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")
 
-    def _at(self, s: Array, sections: Mapping[str, Section]) -> Section:
-        """The section with its dimensions as arrays over the places."""
+    def along(self, s: Array, sections: Mapping[str, Section]) -> Section:
+        """Give the section with its dimensions as arrays over places.
+
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, ``(places,)``.
+        sections
+            The sections of the scene, by name.
+        """
         first, second = (sections[name].model_dump(exclude={"shape"}) for name in (self.from_, self.to))
         here = {name: value + (second[name] - value) * s for name, value in first.items() if value is not None}
         return sections[self.from_].model_copy(update=here)
