@@ -16,6 +16,7 @@ from fenics_mech.mechanism import beam_links, transformation
 from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response import setup
 from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.setup import CommonParts
 from tests.common import DEMOS
 
@@ -56,6 +57,15 @@ def test_a_result_does_not_depend_on_what_it_has_in_common_with_others(case):
         for value in values:
             changed = scene.changed({path: value})
             assert analyse(changed, common=common).data.identical(analyse(changed).data), (path, value)
+
+
+def test_points_of_steps_stand_at_the_same_angles_at_all_speeds(seed):
+    """Else what is made once at these angles would be another by rounding, and so would the result."""
+    scene, places = seed.changed(analysis__sub_intervals=60), np.array([0.155, 0.5, 0.645])
+    angles = [Steps.of(scene.changed(drive__speed=speed)).angles(places) for speed in np.linspace(20.0, 40.0, 14)]
+    assert all(np.array_equal(one, angles[0]) for one in angles[1:])
+    backwards = Steps.of(scene.changed(drive__speed=-23.0)).angles(places)
+    assert np.array_equal(backwards, -angles[0])
 
 
 def test_links_and_points_in_another_order_are_numbered_anew(seed):

@@ -109,7 +109,8 @@ class Steps:
         places
             Shares of a step, ``(places,)``.
         """
-        angles = self.start[:, None] + self.rate * self.duration[:, None] * places
+        turned = np.diff(np.abs(self.start), append=TURN)  # the rate times the duration, but the same at all rates
+        angles = self.start[:, None] + math.copysign(1, self.rate) * turned[:, None] * places
         before = math.copysign(2 * SAMPLING.same, self.rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
         return (angles - before).ravel()
 
