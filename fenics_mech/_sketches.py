@@ -228,9 +228,10 @@ def _of_group(group: Any, layer: str, svg: Any) -> Iterator[Stroke | Circle]:
         if isinstance(part, svg.Group):
             yield from _of_group(part, own or layer, svg)
         elif isinstance(part, svg.Circle | svg.Ellipse):
-            if not math.isclose(part.rx, part.ry, rel_tol=1e-3):
+            centre, radius = part.implicit_center, float(part.implicit_rx)  # as groups turn, move and scale it
+            if not math.isclose(radius, part.implicit_ry, rel_tol=1e-3):
                 raise ValueError(f"it has an ellipse: {STRAIGHT}")
-            yield Circle(layer, own, np.array([part.cx, -part.cy, 0.0]), float(part.rx))
+            yield Circle(layer, own, np.array([centre.x, -centre.y, 0.0]), radius)
         elif isinstance(part, svg.Shape):
             name = GUIDE if layer == GUIDE else own or ("" if layer in (GROUND, POINTS) else layer)
             yield from _strokes(part, name, svg)
@@ -261,7 +262,8 @@ def _of_dxf(path: Path) -> Iterator[Stroke | Circle]:
             continue
         name = "" if layer in (GROUND, POINTS) else _own_name(layer)
         if kind == "CIRCLE":
-            yield Circle(layer, "", np.array(part.dxf.center), float(part.dxf.radius))
+            centre = part.ocs().to_wcs(part.dxf.center)  # a circle that was mirrored has axes of its own
+            yield Circle(layer, "", np.array(centre), float(part.dxf.radius))
         elif kind == "LINE":
             yield Stroke(name, np.array([part.dxf.start, part.dxf.end]))
         elif kind in ("LWPOLYLINE", "POLYLINE") and not part.has_arc:

@@ -1,5 +1,6 @@
 """Scenes from sketches and from pylinkage: against the same machine by lengths, and pylinkage's own motion."""
 
+import cmath
 import json
 import math
 
@@ -69,11 +70,42 @@ def test_a_sketch_is_the_linkage_of_its_lengths(svg):
     assert scene.ground.points["C"] == pytest.approx((0.12, -0.08))
 
 
+@pytest.mark.parametrize(
+    ("transform", "turn"),
+    [
+        ("translate(30,10) rotate(20) scale(0.5)", 0.5 * cmath.exp(-1j * math.radians(20))),
+        ("matrix(1 0 0 -1 0 100)", 1),
+    ],
+)
+def test_a_sketch_stands_as_its_groups_turn_mirror_and_scale_it(svg, transform, turn):
+    head, _, rest = SVG.partition("\n")
+    text = f'{head}<g transform="{transform}">{rest.replace("</svg>", "</g></svg>")}'
+    plain, turned = fm.from_drawing(svg()), fm.from_drawing(svg(text=text))
+    away = []
+    for scene in (plain, turned):
+        motion = solve_motion(scene, np.zeros(1))
+        (o, c), links = (complex(*scene.ground.points[name]) for name in "OC"), list(scene.links)
+        pin = scene.links["crank"].points["A"]
+        angle = motion.angle[0, links.index("crank")]
+        away.append([c - o, complex(*pin) * cmath.exp(1j * angle)])
+    mirrored = np.conj(away[0]) if "matrix" in transform else np.array(away[0])
+    assert away[1] == pytest.approx(turn * mirrored, abs=1e-6)
+
+
 def test_a_dxf_has_links_by_layer_and_by_polyline(dxf):
     scene = fm.from_drawing(dxf(), unit="cm")
     assert list(scene.links) == ["crank", "link1", "link2"]
     assert len(scene.links["link1"].members) == 3
     assert scene.links["link1"].points["D"] == pytest.approx((0.8, 0.3))
+
+
+def test_a_circle_of_a_dxf_that_was_mirrored_has_axes_of_its_own(dxf):
+    def draw(space):
+        space.add_line((120, -80), (160, -80), dxfattribs={"layer": "arm"})
+        space.add_circle((-160, -80), 2, dxfattribs={"layer": "points", "extrusion": (0, 0, -1)})
+
+    arm = fm.from_drawing(dxf(draw)).links["arm"]
+    assert len(arm.points) == 2
 
 
 def test_a_line_through_a_circle_is_one_link_with_a_pin(svg):
