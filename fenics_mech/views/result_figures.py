@@ -12,6 +12,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
 
 from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import ViewError
@@ -33,8 +34,9 @@ from fenics_mech.views.plots import (
 from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file, reading_of_members
 from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
-MOST_MEMBERS = 8  # rows of a figure: more do not fit a page
+MOST_MEMBERS = 6  # rows of a figure: more do not fit a page
 MOST_SPECTRA = 3
+MEMBER = Affine2D().scale(0.18, 0.5).translate(1.07, 0.5)  # from its own length, to shares of the axes beside it
 LEAST_ROW = 0.35  # of the longest member, as tall as the row of a short one is drawn
 
 
@@ -107,18 +109,17 @@ def strain_figure(result: Result) -> Figure:
     size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_MEMBERS]
     with mpl.rc_context(STYLE):
-        widths = {"width_ratios": [9, 2.1]}
-        figure, rows = empty_figure(len(ranked), 0.9 + 1.75 * len(ranked), columns=2, grid=widths)
-    for (left, right), i in zip(rows, ranked):
-        plot_strain(result, reading.members[i], left)
-        if left is not rows[-1][0]:
-            left.set_xlabel("")
-        if left is not rows[0][0] and (legend := left.get_legend()):
+        figure, rows = empty_figure(len(ranked), 0.9 + 1.75 * len(ranked))
+    for axes, i in zip(rows, ranked):
+        plot_strain(result, reading.members[i], axes)
+        if axes is not rows[-1]:
+            axes.set_xlabel("")
+        if axes is not rows[0] and (legend := axes.get_legend()):
             legend.remove()
             with mpl.rc_context(STYLE):
-                left.set_title(left.get_title("left"), pad=8)
-        left.margins(y=0.18)
-        _draw_place(right, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
+                axes.set_title(axes.get_title("left"), pad=8)
+        axes.margins(y=0.18)
+        _draw_place(axes, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure
 
@@ -131,19 +132,17 @@ def _tell_left_out(figure: Figure, reading: Reading) -> None:
 
 
 def _draw_place(axes: Axes, reading: Reading, peak: Peak, share: float) -> None:
-    """Draw a member with its ends' names, and the place and side of its peak."""
-    axes.set_axis_off()
-    axes.set_xlim(-0.14, 1.14)
-    axes.set_ylim(-1, 1)
-    axes.fill_between([0, 1], -0.13, 0.13, color="#e4e8ec", edgecolor="#777777", linewidth=1)
-    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markeredgecolor": "black"}
+    """Draw a member beside axes with its ends' names, and the place and side of its peak."""
+    beside: dict[str, Any] = {"transform": MEMBER + axes.transAxes, "clip_on": False}
+    axes.fill_between([0, 1], -0.13, 0.13, color="#e4e8ec", edgecolor="#777777", linewidth=1, **beside)
+    look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markeredgecolor": "black", **beside}
     axes.plot([0, 1], [0, 0], markersize=6, markerfacecolor="white", **look)
     for at, name in zip((0, 1), reading.ends[peak.i]):
-        axes.text(at, -0.4, name, ha="center", va="top", weight="bold", fontsize=9)
+        axes.text(at, -0.4, name, ha="center", va="top", weight="bold", fontsize=9, **beside)
     side = 0.13 if reading.fibres[peak.f] == "+" else -0.13
     ring: dict[str, Any] = {"markersize": 10, "markerfacecolor": "none", "markeredgewidth": 2}
     axes.plot(reading.s[peak.j], side, **look | ring | {"markeredgecolor": COLOURS[1]})
-    axes.text(0.5, 0.4, f"{share:.0%} of the largest", ha="center", fontsize=8, color="#555555")
+    axes.text(0.5, 0.4, f"{share:.0%} of the largest", ha="center", fontsize=8, color="#555555", **beside)
 
 
 def map_figure(result: Result) -> Figure:
