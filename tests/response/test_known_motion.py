@@ -11,7 +11,7 @@ from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic import collocation, newton, steady_state
-from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.response.periodic.known_motion import KnownMotion, shares
 from fenics_mech.response.periodic.newton import NEWTON
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism
@@ -66,6 +66,14 @@ def test_on_its_own_mesh_a_motion_is_itself(coarse):
     for found, known in ((same.displacement, orbit.displacement), (same.velocity, orbit.velocity)):
         assert np.abs(found - known).max() < 1e-9 * np.abs(known).max()  # rounding; P^T P is well conditioned
     assert np.abs(same.tension - motion.tension).max() < 1e-9 * np.abs(motion.tension).max()
+
+
+def test_a_motion_is_interpolated_between_its_positions_also_across_the_ends_of_a_turn():
+    h = 2 * np.pi / 60
+    known = h * np.add.outer(np.arange(60), [0.155, 0.645, 1.0]).ravel()
+    places = np.linspace(-1.0, 9.0, 500)
+    missed = np.abs(shares(known, places) @ np.cos(5 * known) - np.cos(5 * places)).max()
+    assert missed < 5**6 / 720 * (1.875 * (0.51 * h) ** 3) ** 2  # remainder of six points that are 0.51 h apart
 
 
 @pytest.mark.parametrize("elements", [1, 2, 3, 7])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
@@ -15,6 +16,7 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.newton import Beginning, Orbit
 
 STRAIGHT = 0.15  # of a motion, by which another differs, up to which a straight line through both goes on
+NEAR = 3  # known positions on either side of a place, by which it is interpolated
 
 
 @dataclass(frozen=True)
@@ -83,20 +85,17 @@ class KnownMotion:
     def at(self, equation: Equation) -> Beginning:
         """Carry the motion to the points of another equation, whose mesh is of the same members.
 
-        In time it is a periodic spline, and inside elements what their shape functions make of it. The coordinates are
-        those whose displacements are nearest to it.
+        In time it is a polynomial through the nearest positions, and inside elements what their shape functions make of
+        it. The coordinates are those whose displacements are nearest to it.
 
         Parameters
         ----------
         equation
             The equation of motion at collocation points.
         """
-        from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and few runs need it)
-
         system, transformation = equation.system, equation.system.transformation
         values = np.concatenate([self.displacement, self.velocity, self.tension], axis=1)
-        closed = np.append(self.turned, self.turned[0] + TURN), np.concatenate([values, values[:1]])
-        found = CubicSpline(*closed, bc_type="periodic")(np.abs(system.motion.theta))
+        found = shares(self.turned, np.abs(system.motion.theta)) @ values
         many = self.displacement.shape[1]
         nodes, elements = (of(system.beams.mesh, self.mesh) for of in (nodal_on, elemental_on))
         v, rate = ((nodes @ part.T).T for part in (found[:, :many], found[:, many : 2 * many]))
@@ -109,3 +108,23 @@ class KnownMotion:
             rate = rate - transformation.forward(first, q)
         velocity = normal.solve(transformation.backward(p, rate))
         return Beginning(q, velocity, (elements @ found[:, 2 * many :].T).T)
+
+
+def shares(turned: Array, places: Array) -> sp.csr_matrix:
+    """Give the shares that periodic values at known angles have in those at others, ``(places, points)``.
+
+    They are Lagrange's polynomials through the nearest points.
+
+    Parameters
+    ----------
+    turned
+        Known angles, rising within one turn (rad), ``(points,)``.
+    places
+        Other angles, also beyond that turn (rad), ``(places,)``.
+    """
+    places = turned[0] + np.mod(places - turned[0], TURN)
+    turns, points = np.divmod(np.searchsorted(turned, places)[:, None] + np.arange(-NEAR, NEAR), len(turned))
+    away, same = turned[points] + TURN * turns - places[:, None], np.eye(2 * NEAR)
+    parts = np.where(same, 1.0, away[:, None, :]) / (same + away[:, None, :] - away[:, :, None])
+    begins = np.arange(0, points.size + 1, 2 * NEAR)
+    return sp.csr_matrix((parts.prod(axis=2).ravel(), points.ravel(), begins), (len(places), len(turned)))
