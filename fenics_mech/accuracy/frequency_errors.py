@@ -64,9 +64,23 @@ def frequency_error(system: System, modes: Modes) -> Array:
     return np.minimum(share, FREQUENCY.largest_known)
 
 
-def _share_of_error(system: System, modes: Modes) -> Array:
-    """Give it without the limit: at positions, it depends on no rate of the drive and no load."""
-    beams, count = system.beams.consistent or system.beams, modes.omega.shape[1]
+def largest_frequency_error(system: System, omega: float) -> float:
+    """Give a bound of the `frequency_error` of modes up to a frequency; none for lumps of mass, which is infinite.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    omega
+        The angular frequency (rad/s).
+    """
+    lumped = system.beams.inertia.spread is not None
+    return np.inf if lumped else omega**2 * float(_error_per_square(system).max(initial=0.0))
+
+
+def _error_per_square(system: System) -> Array:
+    """Give the share of error of an element alone, over the square of the angular frequency, ``(elements,)``."""
+    beams = system.beams.consistent or system.beams
     h = beams.mesh.cell_length
     flexibility = h**4 / (1440 * beams.rigidity.bending.mean) + h**2 / (24 * beams.rigidity.axial.mean)
     if beams.rigidity.shear is not None:
@@ -74,7 +88,13 @@ def _share_of_error(system: System, modes: Modes) -> Array:
     per_square = beams.inertia.density.mean * flexibility
     if (reduction := system.beams.reduction) is not None:
         per_square *= reduction.fineness**-4.0
-    share = np.zeros(count)
+    return np.asarray(per_square)
+
+
+def _share_of_error(system: System, modes: Modes) -> Array:
+    """Give it without the limit: at positions, it depends on no rate of the drive and no load."""
+    beams, count = system.beams.consistent or system.beams, modes.omega.shape[1]
+    per_square, share = _error_per_square(system), np.zeros(count)
     at = np.unique(np.linspace(0, len(modes.theta), FREQUENCY.positions, endpoint=False).astype(int))
     for k in at:
         values = np.repeat(system.values[k : k + 1], count, axis=0)

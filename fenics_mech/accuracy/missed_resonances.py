@@ -8,9 +8,9 @@ damping do.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.feedback import FEEDBACK
-from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt
+from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt, largest_frequency_error
 from fenics_mech.accuracy.periodic_errors import more_accurate
 from fenics_mech.eigenmodes import Modes, natural, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
@@ -67,9 +67,10 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
             yield from _by_sub_intervals(solution)
         case CollocationSolution():
             equation, cycle = solution.equation, solution.cycle
-            resonances = _resonances_of(solution, equation)
-            finer = more_accurate(solution.scene.analysis.stages)
-            by_steps = resonances.by_steps(cycle.tableau, finer, float(cycle.steps.duration.max()))
+            points = cycle.tableau, more_accurate(solution.scene.analysis.stages)
+            steps = partial(hidden_by_steps, *points, float(cycle.steps.duration.max()))
+            resonances = _resonances_of(solution, equation, steps)
+            by_steps = resonances.met & steps(resonances.harmonics, resonances.width)
             at, size = cycle.steps.regular, equation.system.size
             motion = solution.orbit.start[at, :size], solution.orbit.start_velocity[at, :size]
             for source, missed in (("time", by_steps), ("mesh", resonances.by_mesh)):
@@ -81,10 +82,21 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
             yield from _beside("mesh", cycle.start, (q, rate), resonances, resonances.by_mesh)
 
 
-def _resonances_of(solution: CollocationSolution | HarmonicSolution, equation: Equation) -> Resonances:
-    """Give the resonances that the loads of a scene's equation may have, with the modes given or more."""
+def _resonances_of(
+    solution: CollocationSolution | HarmonicSolution,
+    equation: Equation,
+    hidden: Callable[[Array, Array], Mask] | None = None,
+) -> Resonances:
+    """Give the resonances that the loads of a scene's equation may have, with the modes given or more.
+
+    More are found only where the mesh might hide one of them, or steps, which `hidden` tells by frequency and width.
+    """
     rate, linear, system = abs(solution.scene.cycle_rate), equation.linear, equation.system
-    modes = enough_modes(system, solution.modes, linear.load, rate, linear.loss, solution.scene.petsc)
+    modes, width = solution.modes.elastic, _width(linear.loss)
+    fastest = fastest_felt(system, linear.load, rate, width)
+    by_steps = hidden is not None and hidden(np.arange(rate, fastest, rate), np.array([width])).any()
+    if by_steps or largest_frequency_error(system, fastest) > RESONANCES.coarse:
+        modes = enough_modes(system, modes, fastest, solution.scene.petsc)
     work = np.sum(modes.shapes * linear.damped(modes.shapes), axis=-1)
     loss = (work / modes.omega).mean(axis=0)
     return Resonances(modes, rate, linear.load, loss, frequency_error(system, modes))
@@ -94,7 +106,8 @@ def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, Elas
     """Give the vibration that the mesh, or modes left out at the mesh's frequencies, may miss."""
     scene, system, kept = solution.scene, solution.system, solution.modes
     rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene.damping.ratio, kept.omega)
-    modes = enough_modes(system, kept, system.load, rate, 2 * float(ratios.min()), scene.petsc)
+    fastest = fastest_felt(system, system.load, rate, _width(2 * float(ratios.min())))
+    modes = enough_modes(system, kept.elastic, fastest, scene.petsc)
     losses, off = 2 * damping_ratios(scene.damping.ratio, modes.omega).mean(axis=0), frequency_error(system, modes)
     resonances = Resonances(modes, rate, system.load, losses, off)
     left_out = np.arange(len(off)) >= kept.omega.shape[1]
@@ -149,7 +162,7 @@ class Resonances:
     @cached_property
     def width(self) -> Array:
         """Relative width of the modes' resonances: their loss factors, ``(modes,)``."""
-        return np.where(self.loss > RESONANCES.undamped, self.loss, FEEDBACK.least_loss)
+        return np.array([_width(loss) for loss in self.loss])
 
     @cached_property
     def met(self) -> Mask:
@@ -171,26 +184,6 @@ class Resonances:
     def by_mesh(self) -> Mask:
         """Those that the mesh may miss."""
         return self.met & (self.off > RESONANCES.coarse)
-
-    def by_steps(self, tableau: Tableau, finer: Tableau, step: float) -> Mask:
-        """Those that steps may miss, or more accurate ones that estimate their error.
-
-        Parameters
-        ----------
-        tableau
-            Points of the steps.
-        finer
-            Points of the steps that estimate their error.
-        step
-            Longest duration of a step (s).
-
-        Returns
-        -------
-        numpy.ndarray
-            Of bool, ``(harmonics, modes)``.
-        """
-        change, beside = (points.change(self.harmonics * step)[:, None] for points in (tableau, finer))
-        return self.met & ((change > RESONANCES.steps * self.width / 2) | (beside > RESONANCES.finer * self.width / 2))
 
     def vibration(self, missed: Mask) -> tuple[Array, Array]:
         """Give modal coordinates and their rates, ``(angles, modes)`` each, of the largest missed vibration.
@@ -226,30 +219,67 @@ class Resonances:
         return found * (2 / count)
 
 
-def enough_modes(
-    system: System, modes: Modes, load: Array, rate: float, loss: float, options: Mapping[str, Any]
-) -> Modes:
-    """Give the elastic modes, with more where a harmonic of a load would be felt on one that is faster.
+def _width(loss: float) -> float:
+    """Give the relative width of the resonance of a mode with a loss factor."""
+    return loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
+
+
+def hidden_by_steps(tableau: Tableau, finer: Tableau, step: float, omega: Array, width: Array) -> Mask:
+    """Say which vibrations are hidden by steps, or by more accurate ones that estimate their error.
 
     Parameters
     ----------
-    system, modes
-        The mechanism, and modes of it.
+    tableau, finer
+        Points of the steps, and of those that estimate their error.
+    step
+        Longest duration of a step (s).
+    omega
+        Angular frequencies (rad/s), ``(frequencies,)``.
+    width
+        Relative widths of resonances, ``(modes,)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        Of bool, ``(frequencies, modes)``.
+    """
+    change, beside = (points.change(omega * step)[:, None] for points in (tableau, finer))
+    return (change > RESONANCES.steps * width / 2) | (beside > RESONANCES.finer * width / 2)
+
+
+def fastest_felt(system: System, load: Array, rate: float, loss: float) -> float:
+    """Give the frequency up to which modes may be felt, as a harmonic of a load meets them (rad/s).
+
+    Parameters
+    ----------
+    system
+        The mechanism.
     load
         The load, ``(angles, coordinates)``.
     rate
         Circular frequency of the cycle (rad/s).
     loss
         Least loss factor.
-    options
-        PETSc options for eigenproblems.
     """
     # without axial forces the answer is rough, but there is one also where it buckles for a moment
     static = displacement_under(system.without_axial_forces, load)
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
-    loss = loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
-    fastest = RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)
-    modes, wanted = modes.elastic, 0
+    return RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)
+
+
+def enough_modes(system: System, modes: Modes, fastest: float, options: Mapping[str, Any]) -> Modes:
+    """Give elastic modes up to a frequency, or more where more are known.
+
+    Parameters
+    ----------
+    system, modes
+        The mechanism, and elastic modes of it.
+    fastest
+        The angular frequency (rad/s).
+    options
+        PETSc options for eigenproblems.
+    """
+    wanted = 0
     while modes.omega.shape[1] < system.size and np.max(modes.omega.min(axis=0), initial=0.0) < fastest:
         wanted = 2 * modes.omega.shape[1] + 2 if wanted else slower_than(system, fastest) + 1
         modes = solve_modes(system, wanted, options).elastic

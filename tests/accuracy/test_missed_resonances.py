@@ -8,8 +8,14 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.accuracy import missed_resonances
-from fenics_mech.accuracy.frequency_errors import frequency_error
-from fenics_mech.accuracy.missed_resonances import Resonances, enough_modes, slower_than
+from fenics_mech.accuracy.frequency_errors import frequency_error, largest_frequency_error
+from fenics_mech.accuracy.missed_resonances import (
+    Resonances,
+    enough_modes,
+    fastest_felt,
+    hidden_by_steps,
+    slower_than,
+)
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
@@ -55,6 +61,8 @@ def test_by_how_much_elements_are_too_stiff(elements):
     assert near.any()
     assert np.all((told / error)[near] > 1)
     assert np.all((told / error)[near] < 3.5)
+    most = [largest_frequency_error(system, omega) for omega in modes.omega.max(axis=0)]
+    assert told == pytest.approx(np.minimum(most, 0.2), rel=1e-6)  # all elements are alike here, and all mass is theirs
 
 
 @pytest.mark.parametrize("elements", [3, 4, 8])
@@ -68,6 +76,7 @@ def test_by_how_much_lumped_mass_is_too_slow(elements):
     near = (error > 0) & (error < 0.15)  # more is told as 0.2
     assert near.any()
     assert (told / error)[near] == pytest.approx(1.05, abs=0.1)
+    assert largest_frequency_error(system, 1.0) == np.inf
 
 
 def test_modes_are_enough_for_the_harmonics_of_a_load():
@@ -77,7 +86,8 @@ def test_modes_are_enough_for_the_harmonics_of_a_load():
         loads = {"tip": {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}}
         scene = arm(speed, loads=loads, analysis={"sub_intervals": 240, "modes": 1})
         system = mechanism(scene)
-        found = enough_modes(system, scene_modes(scene, system), system.load, speed, 0.01, {})
+        fastest = fastest_felt(system, system.load, speed, 0.01)
+        found = enough_modes(system, scene_modes(scene, system), fastest, {})
         assert found.omega.shape[1] >= most
         assert (found.omega.shape[1] == 1) == (most == 1)
 
@@ -144,8 +154,9 @@ def test_steps_hide_what_they_change_more_than_damping(stages, loss, hidden):
     """By 7 steps a swing, 3 Radau points have 8e-5 of the frequency, and 1 has 0.4."""
     points, better = Tableau.of("radau", stages), Tableau.of("gauss", stages)
     found = resonances(7.0, loss, 0.0)
-    assert found.by_steps(points, better, ANGLE[1]).any() == hidden
-    assert not found.by_steps(points, better, ANGLE[1] / 100).any()
+    for step, expected in ((ANGLE[1], hidden), (ANGLE[1] / 100, False)):
+        by_steps = hidden_by_steps(points, better, step, found.harmonics, found.width)
+        assert (found.met & by_steps).any() == expected
 
 
 def test_a_large_hidden_vibration_is_told_as_linear():
