@@ -154,6 +154,8 @@ class _Guided:
         def count(*_: object) -> None:
             self.steps += 1
 
+        # a barrier of SciPy's own 0.1 may end the search where it is, some hundredths of the aim off its limits
+        barrier = dict.fromkeys(("initial_barrier_parameter", "initial_barrier_tolerance"), limits.tolerance)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "delta_grad == 0.0", UserWarning)  # of an aim that is linear
             found = minimize(
@@ -164,7 +166,7 @@ class _Guided:
                 constraints=[within] if problem.bounds else [],
                 method=name,
                 tol=limits.tolerance,
-                options={"maxiter": limits.generations},
+                options={"maxiter": limits.generations} | (barrier if name == "trust-constr" else {}),
                 callback=count,
             )
         assert problem.best is not None

@@ -230,8 +230,9 @@ def formula(start, **study):
 LIMIT = [{"of": "strain.max", "most": 0.8}]
 
 
-@pytest.mark.parametrize(("method", "near"), [("slsqp", 1e-3), ("trust-constr", 0.03)])  # the latter keeps a distance
-def test_kinks_of_a_limit_do_not_lose_the_search(method, near):
+@pytest.mark.parametrize("method", ["slsqp", "trust-constr"])
+def test_kinks_of_a_limit_do_not_lose_the_search(method):
+    """The barrier of trust-constr kept it 0.02 off the best place."""
     problem = Problem(formula(0.95, minimise=["mass"], limits=LIMIT))
     ending = METHODS[method](problem, problem.to_unit(problem.trials.design.start), Search(generations=60))
     problem.first  # noqa: B018
@@ -239,7 +240,7 @@ def test_kinks_of_a_limit_do_not_lose_the_search(method, near):
     peak = np.maximum(abs(np.sin(9 * x)), 1.2 - x) + 0.3 * (1 - y) ** 2
     scan = (x + 0.4 * y)[(peak <= 0.8) & (x > 0.8)].min()  # the valley of the start
     assert problem.rank(problem.best)[0] == 0
-    assert problem.best.numbers["mass"] <= scan + near
+    assert problem.best.numbers["mass"] <= scan + 1e-3
     assert ending.converged or method == "trust-constr"
 
 
