@@ -84,16 +84,16 @@ class CycleCurves:
         """Draw other curves through the same positions, by which it is judged how certain these are.
 
         They are curves of the same kinds through every second position, once the even ones and once the odd ones. Of an
-        odd number of positions they are curves of the other kind through all. They stand along a second axis of the
-        values, ``(positions, 2 or 1, ...)``.
+        odd number of positions, which has no halves, the curves give values at one more. They stand along a second axis
+        of the values, ``(positions, 2, ...)``.
         """
         values = self.values[:: self.per_position]
+        if len(values) % 2 and self.corners is not None:
+            values = self.at(np.arange(len(values) + 1) * len(values) / (len(values) + 1))
         even, odd = np.arange(0, len(values), 2), np.arange(1, len(values), 2)
         if self.corners is None:
             odd = np.append(odd, odd[-1:])[: len(even)]  # of an odd number the last is there twice
             return self.of_positions(values[np.stack([even, odd], axis=1)])
-        if len(values) % 2:
-            return self._of_kinds(values[:, None], ~self.corners[None], self.of_harmonics)
         halves = values[np.stack([even, odd], axis=1)]
         return self._of_kinds(halves, np.stack([self.corners, self.corners]), self.of_harmonics)
 
@@ -309,7 +309,7 @@ def akima_over_cycle(at: Array, values: Array, period: float, neighbours: int) -
 def cornered(values: Array, of_harmonics: bool = True, largest: float | None = None) -> Array:
     """Say which curves, ``(curves,)``, Akima's interpolant foretells better at positions left out.
 
-    Of an odd number of positions, where not every second one can be left out, they are all.
+    Of an odd number of positions, where not every second one can be left out, the other kind gives values at one more.
 
     Parameters
     ----------
@@ -321,7 +321,7 @@ def cornered(values: Array, of_harmonics: bool = True, largest: float | None = N
         Largest norm over the positions, where these are some of more curves; else it is theirs.
     """
     if len(values) % 2:
-        return np.ones(values.shape[1], dtype=bool)
+        values = _at_one_more(values, of_harmonics)
     smooth = _missed(_of_harmonics if of_harmonics else lambda half, times: _by_splines(half, times)[0], values)
     if largest is None:
         largest = np.linalg.norm(values, axis=0).max(initial=0.0)
@@ -331,6 +331,14 @@ def cornered(values: Array, of_harmonics: bool = True, largest: float | None = N
     if found.any():
         found[found] = _missed(lambda half, times: _by_akima(half, times)[0], values[:, found]) < smooth[found]
     return found
+
+
+def _at_one_more(values: Array, of_harmonics: bool) -> Array:
+    """Give values of the harmonics, or of a spline, at one more even place than there are, ``(places, curves)``."""
+    count = len(values)
+    if of_harmonics:
+        return np.asarray(np.fft.irfft(np.fft.rfft(values, axis=0), count + 1, axis=0) * ((count + 1) / count))
+    return CycleCurves(values, _spline_slopes(values)).at(np.arange(count + 1) * count / (count + 1))
 
 
 def _fading(values: Array) -> Array:

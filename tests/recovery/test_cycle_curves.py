@@ -120,8 +120,8 @@ def test_halves_are_curves_through_every_second_position():
     assert of_positions.values.T.tolist() == [[0, 2, 4, 6], [1, 3, 5, 5]]
     assert not of_positions.slopes.any()
     other = CycleCurves.through(np.cos(EIGHT[:7] * 8 / 7)[:, None]).others()  # an odd number
-    assert other.corners.tolist() == [[False]]
-    assert other.values.shape == (364, 1, 1)
+    assert other.corners.tolist() == [[False]] * 2
+    assert other.values.shape == (360, 2, 1)  # halves of eight values
 
 
 @pytest.mark.parametrize("count", [3, 4, 5, 8, 90])
