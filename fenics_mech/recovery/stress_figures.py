@@ -18,6 +18,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.stress_life import StressLife
 
 HOUR = 3600.0  # seconds
+SWINGS = "stress_range", "stress_mean", "stress_ratio"
 NO_STRESS = 1e-9  # of the member's largest: rounding, as at a free end
 
 
@@ -45,17 +46,22 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     along = "member", "s", "fibre"
     if part is not None:
         curves = curves_over_cycle(scene, stress[part], "stress")
-        largest, least = curves.highest()[1], curves.lowest()[1]
-        found["stress_range"], found["stress_mean"] = (along, largest - least), (along, (largest + least) / 2)
-        size = np.maximum(np.abs(largest), np.abs(least))
-        stressed = size > NO_STRESS * size.max(axis=(1, 2), keepdims=True)
-        found["stress_ratio"] = (along, least / np.where(stressed & (largest != 0), largest, np.nan))
+        swings = _swings(curves.highest()[1], curves.lowest()[1])
+        found = {name: (along, values) for name, values in zip(SWINGS, swings)}
     fibres = [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
     plus, minus = (stress[..., fibres.index(fibre)] for fibre in "+-")
     shares = _used(scene, plus, minus, part)
     if np.isfinite(shares).any():
         found["utilisation"] = (("member",), shares)
     return xr.Dataset(found)
+
+
+def _swings(largest: Array, least: Array) -> tuple[Array, Array, Array]:
+    """Give range, mean and ratio of stresses from the largest and the least (Pa), ``(..., stations, fibres)`` each."""
+    size = np.maximum(np.abs(largest), np.abs(least))
+    stressed = size > NO_STRESS * size.max(axis=(-2, -1), keepdims=True)
+    ratio = least / np.where(stressed & (largest != 0), largest, np.nan)
+    return largest - least, (largest + least) / 2, ratio
 
 
 def _used(scene: Scene, plus: Array, minus: Array, part: slice | None) -> Array:
@@ -92,8 +98,9 @@ def fatigue(result: Result) -> xr.Dataset:
     -------
     xarray.Dataset
         `damage` of one cycle of the machine, or of the motion in time, by member, s and fibre: at 1 it breaks. Of inner
-        plies and parts it counts for the nearer outer fibre. By member `life_cycles` and `life_hours` of its worst
-        place, infinite where nothing is damaged.
+        plies and parts it counts for the nearer outer fibre. Of a motion that repeats also `stress_range`,
+        `stress_mean` and `stress_ratio` of the material that has this damage. By member `life_cycles` and `life_hours`
+        of its worst place, infinite where nothing is damaged.
 
     Raises
     ------
@@ -119,37 +126,49 @@ def fatigue(result: Result) -> xr.Dataset:
     part = last_cycle(scene.analysis, scene.drives, result.data)
     stress = result.data["stress"].transpose("member", "s", "fibre", "theta")
     stress = stress if part is None else stress.isel(theta=part)
-    damage = _damages(scene, stress, part is not None)
+    of_worst = _damages(scene, stress, part is not None)
     duration = scene.period if part is not None else float(np.ptp(result.data["time"].to_numpy()))
-    found = stress.isel(theta=0, drop=True).copy(data=damage).to_dataset(name="damage")
+    any_time = stress.isel(theta=0, drop=True)
+    found = xr.Dataset({name: any_time.copy(data=values) for name, values in of_worst.items()})
     worst = found["damage"].max(("s", "fibre"))
     found["life_cycles"] = xr.where(worst > 0, 1 / worst.where(worst > 0), np.inf).where(worst.notnull())
     found["life_hours"] = found["life_cycles"] * duration / HOUR
-    for name, (unit, meaning) in MEANINGS.items():
+    for name in found:
+        unit, meaning = MEANINGS[str(name)]
         found[name].attrs = {"units": unit, "long_name": meaning}
     return found
 
 
-def _damages(scene: Scene, stress: xr.DataArray, repeats: bool) -> Array:
+def _damages(scene: Scene, stress: xr.DataArray, repeats: bool) -> dict[str, Array]:
     """Give the damage on both sides of the sections, ``(members, stations, fibres)``: that of the worst material there.
 
-    `stress` is that of the outer fibres over member, s, fibre and theta.
+    Where the motion repeats, the swings of the stress in that material are beside it. `stress` is that of the outer
+    fibres over member, s, fibre and theta.
     """
     waves, fibres = np.moveaxis(stress.to_numpy(), -1, 0), [str(fibre) for fibre in stress["fibre"].to_numpy()]
-    damage = np.full(stress.shape[:3], np.nan)
+    names = ("damage", *(SWINGS if repeats else ()))
+    worst = np.full((len(names), *stress.shape[:3]), np.nan)
     for i, faces in enumerate(faces_by_member(scene).values()):
         for face in faces:
             if (curve := scene.materials[face.material].fatigue) is None:
                 continue
             wave = face.stress(*(waves[:, i, :, fibres.index(fibre)] for fibre in "+-"))
+            swings: list[Array] = []
             if repeats:  # else the end does not go on at the start
-                wave = curves_over_cycle(scene, wave, "stress").turning()
-            at = i, slice(None), fibres.index(face.side)
-            damage[at] = np.fmax(damage[at], [_damage(one, curve, repeats) for one in wave.T])
-    return damage
+                curves = curves_over_cycle(scene, wave, "stress")
+                wave, ends = curves.turning(), (curves.highest()[1], curves.lowest()[1])
+                swings = [part[:, 0] for part in _swings(*(end[:, None] for end in ends))]
+            damage = np.array([_damage(one, curve, repeats) for one in wave.T])
+            here = worst[:, i, :, fibres.index(face.side)]
+            worse = ~(here[0] >= damage)
+            here[:, worse] = np.stack([damage, *swings])[:, worse]
+    return dict(zip(names, worst))
 
 
 MEANINGS = {
+    "stress_range": ("Pa", "stress range over the cycle, of the material with the largest damage on this side"),
+    "stress_mean": ("Pa", "half of its largest and its least stress over the cycle"),
+    "stress_ratio": ("1", "its least over its largest stress in the cycle"),
     "damage": ("1", "damage of one cycle of the machine, or of the motion in time; at 1 the place breaks"),
     "life_cycles": ("1", "cycles of the machine until the worst place of the member breaks"),
     "life_hours": ("h", "time until the worst place of the member breaks"),

@@ -14,7 +14,7 @@ from fenics_mech._files import write_whole
 from fenics_mech.recovery import Result
 from fenics_mech.views.tables import number, table_of
 
-MEANING = "range, mean and ratio (least over largest stress) at the place of the largest damage"
+MEANING = "range, mean and ratio (least over largest stress) of the material and place of the largest damage"
 
 
 def fatigue_table(result: Result, found: xr.Dataset) -> Group:
@@ -27,7 +27,7 @@ def fatigue_table(result: Result, found: xr.Dataset) -> Group:
     found
         From `recovery.stress_figures.fatigue`.
     """
-    units, cycle = result.scene.answer_units, "stress_range" in result.data
+    units, cycle = result.scene.answer_units, "stress_range" in found
     unit = units.label("stress")
     stresses = [f"range\n({unit})", f"mean\n({unit})", "ratio"] if cycle else []
     table = table_of(
@@ -41,9 +41,7 @@ def fatigue_table(result: Result, found: xr.Dataset) -> Group:
         fibre = str(found["fibre"].to_numpy()[f])
         cells = [f"{float(found['s'][j]):.3g}, {fibre}".replace("-", "\N{MINUS SIGN}")]
         if cycle:
-            place = (
-                result.data[["stress_range", "stress_mean", "stress_ratio"]].sel(member=member, fibre=fibre).isel(s=j)
-            )
+            place = found.sel(member=member, fibre=fibre).isel(s=j)
             cells += [number(units.number(float(place[f"stress_{name}"]), "stress")) for name in ("range", "mean")]
             cells += [f"{float(place['stress_ratio']):.2f}"]
         lasts = [float(found[name].sel(member=member)) for name in ("life_cycles", "life_hours")]

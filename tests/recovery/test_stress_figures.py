@@ -13,6 +13,7 @@ from fenics_mech.errors import percent
 from fenics_mech.recovery.peaks import peak_of
 from fenics_mech.recovery.stress_figures import stress_cycles
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.views.fatigue_table import fatigue_table
 from fenics_mech.views.summary import summary
 from tests.common import analysed, response_of
 from tests.recovery.test_momentum import arm
@@ -137,8 +138,12 @@ def test_the_stress_of_inner_materials_counts(shape):
     skins, inside = (modulus * moment / stiffness * y for modulus, y in ((70e9, 4e-3), (207e9, 3e-3)))
     assert float(result.data["stress"].max()) == pytest.approx(skins, rel=2e-3)  # with the weight along the arm
     assert float(result.data["utilisation"][0]) == pytest.approx(inside / 20e6, rel=2e-3)
-    damage = fatigue(result)["damage"].sel(s=0.0)
-    assert damage.to_numpy() == pytest.approx((2 * inside / 40e6) ** 5 / 2e6, rel=0.02)
+    found = fatigue(result)
+    assert found["damage"].sel(s=0.0).to_numpy() == pytest.approx((2 * inside / 40e6) ** 5 / 2e6, rel=0.02)
+    assert found["stress_range"].sel(s=0.0).to_numpy() == pytest.approx(2 * inside, rel=2e-3)
+    assert np.abs(found["stress_mean"].sel(s=0.0)).max() < 5e-3 * inside
+    table = fatigue_table(result, found).renderables[1]
+    assert float(next(iter(table.columns[2].cells))) == pytest.approx(2 * inside / 1e6, rel=2e-3)
     weak = scene.changed({"materials.core.strength": 0.9 * inside, "drive.speed": 0.01})
     (warning,) = [text for text in fm.analyse(weak).warnings if "strength" in text]
     assert "the strength of core" in warning
