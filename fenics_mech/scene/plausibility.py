@@ -1,4 +1,4 @@
-"""Numbers of a scene that can be computed with and are hardly meant: a wrong unit, or a decimal point in a wrong place.
+"""What a scene states and hardly means: a wrong unit, a decimal point in a wrong place, an option that changes nothing.
 
 Each check compares one kind of number with what machines have, and says what is likely meant; it refuses nothing. The
 limits are wide: what lies beyond them is off by a factor that units explain.
@@ -21,6 +21,7 @@ from fenics_mech.scene.sections import CustomSection, Rigidity, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
 Unit = tuple[str, float]
+STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
 
 
 def implausible(scene: Scene) -> tuple[str, ...]:
@@ -37,9 +38,7 @@ def implausible(scene: Scene) -> tuple[str, ...]:
         One sentence for each: the place in the scene, the value in SI, and what is likely meant.
     """
     found: dict[str, str] = {}  # the first about each place
-    if not scene.members():  # beside which numbers are looked at
-        return ()
-    for checks in (ALONE, *IN_TURN):
+    for checks in (ALONE, *IN_TURN) if scene.members() else ((_unused,),):  # beside members numbers are looked at
         before = len(found)
         with np.errstate(all="ignore"):  # what overflows is beyond any limit
             for place, what in (finding for check in checks for finding in check(scene)):
@@ -368,5 +367,13 @@ def _numerics(scene: Scene) -> Found:
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
 
 
-ALONE = (_angles, _pulses, _damping, _numerics)
+def _unused(scene: Scene) -> Found:
+    if scene.analysis.tension == "settled" and STIFFENING not in scene.named_effects:
+        yield (
+            "analysis.tension",
+            f"'settled' changes nothing without the effect {STIFFENING!r}, which effects has to name",
+        )
+
+
+ALONE = (_angles, _pulses, _damping, _numerics, _unused)
 IN_TURN = ((_materials, _proportions), (_sections,), (_masses, _motion, _loads))  # each needs what is before it
