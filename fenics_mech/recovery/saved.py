@@ -7,8 +7,9 @@ import io
 import logging
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
+import numpy as np
 import xarray as xr
 
 from fenics_mech._files import read_bounded, reason_of, write_whole
@@ -53,6 +54,7 @@ class Saved:
 
         It is NetCDF 3, which takes a twentieth of the time of NetCDF 4, unless a variable is too large for that, or has
         no values, or something is stated that only the other has, such as a list of texts or an integer beyond 32 bits.
+        Neither knows true and false, which become 1 and 0, nor arrays of texts, which become lists.
         The file is made in memory, because HDF5 ends the process when a disk is full. Readers of NetCDF pass
         over the seal.
 
@@ -72,7 +74,7 @@ class Saved:
             When the file cannot be written, or NetCDF has no form for an attribute.
         """
         try:
-            content = _as_netcdf(self.data)
+            content = _as_netcdf(_stated_plainly(self.data))
         except UNWRITABLE as error:
             raise ResultError(
                 f"{path}: NetCDF has no form for {_unwritable(self.data)} of this {self.KIND}: {error}. "
@@ -116,6 +118,21 @@ class Saved:
         if not set(cls.NEEDED) <= set(loaded.attrs):
             raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
         return cls(loaded)
+
+
+def _stated_plainly(data: xr.Dataset) -> xr.Dataset:
+    """Give a dataset whose attributes, and those of its variables, are of kinds that NetCDF has a form for."""
+
+    def plain(value: Any) -> Any:
+        if isinstance(value, bool | np.bool_):
+            return np.int8(value)
+        return value.tolist() if isinstance(value, np.ndarray) and value.dtype.kind == "U" else value
+
+    data = data.copy()
+    parts: list[xr.Dataset | xr.Variable] = [data, *data.variables.values()]
+    for part in parts:
+        part.attrs = {name: plain(value) for name, value in part.attrs.items()}
+    return data
 
 
 def _as_netcdf(data: xr.Dataset) -> bytes:

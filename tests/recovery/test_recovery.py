@@ -206,6 +206,25 @@ def test_what_netcdf_3_lacks_is_saved_and_read_back(stated, values, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("stated", "read"),
+    [
+        (np.bool_(True), 1),
+        (False, 0),
+        (np.array([True, False]), [1, 0]),
+        (np.array(["hot", "\u00e4"]), ["hot", "\u00e4"]),
+    ],
+)
+def test_truths_and_arrays_of_texts_are_saved_as_what_netcdf_has(stated, read, tmp_path):
+    given = {"a": ("x", np.arange(3.0), {"of_variable": stated})}
+    data = xr.Dataset(given, attrs={"fenics_mech": "1", "scene": "{}", "of_all": stated})
+    loaded = Result.load(Result(data).save(tmp_path / "result.nc")).data
+    for found in (loaded.attrs["of_all"], loaded["a"].attrs["of_variable"]):
+        assert np.array_equal(found, read)
+    assert data.attrs["of_all"] is stated
+    assert data["a"].attrs["of_variable"] is stated
+
+
+@pytest.mark.parametrize(
     ("stated", "named"),
     [({"note": {"a": 1}}, "attribute 'note'"), ({"mixed": ["a", 1]}, "attribute 'mixed'"), ({}, "variable 'b'")],
 )
