@@ -25,7 +25,7 @@ from fenics_mech._files import write_whole
 from fenics_mech._petsc import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
-from fenics_mech.errors import MechanismError, ResultError, SceneError
+from fenics_mech.errors import MechanismError, ResultError, SceneError, UnresolvedError
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
@@ -170,7 +170,8 @@ def run_sweep(
         the error `sweep_points.LOST`, and the next sweep tries it again.
     estimates
         Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
-        are then analysed again with estimates, and the sweep says of all others that there are none. "auto" takes
+        are then analysed again with estimates, and the sweep says of all others that there are none. Of points that are
+        too coarse the answer is kept then, with the text `too_coarse`; with "all" they fail. "auto" takes
         "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
@@ -356,7 +357,9 @@ class _SweepRun:
     def finish(self, values: Sequence[Sequence[float]], estimated: Sequence[Point], quick: _SweepRun) -> Sweep:
         """Put the points together and write them: those that are not estimated are of a sweep without estimates."""
         its_own = set(estimated)
-        records = [(self if point in its_own else quick).records([point])[0] for point in grid(values)]
+        records = [
+            self.beside(quick, point) if point in its_own else quick.records([point])[0] for point in grid(values)
+        ]
         found = Sweep(self.dataset(values, records))
         found.save(self.folder / "sweep.nc")
         for motion in self.points.glob("*.npz"):
@@ -366,6 +369,16 @@ class _SweepRun:
         lines += [",".join(map(str, (*at, record["seconds"], record["error"]))) for at, record in zip(places, records)]
         write_whole(self.folder / "timings.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
         return found
+
+    def beside(self, quick: _SweepRun, point: Point) -> Record:
+        """Give what is kept of a point with estimates. Where these are too large, its answer is kept and it is said.
+
+        Else a sweep would lack its peaks, and keep as coarse points beside them.
+        """
+        (found,) = self.records([point])
+        if quick is self or found["error"] != UnresolvedError.__name__:
+            return found
+        return quick.records([point])[0] | {"not_estimated": "", "too_coarse": found["message"]}
 
     def dataset(self, values: Sequence[Sequence[float]], records: Sequence[Record]) -> xr.Dataset:
         """Label the points' numbers."""

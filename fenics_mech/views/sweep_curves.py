@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
 
 def settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = False) -> None:
-    """Set titles, labels and limits, and mark on the lower edge the points that failed."""
+    """Set titles, labels and limits, and mark on the lower edge the points that failed or are too coarse."""
     x = along(sweep)
-    failed = x[sweep.data["error"].to_numpy() != ""]
     if axes.get_ylim()[0] < 0:
         axes.set_ylim(bottom=0)
-    if len(failed):
-        look: dict[str, Any] = {"linestyle": "none", "marker": "x", "markersize": 5, "color": "#777777"}
-        floor = axes.get_xaxis_transform()
-        axes.plot(failed, 0 * failed, transform=floor, clip_on=False, label="failed", **look)
+    for name, label, marker in (("error", "failed", "x"), ("too_coarse", "too coarse", "+")):
+        if name in sweep.data and len(there := x[sweep.data[name].to_numpy() != ""]):
+            look: dict[str, Any] = {"linestyle": "none", "marker": marker, "markersize": 5, "color": "#777777"}
+            floor = axes.get_xaxis_transform()
+            axes.plot(there, 0 * there, transform=floor, clip_on=False, label=label, **look)
     axes.set_xlim(x.min(), x.max())
     if last:
         axes.set_xlabel(named(sweep.data, sweep.paths[0]))

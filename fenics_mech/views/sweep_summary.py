@@ -61,7 +61,7 @@ def sweep_summary(sweep: Sweep) -> Group:
         text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY that acts: {at}."
         more = "`fenics-mech run` at one of them says by how much its strains are wrong."
         parts.append(Text(f"{text} {more}", style="bold red"))
-    parts += _with_care(data, paths)
+    parts += [*_with_care(data, paths), *_too_coarse(data, paths)]
     if changing := _changing_effects(data, paths):
         parts.append(Text(changing))
     errors, messages, missing, warned = (
@@ -106,6 +106,17 @@ def _with_care(data: xr.Dataset, paths: list[str]) -> list[Text]:
     at = _where(data, paths, np.argwhere(careful))
     text = f"Linear theory leaves out up to {share(most)} of the strain or deflection at {at}: use these with care."
     return [Text(text, style="yellow")]
+
+
+def _too_coarse(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Say which points have an answer and too large numerical errors."""
+    if "too_coarse" not in data:  # of version 0.2
+        return []
+    said = data["too_coarse"].transpose(*paths).to_numpy().astype(str)
+    if not len(places := np.argwhere(said != "")):
+        return []
+    text = f"{len(places)} of {said.size} points are TOO COARSE: {_where(data, paths, places)}. The first is refused as"
+    return [Text(f"{text}: {said[tuple(places[0])]}", style="bold red")]
 
 
 def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:

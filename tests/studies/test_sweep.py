@@ -269,6 +269,21 @@ def test_points_without_estimates_are_told(arm, tmp_path):
     assert (off["not_estimated"] == NO_ESTIMATE).all()
 
 
+def test_points_that_are_too_coarse_leave_no_gaps_beside_others_that_are_not_judged(arm, tmp_path):
+    rough = arm.changed(analysis__sub_intervals=12)  # twice the error that is let pass, of all points
+    whole = swept(rough, tmp_path / "all", SHORT, estimates="all").data
+    refused = np.flatnonzero(whole["error"] == "UnresolvedError")
+    sweep = swept(rough, tmp_path / "peaks", SHORT, estimates="peaks")
+    coarse = np.flatnonzero(sweep.data["too_coarse"] != "")
+    assert len(coarse)
+    assert set(coarse) < set(refused)
+    assert (sweep.data["error"] == "").all()
+    assert np.isfinite(sweep.data["peak_strain"]).all()
+    assert (sweep.data["too_coarse"][coarse] == whole["message"][coarse]).all()
+    said = [str(part) for part in sweep_summary(sweep).renderables]
+    assert any(f"{len(coarse)} of 8 points are TOO COARSE: drive.period = " in part for part in said)
+
+
 def test_many_points_are_estimated_at_peaks_unless_it_is_asked_for_otherwise(arm, tmp_path, monkeypatch):
     def unknown(name, **asked):
         return int((swept(arm, tmp_path / name, SHORT, **asked).data["not_estimated"] == NO_ESTIMATE).sum())
