@@ -304,8 +304,8 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
 
     def predict(unit: Array) -> Array:
         if not np.isfinite(unit).all():
-            found = "the search finds no next trial: no variable moves the data, or their numbers are out of all range"
-            raise SceneError(found, place="identify", hint="Measure what the variables change, in SI")
+            found = "the search finds no next trial: the numbers of the data are out of all range"
+            raise SceneError(found, place="identify", hint="Give them in SI")
         trials = [explorer.run([unit])[0] for explorer in explorers]
         if any(trial.failed for trial in trials):
             return np.full(len(measured.values), far)
@@ -314,7 +314,12 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
     def slopes(unit: Array) -> Array:
         found = [explorer.derivatives(unit) for explorer in explorers]
         rows = [one[name] for group, one in zip(groups, found) for part in group for name in part.of.names]
-        return np.nan_to_num(rows)  # what is not known is not told
+        known = np.nan_to_num(rows)  # what is not known is not told
+        if not known.any():
+            names = ", ".join(variable.name for variable in explorers[0].trials.design.variables)
+            message = f"no variable moves the data: none of their numbers changes with {names}"
+            raise SceneError(message, place="identify", hint="Measure what the variables change")
+        return known
 
     return fit(predict, slopes, measured, start, 1e-8)
 

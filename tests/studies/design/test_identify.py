@@ -1,5 +1,6 @@
 """Least squares against closed forms, their intervals against repeated measurements, and identified scenes."""
 
+import warnings
 from functools import partial
 
 import numpy as np
@@ -287,5 +288,7 @@ def test_a_number_that_no_variable_moves_is_said():
     damping = {"numbers": ["damping.ratio"], "between": [0.002, 0.1]}
     scene = fm.load("demos/four_bar.toml").changed(study={"variables": {"damping": damping}}, effects=())
     scene = scene.changed({"analysis.solver": "collocation", "analysis.sub_intervals": 24})
-    with pytest.raises(SceneError, match="no variable moves the data"):
-        fm.identify(scene, [fm.Observation.number("mass", 43.7, 1.0)])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # as SciPy's search warns that it divides by 0
+        with pytest.raises(SceneError, match="none of their numbers changes with damping"):
+            fm.identify(scene, [fm.Observation.number("mass", 43.7, 1.0)])
