@@ -7,12 +7,13 @@ limits are wide: what lies beyond them is off by a factor that units explain.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from fenics_mech._constants import TURN
-from fenics_mech.scene.applied_loads import FactorTable, LineLoad, Pulse
+from fenics_mech.scene.applied_loads import FactorExpression, FactorTable, LineLoad, Pulse
 from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.models import Scene
@@ -250,6 +251,15 @@ def _pulses(scene: Scene) -> Found:
             yield f"loads.{name}.factor.end", what
 
 
+def _waves(scene: Scene) -> Found:
+    """Look for waves that do not go into the cycle a whole number of times, as theta begins anew in every cycle."""
+    for name, load in scene.loads.items():
+        wave = load.factor
+        if isinstance(wave, FactorExpression) and wave.jumps and re.search(r"\b(sin|cos)\b", wave.formula):
+            what = f"the formula {wave.formula!r} does not end as it began, so that the load jumps in every cycle"
+            yield f"loads.{name}.factor.formula", f"{what}: theta goes from 0 to 2 pi, and then from 0 again"
+
+
 def _motion(scene: Scene) -> Found:
     """Estimate speeds, and strains by the inertia of a motion whose links go as fast as those that are driven."""
     if scene.analysis.method == "static":  # held at one position
@@ -375,5 +385,5 @@ def _unused(scene: Scene) -> Found:
         )
 
 
-ALONE = (_angles, _pulses, _damping, _numerics, _unused)
+ALONE = (_angles, _pulses, _waves, _damping, _numerics, _unused)
 IN_TURN = ((_materials, _proportions), (_sections,), (_masses, _motion, _loads))  # each needs what is before it

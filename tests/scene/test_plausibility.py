@@ -74,6 +74,11 @@ MISTAKES = {  # the place of the only warning, and what it says
     ),
     "pulse in degrees": (press(kind="pulse", start="1 deg", end=160), "loads.press.factor.end", '"160 deg" is likely'),
     "pulse of two cycles": (press(kind="pulse", start=0, end="700 deg"), "press.factor.end", "340 deg of the cycle"),
+    "wave of half a cycle": (
+        press(kind="expression", formula="cos(1.5*theta)"),
+        "loads.press.factor.formula",
+        "jumps in every cycle",
+    ),
     "impulse in degrees": ({"impulses.i": {"at": "B", "angle": 90}}, "impulses.i.angle", '"90 deg" is likely'),
     "load in kN": ({"loads.p": {"at": "coupler@0.5", "force": [0, 5e3]}}, "loads.p.force", "strains it by about 0.45"),
     "free length in mm": (
@@ -120,6 +125,8 @@ def test_laws_in_degrees_or_milliseconds():
     [
         press(kind="pulse", start="350 deg", end="10 deg"),  # across drive angle 0
         press(kind="pulse", start="350 deg", end="370 deg"),
+        press(kind="expression", formula="1 + cos(2*theta)"),
+        press(kind="expression", formula="theta"),  # a ramp
         {"links.coupler.angle": "-290 deg"},
         {"drive.speed": "1000 rpm"},
         {"damping.ratio": "15 %"},
