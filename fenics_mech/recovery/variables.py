@@ -104,7 +104,10 @@ ATTRIBUTES = {
     "rotation": ("rad", "largest rotation of the member's axis from its rigid position"),
     "multiplier": ("1", "Floquet multiplier: factor on a small disturbance in a cycle, largest magnitude first"),
     "growth_rate": ("1/s", "rate at which the disturbance grows; it decays where negative"),
-    "multiplier_frequency": ("Hz", "frequency of the disturbance in the axes of its link, multiplier_link"),
+    "multiplier_frequency": (
+        "Hz",
+        "frequency of the disturbance in the axes of its link; NaN where only rounding is left of it",
+    ),
     "multiplier_link": ("1", "link that has the largest part of the disturbance, by mass"),
     "multiplier_mode": ("1", "mode that has the largest part of the disturbance"),
     "largest_strain": ("1", "largest strain of the member, at stations and where it may have a peak between them"),

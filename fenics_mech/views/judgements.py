@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, cast
@@ -316,6 +317,8 @@ def stability(result: Result) -> Judgement | None:
         float(data[name][0]) for name in ("growth_rate", "multiplier_frequency", "multiplier_mode")
     )
     where = f"{frequency:.4g} Hz in the axes of link {data['multiplier_link'][0].item()}, mode {mode:.0f}"
+    if math.isnan(frequency):
+        where = "no more than rounding: its frequency is not known"
     text = (
         f"Of a small disturbance {percent(size, 3)} is left after one cycle ({where}; rate {short(rate)} 1/s). "
         f"Disturbances faster than {limit} are not judged."

@@ -36,6 +36,18 @@ def exact():
     return np.exp((-zeta + 1j * np.sqrt(1 - zeta**2)) * omega * PERIOD)
 
 
+def test_no_frequency_is_told_of_what_is_rounding():
+    """Over the cycle 20 rad/s with a ratio of 0.05 is damped by 500, and 300 rad/s with one of 0.9 to nothing."""
+    tableau, omega, zeta = Tableau.of("gauss", 3), np.array([20.0, 300.0]), np.array([0.05, 0.9])
+    matrices = oscillators(places(tableau.points, 400), omega, 2 * zeta * omega)
+    found = floquet(Flow(matrices, tableau, PERIOD / 400), matrices, axes_of(matrices, 400), modes_of(omega))
+    lost = np.abs(found.multipliers) < 1e-14
+    assert lost.tolist() == [False, False, True, True]
+    assert np.isnan(found.frequency).tolist() == lost.tolist()
+    assert found.frequency[0] == pytest.approx(20 * np.sqrt(1 - 0.05**2) / (2 * np.pi), rel=1e-3)
+    assert not found.vibrates[2:].any()
+
+
 def errors(scheme, count, stages=3):
     found = damped(scheme, count, stages).multipliers[::2]
     return np.minimum(np.abs(found - exact()), np.abs(found.conj() - exact()))
@@ -344,7 +356,7 @@ def test_few_slow_disturbances_are_all_where_others_are_hardly_left(left, all_th
     slow, fast = [0.5, -0.4, 0.3], np.linspace(1, 0.1, 117) ** 2
     flow = RoundedFlow(np.concatenate([slow, 0.9 * fast]), 1e-15)
     radau = RoundedFlow(np.concatenate([slow, left * fast]), 1e-15)
-    (values, _), every = next(eigenpairs(flow, radau, options))
+    (values, _), every, _ = next(eigenpairs(flow, radau, options))
     assert every == all_that_count
     for multiplier in slow:
         assert np.abs(values - multiplier).min() < 1e-9

@@ -57,7 +57,8 @@ class Stability:
         Factor of each disturbance in a cycle, ``(multipliers,)``.
     frequency
         Its frequency (Hz) in the axes of the link that has the largest part of it: the angle of the multiplier, with
-        the whole turns of the disturbance in a cycle there. In fixed axes it is more or less by that link's speed.
+        the whole turns of the disturbance in a cycle there. In fixed axes it is more or less by that link's speed. NaN
+        where damping leaves no more of the disturbance than rounding does.
     link
         Name of that link.
     mode
@@ -167,7 +168,8 @@ def floquet(
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
     followed = 0 < flow.matrices.growth < limit
     slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
-    for (values, states), every in eigenpairs(flow, slow, options or {}):
+    for (values, states), every, rounding in eigenpairs(flow, slow, options or {}):
+        least = rounding
         judged, enough = _judged(flow, values, states, start, limit * flow.mean_step)
         if followed and damped is not None:
             bounded = np.abs(values[judged]) <= 1 + STABILITY.tolerance
@@ -180,10 +182,11 @@ def floquet(
     period = float(np.sum(flow.duration))
     mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.mean_step, modes)
     turned, link, vibrates = turns(axes, flow, values, states)
-    frequency = np.abs(turned) / period
+    known = np.abs(values) > least
+    frequency = np.where(known, np.abs(turned) / period, np.nan)
     names = tuple(axes.names[i] for i in link)
     needed = 0 if followed or not diverging else math.ceil(1.05 * len(flow.duration) * flow.matrices.growth / limit)
-    return Stability(values, frequency, names, mode, share, vibrates, period, limit / (2 * np.pi), needed)
+    return Stability(values, frequency, names, mode, share, vibrates & known, period, limit / (2 * np.pi), needed)
 
 
 def _judged(flow: Flow, values: Complex, states: Complex, start: Matrices, limit: float) -> tuple[Index, bool]:

@@ -46,8 +46,8 @@ class MultiplierLimits:
 MULTIPLIERS = MultiplierLimits()
 
 
-def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Eigenpairs, bool]]:
-    """Give multipliers, more with each try, and whether they are all that count.
+def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Eigenpairs, bool, float]]:
+    """Give multipliers, more with each try, whether they are all that count, and the size of what is rounding.
 
     Parameters
     ----------
@@ -69,14 +69,15 @@ def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> I
     while damped is not None and states > MULTIPLIERS.few_states and 4 * wanted <= min(states, MULTIPLIERS.most_states):
         last = min(16 * wanted, states) > MULTIPLIERS.most_states
         slow, whole = _slow(flow, damped, wanted, options)
-        yield slow, last or whole
+        yield slow, last or whole, 0.0  # those that are lost are not among them
         wanted *= 4
     unit = np.tile(flow.unit, 2)
     monodromy = flow.monodromy * unit[:, None] / unit
+    rounding = float(np.finfo(float).eps * np.linalg.norm(monodromy, 2))
     matrix = PETSc.Mat().createDense(monodromy.shape, array=monodromy, comm=PETSc.COMM_SELF)
     matrix.setUp()
     values, found = _solved(matrix, {"eps_type": "lapack"}, options)
-    yield (values, found / unit), True
+    yield (values, found / unit), True, rounding
 
 
 def _slow(flow: Flow, damped: Flow, wanted: int, options: Mapping[str, Any]) -> tuple[Eigenpairs, bool]:
