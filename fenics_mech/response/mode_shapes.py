@@ -22,6 +22,7 @@ class ShapeLimits:
     more_shapes: int = 8  # beside those wanted
     most: float = 0.5  # of the coordinates, as shapes: with more of them all modes are found, which is as fast
     most_iterations: int = 60  # of a subspace, before modes count as not found
+    rounding: float = 1e-13  # of the largest energy of a shape, up to which another's is lost to rounding
     converged: float = 1e-4  # change of 1/omega^2 of the fastest mode in an iteration: for the slow ones it is 1e-10
 
 
@@ -70,13 +71,17 @@ def slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Ar
     -------
     tuple
         ``1/omega^2`` of so many modes, ``(angles, count)``, and all shapes of unit stiffness and their momenta,
-        ``(angles, shapes, coordinates)``.
+        ``(angles, shapes, coordinates)``; without those that are lost to rounding.
+
+    Raises
+    ------
+    SolverError
+        When rounding leaves fewer shapes than the modes to be found.
     """
     moved, squares = mass.times(np.broadcast_to(start, (len(mass), *start.shape))), np.zeros((len(mass), count))
     for _ in range(SHAPES.most_iterations):
         shapes = stiffness.solve(moved)
-        lower = np.linalg.cholesky(shapes @ moved.transpose(0, 2, 1))  # whose elastic forces are those momenta
-        shapes = np.linalg.inv(lower) @ shapes
+        shapes = _of_unit_stiffness(shapes, moved, count)
         moved, before = mass.times(shapes), squares
         every, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
         squares, turn = every[:, : -count - 1 : -1], np.ascontiguousarray(turn[..., ::-1]).transpose(0, 2, 1)
@@ -84,6 +89,34 @@ def slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Ar
         if np.all(np.abs(squares - before) < SHAPES.converged * squares):
             break
     return squares, shapes, moved
+
+
+def _of_unit_stiffness(shapes: Array, moved: Array, count: int) -> Array:
+    """Combine shapes to orthogonal ones of unit stiffness, without those whose energy is rounding.
+
+    Parameters
+    ----------
+    shapes
+        The shapes at the angles, ``(angles, shapes, coordinates)``.
+    moved
+        The forces that displace the mechanism by them, of the same shape.
+    count
+        How many are needed.
+
+    Raises
+    ------
+    SolverError
+        When fewer are left.
+    """
+    energy, turn = np.linalg.eigh(shapes @ moved.transpose(0, 2, 1))  # ascending
+    lost = int(np.any(energy <= SHAPES.rounding * energy[:, -1:], axis=0).sum())
+    if energy.shape[1] - lost < count:
+        raise SolverError(
+            f"{count} modes are damped, and rounding leaves {energy.shape[1] - lost}: members far stiffer than others "
+            "take the digits. Take fewer elements in them, or reduction = 'craig-bampton'"
+        )
+    kept = turn[..., lost:] / np.sqrt(energy[:, None, lost:])
+    return np.asarray(kept.transpose(0, 2, 1) @ shapes)
 
 
 def every(mass: Stack, stiffness: Stack) -> tuple[Array, Array, Array]:
