@@ -12,9 +12,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.beams.distributions import Distribution, along_elements
+from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, offset_gyroscopic, offset_mass, rotary, shear
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from fenics_mech.beams.bent_axis import BentAxis
     from fenics_mech.beams.reduction import Reduction
 
+STRAINED: Index = np.array([3, 2, 5])  # u of the second node, and both rotations: what strains an element held at w
 Form = Callable[[Any, Any], Any]  # UFL form of a space and the coefficient of a property
 
 
@@ -158,6 +160,29 @@ class Beams:
     def element_stiffness(self) -> Array:
         """Matrix k of each element (7.2) in its member's axes, ``(elements, 6, 6)``."""
         return self.layout.of_elements(self._broken_stiffness)
+
+    def elastic_ends(self, nodal: Array) -> Array:
+        """Forces on the elements' ends in their members' axes, by what strains each element (7.2).
+
+        The matrix k times displacements loses digits where a stiff element moves far as a whole. Here its strain is
+        taken first, and its forces are in balance to the last digit.
+
+        Parameters
+        ----------
+        nodal
+            Displacements of the nodes in link axes (m, rad), ``(angles, nodal dofs)``.
+
+        Returns
+        -------
+        numpy.ndarray
+            Forces and moments (N, N m), ``(angles, elements, 6)``.
+        """
+        length, v = self.mesh.cell_length, in_member_axes(self.mesh, nodal)
+        chord = (v[..., 4] - v[..., 1]) / length
+        strained = np.stack([v[..., 3] - v[..., 0], v[..., 2] - chord, v[..., 5] - chord], axis=-1)
+        axial, first, last = np.moveaxis(each(self.element_stiffness[:, STRAINED[:, None], STRAINED], strained), -1, 0)
+        shear = (first + last) / length
+        return np.stack([-axial, shear, first, axial, -shear, last], axis=-1)
 
     @cached_property
     def element_mass(self) -> Array:

@@ -132,6 +132,10 @@ class ArcLength:
         linear = each(self._linear, y + self.material * y_rate)
         return each(self._back, self._strained(y, y_rate).force - linear)
 
+    def whole_force(self, v: Array, rate: Array) -> Array:
+        """Forces of stretch and bending with their linear parts, ``(angles, elements, n)``."""
+        return each(self._back, self._strained(self.own(v), self.own(rate)).force)
+
     def shortening(self, v: Array, stretch: Array) -> Array:
         """By how much each element's straight line is shorter than its stretched axis (m), ``(angles, elements)``."""
         return np.asarray(self.length * (stretch - 1) - np.sum(self.stretching.line * v[:, self.dofs], axis=-1))

@@ -35,7 +35,7 @@ def _by_stress(system: System, response: ElasticResponse) -> tuple[Array, Array]
     """Forces on the elements' ends by the links' stress, ``(angles, elements, 6)``, and v as of `balanced`."""
     beams, strained, v = system.beams, response.strained(system), system.to_links(response.displacement)
     if beams.reduction is None:
-        ends = each(beams.element_stiffness, in_member_axes(beams.mesh, strained))
+        ends = beams.elastic_ends(strained)
     else:
         ends, settled = response_of_reduced_members(beams, strained, without_elastic(system, response))
         v = v + settled - strained

@@ -101,9 +101,33 @@ def displacement_under(system: System, load: Array, lost: float = math.inf) -> A
         raise SolverError(
             f"no static answer at drive angle {angle:.6g} deg: nothing resists some motion of the links there"
         ) from error
+    rounded = losses(stiffness, answer, load)
     if lost < math.inf:
-        refuse_lost(system, answer, losses(stiffness, answer, load), lost)
+        refuse_lost(system, answer, rounded, lost)
+    if _refinable(system, rounded):
+        for _ in range(STATIC.refinements):
+            answer += stiffness.solve(load - _resistance(system, answer))
     return answer
+
+
+def _refinable(system: System, losses: Array) -> bool:
+    """Whether rounding takes enough of an answer to refine it by what it leaves over (Wilkinson, 1963)."""
+    return bool(system.beams.reduction is None and losses.max(initial=0.0) > STATIC.refined)
+
+
+def _resistance(system: System, q: Array) -> Array:
+    """Give the forces that hold q, by the strains of the elements: K rounds more where stiff ones move as a whole."""
+    v, law, forces = system.to_links(q), system.terms.law, system.rotation_forces
+    if law is None:
+        elastic = system.assembled_from_members(system.beams.elastic_ends(v))
+    else:
+        elastic = system.assembled(law.whole_force(v, np.zeros_like(v)))
+    for part in system.added_stiffness:
+        elastic += part.times(v)
+    found = system.on_coordinates(elastic)
+    if forces is not None:
+        found += system.transformation.backward_at(system.values, forces.dofs, forces.force(v, np.zeros_like(v)))
+    return found
 
 
 def _refuse_buckled(system: System, stiffness: Stack) -> None:
@@ -139,8 +163,12 @@ def _solve_nonlinear(system: System) -> ElasticResponse:
 
     with naming_buckled(equation, tension), _naming_share():
         found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
+    q = found.displacement
+    if _refinable(system, losses(equation.linear.stiffness, start, system.load)):
+        for _ in range(STATIC.refinements):
+            q = q + equation.about(q, still).stiffness.solve(system.load - _resistance(system, q))
     return ElasticResponse(
-        displacement=found.displacement,
+        displacement=q,
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),
     )
