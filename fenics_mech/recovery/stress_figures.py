@@ -38,7 +38,7 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     -------
     xarray.Dataset
         `stress_range`, `stress_mean` (half of the largest and the least) and `stress_ratio` (the least over the
-        largest; NaN where there is no stress) of a cycle, by member, s and fibre; `utilisation` by member where a
+        largest; NaN where the largest is none) of a cycle, by member, s and fibre; `utilisation` by member where a
         material states its strength.
     """
     stress = data.variables["stress"].transpose("theta", "member", "s", "fibre").to_numpy()
@@ -59,8 +59,8 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
 def _swings(largest: Array, least: Array) -> tuple[Array, Array, Array]:
     """Give range, mean and ratio of stresses from the largest and the least (Pa), ``(..., stations, fibres)`` each."""
     size = np.maximum(np.abs(largest), np.abs(least))
-    stressed = size > NO_STRESS * size.max(axis=(-2, -1), keepdims=True)
-    ratio = least / np.where(stressed & (largest != 0), largest, np.nan)
+    stressed = np.abs(largest) > NO_STRESS * size.max(axis=(-2, -1), keepdims=True)
+    ratio = least / np.where(stressed, largest, np.nan)
     return largest - least, (largest + least) / 2, ratio
 
 

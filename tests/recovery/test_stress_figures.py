@@ -15,7 +15,7 @@ from fenics_mech.recovery.stress_figures import stress_cycles
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.fatigue_table import fatigue_table
 from fenics_mech.views.summary import summary
-from tests.common import analysed, response_of
+from tests.common import DEMOS, analysed, response_of
 from tests.recovery.test_momentum import arm
 
 CURVE = {"range": 40e6, "cycles": 2e6, "slope": 5.0}
@@ -50,6 +50,14 @@ def test_a_free_end_has_no_stress_ratio():
     ratio = response_of(scene).data["stress_ratio"].sel(member="arm", fibre="+")
     assert np.isfinite(ratio.sel(s=slice(0, 0.99))).all()
     assert np.isnan(ratio.sel(s=1.0))
+
+
+def test_a_place_that_is_only_pressed_has_no_stress_ratio():
+    """At the pins of the column the largest stress is rounding, and the ratio was 4e14."""
+    scene = fm.load(DEMOS / "pulsating_column.toml").changed(analysis__stability=False, analysis__error_estimates=False)
+    ratio = np.abs(fm.analyse(scene).data["stress_ratio"].to_numpy())
+    assert np.isnan(ratio).any()
+    assert np.nanmax(ratio) < 1e6
 
 
 def test_summary_tells_the_utilisation_of_what_has_a_strength():
