@@ -19,6 +19,7 @@ from fenics_mech.accuracy.mesh_residual import OF_SLIDERS
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
 from fenics_mech.accuracy.quantities import Quantities, measures, measures_of_members, places_of
 from fenics_mech.accuracy.remarks import not_estimated
+from fenics_mech.accuracy.rounding import lost_by_rounding
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
@@ -32,7 +33,6 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError, percent
 from fenics_mech.mechanism import System
-from fenics_mech.response.few_nodes import rounding
 from fenics_mech.response.solution import (
     CollocationSolution,
     FreeSolution,
@@ -287,8 +287,8 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
     corrected, few = corrected_responses(solution), whole.on_few_nodes
     for source, without in corrected.items():
         add(source, (few if source == "time" else whole).change(source, without), without.safety, without.order)
-    if few is not whole:
-        add("mesh", {name: rounding(system.beams.mesh) * size for name, size in largest.items()}, 1.0, 1.0)
+    rounded = lost_by_rounding(solution)
+    add("mesh", {name: rounded * size for name, size in largest.items()}, 1.0, 1.0)
     if (undamped := left_undamped(solution)) is None:
         remarks.append(TOO_MANY)
     elif undamped:

@@ -162,7 +162,7 @@ def _of_rigid_links(solution: Solution) -> list[str]:
         if turn**2 / 2 >= LITTLE:
             found.append(
                 f"what an elastic rotation by {turn:.2g} rad changes of the arms of the rigid link {name!r}, "
-                "which are those of small rotations"
+                "which are those of small rotations (a stiff member of one element has none of this error)"
             )
     return found
 

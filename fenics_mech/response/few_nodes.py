@@ -14,7 +14,6 @@ import numpy as np
 from fenics_mech._arrays import Array, each
 from fenics_mech._constants import TINY
 from fenics_mech.beams.element_dofs import in_member_axes
-from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.other_mesh import nodal_on
 from fenics_mech.beams.shapes import AXIAL, NORMAL
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -34,7 +33,6 @@ class FewNodesLimits:
     from_elements: int = 24  # in a member, beyond which others are left out: with fewer that takes as long
     kept: int = 12  # elements of such a member
     largest_difference: float = 0.01  # of the root of a member's strain energy: estimates have two digits
-    rounding: float = 64.0  # times eps n^4 with n elements in a member: measured, 5 to 25 with 100 and 300
     least: float = 1e-6  # of the largest energy of a member, below which another's difference does not count
 
 
@@ -101,15 +99,3 @@ def _energy(system: System, v: Array, dofs: list[int]) -> Array:
     moved = in_member_axes(mesh, v)[..., dofs]
     of_elements = np.sum(moved * each(system.beams.element_stiffness[:, dofs][..., dofs], moved), axis=-1)
     return np.array([np.bincount(mesh.cell_member, row) for row in of_elements]).max(axis=0)
-
-
-def rounding(mesh: BeamMesh) -> float:
-    """Give the share of a strain that rounding makes on a fine mesh: beside 12 EI/h^3 all else loses digits.
-
-    Parameters
-    ----------
-    mesh
-        The mesh.
-    """
-    most = float(np.bincount(mesh.cell_member).max())
-    return FEW_NODES.rounding * float(np.finfo(float).eps) * most**4

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.common import response_of
+from tests.effects import strips
+from tests.effects.test_large_rotations import tip_of
 
 INCH = 0.0254
 WAYS = {
@@ -107,6 +109,60 @@ def test_slenderness_of_a_million(way):
     assert np.abs(at[1e6] - at[1e8]).max() < 2e-4 * size  # rounding of 1e-16 times 1e11
     with pytest.raises(SolverError, match="lost to rounding"):
         slender(1e9)
+
+
+@pytest.mark.parametrize("law", [(), ("large-rotations",)])
+def test_a_stiff_arm_of_fine_elements_takes_no_digits_of_a_static_answer(law):
+    """An arm at the tip of a cantilever moves as a whole; by its matrix alone it took 1.5e-3 and 4e-4 of the rotation.
+
+    Source: its closed form F L^2/(2 EI), and Bisshopp and Drucker, Q. Appl. Math. 3 (1945) 272.
+    """
+    bending = strips.E * strips.INERTIA
+    turn, force = (0.3, tip_of(0.3)[0] * bending / strips.L**2) if law else (0.01, 0.02 * bending / strips.L**2)
+    given = strips.beam({"O": {"kind": "weld"}}, effects=law, mesh={"elements": 12}).model_dump()
+    stiff = {"area": strips.A * 46.4, "inertia": strips.INERTIA * 1e5, "fibre": 0.04}
+    member = given["links"]["beam"]["members"]["OB"]
+    arm = {"points": {"B": (0, 0), "C": (0, 0.1)}, "members": {"BC": member | {"ends": ("B", "C"), "section": "stiff"}}}
+    weld = {"kind": "weld", "connect": ("beam.B", "arm.B")}
+    given |= {"links": given["links"] | {"arm": arm}, "sections": given["sections"] | {"stiff": stiff}}
+    given |= {"joints": given["joints"] | {"weld": weld}, "loads": {"tip": {"at": "beam.B", "force": (0, force)}}}
+    given |= {"points": {"B": {"at": "arm.B"}, "C": {"at": "arm.C"}}}
+    data = analyse(Scene.read(given | {"analysis": {"method": "static", "allow_large": True}})).data
+    assert data["rotation"].sel(member="beam").item() == pytest.approx(turn, rel=1e-6 if law else 1e-9)  # by the mesh
+    if law:
+        place = data["point_position_bent"][0]
+        reach = (place.sel(point="C") - place.sel(point="B")).to_numpy()
+        assert reach == pytest.approx([-0.1 * np.sin(turn), 0.1 * np.cos(turn)], abs=1e-7)
+
+
+def with_stiff_arm(elements, stiffer, effects):
+    """A four-bar whose coupler has an arm of a stiffer material, so many elements long."""
+    scene = seed_four_bar(damping={"ratio": 0.02}, effects=effects)
+    scene = scene.changed(analysis__sub_intervals=240, drive__speed=15.0)
+    given = scene.model_dump()
+    coupler = given["links"]["coupler"]
+    bar = next(iter(coupler["members"].values()))
+    coupler["points"] |= {"P": (11 * INCH, 2 * INCH)}
+    coupler["members"] |= {"BP": bar | {"ends": ("B", "P"), "material": "stiff", "mesh": {"elements": elements}}}
+    given["materials"] |= {"stiff": {"modulus": 71e9 * stiffer, "density": 2714.0}}
+    given["masses"] |= {"P": {"at": "coupler.P", "mass": 0.02}}
+    return Scene.read(given)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "large-rotations")])
+def test_what_rounding_of_stiff_short_elements_takes_is_told(effects):
+    """In silence it was 1e-4 with 40 elements of an arm 100 times as stiff. Modes were not found at 1e4 and 24."""
+    one = analyse(with_stiff_arm(12, 100.0, effects)).data
+    for elements, stiffer in ((40, 100.0), (24, 1e4)) if len(effects) == 1 else ((40, 100.0),):
+        base = one if stiffer == 100.0 else analyse(with_stiff_arm(6, stiffer, effects)).data
+        fine = analyse(with_stiff_arm(elements, stiffer, effects)).data
+        off = np.abs(fine["strain"] - base["strain"]).sel(member=["coupler.AB", "follower"]).max().item()
+        told = fine["strain_error"].sel(source="mesh", member=["coupler.AB", "follower"]).max().item()
+        more = told - base["strain_error"].sel(source="mesh", member=["coupler.AB", "follower"]).max().item()
+        assert 1 < more / off < 20
+    with pytest.raises(UnresolvedError, match=r"rounding takes .* as member 'coupler\.BP' has many elements"):
+        analyse(with_stiff_arm(40, 1e5, effects[:1]))
 
 
 def scaled(length, time, mass, **rest):

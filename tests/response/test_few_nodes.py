@@ -136,12 +136,6 @@ def test_the_difference_is_that_of_the_motions():
     assert ten_percent == pytest.approx(0.1 / 1.1, abs=2 * one)
 
 
-def test_rounding_is_told_of_fine_meshes():
-    """With few nodes the estimate of the mesh holds that of rounding, 1e-4 of a strain with 300 elements."""
-    mesh = mechanism(fine(mesh={"elements": 300})).beams.mesh
-    assert module.rounding(mesh) == pytest.approx(1e-4, rel=0.2)
-
-
 def test_modes_that_are_too_many_to_judge_are_named(monkeypatch):
     scene = seed_four_bar(mesh={"elements": 6}, damping={"ratio": 0.02}, effects=("coupling",)).changed(
         {"analysis.sub_intervals": 24, "analysis.allow_coarse": True, "analysis.stability": False}
