@@ -95,8 +95,8 @@ def test_energy_of_the_cycle_balances_with_every_effect(name, changes, largest):
 
 
 def test_residual_of_a_travelling_pin_is_within_the_errors_of_the_efforts():
-    # where the slider passes a node its slope turns at once, which is spread over a step: 4e-4, and 5e-5 by 480 steps.
-    # Without the jumps of velocities 5e-4 are left then. Equal samples of the jumping effort leave 0.12
+    # where the pin passes a node its slope turns at once, which no step sees: 3e-4, and 1e-4 with 6 elements. Equal
+    # samples of the jumping effort leave 0.12
     scene = crane().changed(effects=("coupling",), analysis__stability=False, analysis__sub_intervals=120)
     scene = scene.changed(analysis__stations=3, analysis__allow_coarse=True)
     data = analyse(scene).data

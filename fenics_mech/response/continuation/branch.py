@@ -20,8 +20,7 @@ from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response.continuation.arc_length import BRANCH, Family, Point, paced
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.periodic.collocation import solve_collocation
-from fenics_mech.response.periodic.cycle import Cycle
-from fenics_mech.response.periodic.places import system_at_points
+from fenics_mech.response.periodic.cycle import Cycle, system_at_places
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import CommonParts, mechanism, rough_tension
@@ -87,7 +86,7 @@ def family_of(at: AtValue, path: str, ends: tuple[float, float], common: CommonP
 
     def equation_at(value: float) -> Equation:
         changed = at(value)
-        there = system_at_points(changed, mechanism(changed, common=common), Steps.of(changed), tableau)
+        there = system_at_places(changed, mechanism(changed, common=common), Steps.of(changed), tableau.points)
         return Equation(there, modal_damping(changed.damping.ratio, there))
 
     stiffened = any(effect.stress_stiffening and not effect.nonlinear for effect in active(scene))

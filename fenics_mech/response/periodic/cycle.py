@@ -11,7 +11,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import Modes, natural
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.kinematics import solve_motion
@@ -27,9 +27,9 @@ from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
-from fenics_mech.response.periodic.places import system_at_places, system_at_points
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.setup import system_at
 from fenics_mech.response.stability.floquet import Stability, floquet
 from fenics_mech.response.stability.resonance import blaming, refuse_magnified
 from fenics_mech.response.stability.turning import LinkAxes
@@ -114,7 +114,7 @@ class Cycle:
             The points in each step.
         """
         if tableau not in self._equations:
-            there = system_at_points(self.scene, self.system, self.steps, tableau)
+            there = system_at_places(self.scene, self.system, self.steps, tableau.points)
             known = self._between_starts(there, tableau)
             self._equations[tableau] = self.damped_equation(there) if known is None else Equation(there, known)
         return self._equations[tableau]
@@ -357,3 +357,31 @@ class Cycle:
             The series over the cycle.
         """
         return lambda places: series.at(np.abs(self.steps.angles(places)))
+
+
+def system_at_places(scene: Scene, system: System, steps: Steps, places: Array) -> System:
+    """Give a mechanism at the same places of all steps.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    system
+        Its mechanism at the starts of the sub-intervals.
+    steps
+        The steps.
+    places
+        Where in each step, 0..1.
+
+    Raises
+    ------
+    UnresolvedError
+        When the points call for other independent coordinates than the starts.
+    """
+    theta = steps.angles(places)
+    there = system_at(scene, system.beams, solve_motion(scene, theta, near=system.motion))
+    if there.transformation.names != system.transformation.names:  # both choose their coordinates by their angles
+        raise UnresolvedError(
+            "no independent coordinates are well conditioned over the whole cycle. Take other sub_intervals"
+        )
+    return there

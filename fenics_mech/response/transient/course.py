@@ -134,24 +134,8 @@ class StartState:
 
 
 @dataclass(frozen=True)
-class PlaceJumps:
-    """Jumps of velocities in proportion to the displacement.
-
-    Parameters
-    ----------
-    matrix
-        Changes of q' over q at the drive's rate, ``(jumps, coordinates, coordinates)`` (1/s).
-    faster
-        Rate of the drive over that rate, at each time.
-    """
-
-    matrix: Array
-    faster: Array
-
-
-@dataclass(frozen=True)
 class VelocityJumps:
-    """Impulses as they strike, and sliders as they pass nodes.
+    """Impulses as they strike.
 
     Parameters
     ----------
@@ -160,17 +144,14 @@ class VelocityJumps:
     which
         Which jump, of each time.
     jump
-        Changes of q', ``(jumps, coordinates)``.
-    by_place
-        Changes of q' by q, where there are some.
+        Changes of q', ``(impulses, coordinates)``.
     """
 
     time: Array
     which: Index
     jump: Array
-    by_place: PlaceJumps | None = None
 
-    def at(self, time: float, rounding: float, q: Array) -> Array:
+    def at(self, time: float, rounding: float) -> Array:
         """Change of q' at a time, ``(coordinates,)``.
 
         Parameters
@@ -178,32 +159,10 @@ class VelocityJumps:
         time
             Time (s).
         rounding
-            By how much it may differ from that of a jump (s).
-        q
-            The displacement there, ``(coordinates,)``.
+            By how much it may differ from that of an impulse (s).
         """
-        now = slice(*np.searchsorted(self.time, [time - rounding, time + rounding]))
-        which, place = self.which[now], self.by_place
-        found = np.asarray(self.jump[which].sum(axis=0))
-        return found if place is None else found + place.faster[now] @ (place.matrix[which] @ q)
-
-    def beside(self, others: VelocityJumps) -> VelocityJumps:
-        """Give these jumps, and others that are by place.
-
-        Parameters
-        ----------
-        others
-            The others.
-        """
-        place = others.by_place
-        assert place is not None
-        time = np.concatenate([self.time, others.time])
-        which = np.concatenate([self.which, len(self.jump) + others.which])
-        order = np.argsort(time, kind="stable")
-        matrix = np.concatenate([np.zeros((len(self.jump), *place.matrix.shape[1:])), place.matrix])
-        faster = np.concatenate([np.ones(len(self.time)), place.faster])
-        jump = np.concatenate([self.jump, others.jump])
-        return VelocityJumps(time[order], which[order], jump, PlaceJumps(matrix, faster[order]))
+        now = self.which[np.searchsorted(self.time, time - rounding) : np.searchsorted(self.time, time + rounding)]
+        return np.asarray(self.jump[now].sum(axis=0))
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,6 @@ from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
 from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule, StartState, refuse_rough
 from fenics_mech.response.transient.integration import integrate
-from fenics_mech.response.transient.slider_passages import slider_passages
 from fenics_mech.response.velocity_jumps import impulses_between, passages
 from fenics_mech.scene import Analysis, Drive, Scene
 from fenics_mech.scene.base import SCENE
@@ -143,11 +142,8 @@ def course_from(
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )
     require_positions(scene, positions)
-    end = float(schedule.times(time)[-1])
-    jumps, passed = impulses_between(scene, system, time, end), slider_passages(scene, system, time, end)
-    if passed is not None:
-        jumps = passed if jumps is None else jumps.beside(passed)
-    return integrate(coefficients, schedule, start, scene.petsc, jumps)
+    impulses = impulses_between(scene, system, time, float(schedule.times(time)[-1]))
+    return integrate(coefficients, schedule, start, scene.petsc, impulses)
 
 
 def _coefficients_of(scene: Scene, system: System, start: float) -> Coefficients:

@@ -99,7 +99,7 @@ def integrate(
     options
         PETSc options with the prefix "transient_"; transient_ts_type chooses the integrator, by default collocation.
     impulses
-        Impulses, and sliders that pass nodes.
+        Impulses.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def integrate(
             z, z_rate = run.go_on(time, stop, z, z_rate)
         if record.settled:
             break
-        z_rate, time = z_rate + weight * impulses.at(stop, rounding, z / weight), stop
+        z_rate, time = z_rate + weight * impulses.at(stop, rounding), stop
         record.strike(stop, z, z_rate)
     states = record.states[: record.known] / weight
     return Course(

@@ -31,12 +31,11 @@ from fenics_mech.recovery.dataset import collect, of_stability
 from fenics_mech.recovery.fields import recover
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.periodic.collocation import between as inside_steps
-from fenics_mech.response.periodic.cycle import Cycle
+from fenics_mech.response.periodic.cycle import Cycle, system_at_places
 from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.near_known import BesideKnown, KnownModes, Path, State, between, modes_beside
 from fenics_mech.response.periodic.newton import Orbit, orbit_of
-from fenics_mech.response.periodic.places import system_at_points
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import AtPoints, CollocationSolution
@@ -237,7 +236,7 @@ class _Side:
     def at_points(self, tableau: Tableau) -> System:
         """The mechanism at collocation points; many variables would keep much of it."""
         cycle = self.cycle
-        return system_at_points(cycle.scene, cycle.system, cycle.steps, tableau)
+        return system_at_places(cycle.scene, cycle.system, cycle.steps, tableau.points)
 
     @cached_property
     def assembled(self) -> bool:
