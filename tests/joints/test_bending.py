@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 import fenics_mech as fm
+from tests.demos import machines
 
 CRANK, ROD, AREA, DENSITY = 0.05, 0.15, 2e-4, 7850.0  # m, m, m^2, kg/m^3
 STEEL = {"stiffness": 1e8, "restitution": 0.7}
@@ -255,3 +256,12 @@ def test_blow_of_two_bars_is_that_of_their_waves():
     during = (time > met) & (time < met + lasts)
     assert force[during].mean() == pytest.approx(area * np.sqrt(modulus * density) * speed / 2, rel=0.03)
     assert trapezoid(force, time) == pytest.approx(density * area * length * speed, rel=0.03)  # the first one stops
+
+
+def test_a_slider_that_turns_with_several_elements_is_refused():
+    """Its slope's rate jumps at nodes, where steps shrank without end."""
+    given = machines.crane().model_dump() | {"drive": (), "freedoms": {"P": {"start": 0.15, "speed": 0.1}}}
+    given |= {"analysis": {"method": "transient", "duration": 0.01}}
+    with pytest.raises(fm.SceneError, match=r"joints\.P: it turns with the slope of member 'barrel'"):
+        fm.Scene.read(given | {"mesh": {"elements": 2}})
+    assert fm.Scene.read(given | {"mesh": {"elements": 1}}).freedoms
