@@ -172,7 +172,10 @@ def _of_start(solution: TransientSolution) -> list[str]:
     scene = solution.scene
     reduced, started = scene.analysis.reduction != "none", scene.analysis.start != "rigid"
     remarks = (
-        (bool(scene.points), "accelerations of traced points, by which stiff vibration along axes magnifies steps' errors"),
+        (
+            bool(scene.points),
+            "accelerations of traced points, where stiff axial vibration magnifies errors of the steps",
+        ),
         (own_steps(scene.petsc), "the time steps, which PETSc's options state"),
         (reduced and started, "what the start puts into the modes left out of members"),
         (
