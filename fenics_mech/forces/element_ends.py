@@ -45,6 +45,24 @@ def _by_stress(system: System, response: ElasticResponse) -> tuple[Array, Array]
     return ends, v
 
 
+def elastic_forces(system: System, v: Array) -> Array:
+    """Forces of stretch and bending on the nodes (N, N m), ``(angles, nodal dofs)``, by the strain of each element.
+
+    The stiffness matrix times the displacements is the same but for rounding, which is more where stiff elements move
+    far as a whole.
+
+    Parameters
+    ----------
+    system
+        A mechanism whose members are not reduced.
+    v
+        Displacements of the nodes in link axes (m, rad), ``(angles, nodal dofs)``.
+    """
+    if (law := system.terms.law) is None:
+        return system.assembled_from_members(system.beams.elastic_ends(v))
+    return system.assembled(law.whole_force(v, np.zeros_like(v)))
+
+
 def left_to_statics(system: System, response: ElasticResponse) -> Array:
     """Displacement that modes left out of reduced members add, ``(angles, nodal dofs)``: it has no inertia.
 

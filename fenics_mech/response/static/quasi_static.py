@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -14,6 +14,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import SingularError, Stack
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
+from fenics_mech.forces.element_ends import elastic_forces
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices, not_positive
@@ -104,24 +105,24 @@ def displacement_under(system: System, load: Array, lost: float = math.inf) -> A
     rounded = losses(stiffness, answer, load)
     if lost < math.inf:
         refuse_lost(system, answer, rounded, lost)
-    if _refinable(system, rounded):
+    return _refined(system, answer, load, rounded, lambda q: stiffness)
+
+
+def _refined(system: System, q: Array, load: Array, rounded: Array, tangent: Callable[[Array], Stack]) -> Array:
+    """Refine answers by the part of the load that they leave over (Wilkinson, 1963), where rounding takes enough.
+
+    `rounded` is the share that it takes, ``(angles,)``, and `tangent` gives the stiffness about an answer.
+    """
+    if system.beams.reduction is None and rounded.max(initial=0.0) > STATIC.refined:
         for _ in range(STATIC.refinements):
-            answer += stiffness.solve(load - _resistance(system, answer))
-    return answer
-
-
-def _refinable(system: System, losses: Array) -> bool:
-    """Whether rounding takes enough of an answer to refine it by what it leaves over (Wilkinson, 1963)."""
-    return bool(system.beams.reduction is None and losses.max(initial=0.0) > STATIC.refined)
+            q = q + tangent(q).solve(load - _resistance(system, q))
+    return q
 
 
 def _resistance(system: System, q: Array) -> Array:
-    """Give the forces that hold q, by the strains of the elements: K rounds more where stiff ones move as a whole."""
-    v, law, forces = system.to_links(q), system.terms.law, system.rotation_forces
-    if law is None:
-        elastic = system.assembled_from_members(system.beams.elastic_ends(v))
-    else:
-        elastic = system.assembled(law.whole_force(v, np.zeros_like(v)))
+    """Give the forces that hold q (N, N m), ``(angles, coordinates)``, with the strain of each element."""
+    v, forces = system.to_links(q), system.rotation_forces
+    elastic = elastic_forces(system, v)
     for part in system.added_stiffness:
         elastic += part.times(v)
     found = system.on_coordinates(elastic)
@@ -163,12 +164,11 @@ def _solve_nonlinear(system: System) -> ElasticResponse:
 
     with naming_buckled(equation, tension), _naming_share():
         found = solve_nonlinear(equation, solve, tension, accept, lambda tension: _lowered(equation, tension))
-    q = found.displacement
-    if _refinable(system, losses(equation.linear.stiffness, start, system.load)):
-        for _ in range(STATIC.refinements):
-            q = q + equation.about(q, still).stiffness.solve(system.load - _resistance(system, q))
+    rounded = losses(equation.linear.stiffness, start, system.load)
     return ElasticResponse(
-        displacement=q,
+        displacement=_refined(
+            system, found.displacement, system.load, rounded, lambda q: equation.about(q, still).stiffness
+        ),
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),
     )
