@@ -68,9 +68,9 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
         case CollocationSolution():
             equation, cycle = solution.equation, solution.cycle
             points = cycle.tableau, more_accurate(solution.scene.analysis.stages)
-            steps = partial(hidden_by_steps, *points, float(cycle.steps.duration.max()))
-            resonances = _resonances_of(solution, equation, steps)
-            by_steps = resonances.met & steps(resonances.harmonics, resonances.width)
+            hidden = partial(hidden_by_steps, *points, float(cycle.steps.duration.max()))
+            resonances = _resonances_of(solution, equation, hidden)
+            by_steps = resonances.met & hidden(resonances.harmonics, resonances.width)
             at, size = cycle.steps.regular, equation.system.size
             motion = solution.orbit.start[at, :size], solution.orbit.start_velocity[at, :size]
             for source, missed in (("time", by_steps), ("mesh", resonances.by_mesh)):
@@ -87,9 +87,10 @@ def _resonances_of(
     equation: Equation,
     hidden: Callable[[Array, Array], Mask] | None = None,
 ) -> Resonances:
-    """Give the resonances that the loads of a scene's equation may have, with the modes given or more.
+    """Give the resonances that the loads of a scene's equation may have, on the modes of a solution or more of them.
 
-    More are found only where the mesh might hide one of them, or steps, which `hidden` tells by frequency and width.
+    More modes are found only where the mesh or the steps might hide a resonance. Which ones steps hide is told by
+    `hidden` from frequency and width.
     """
     rate, linear, system = abs(solution.scene.cycle_rate), equation.linear, equation.system
     modes, width = solution.modes.elastic, _width(linear.loss)
@@ -225,7 +226,7 @@ def _width(loss: float) -> float:
 
 
 def hidden_by_steps(tableau: Tableau, finer: Tableau, step: float, omega: Array, width: Array) -> Mask:
-    """Say which vibrations are hidden by steps, or by more accurate ones that estimate their error.
+    """Say which resonances steps hide, or the more accurate ones that estimate the error of these.
 
     Parameters
     ----------
@@ -247,8 +248,8 @@ def hidden_by_steps(tableau: Tableau, finer: Tableau, step: float, omega: Array,
     return (change > RESONANCES.steps * width / 2) | (beside > RESONANCES.finer * width / 2)
 
 
-def fastest_felt(system: System, load: Array, rate: float, loss: float) -> float:
-    """Give the frequency up to which modes may be felt, as a harmonic of a load meets them (rad/s).
+def fastest_felt(system: System, load: Array, rate: float, width: float) -> float:
+    """Give the angular frequency (rad/s) up to which a harmonic of a load may be felt on a mode that it meets.
 
     Parameters
     ----------
@@ -257,14 +258,14 @@ def fastest_felt(system: System, load: Array, rate: float, loss: float) -> float
     load
         The load, ``(angles, coordinates)``.
     rate
-        Circular frequency of the cycle (rad/s).
-    loss
-        Least loss factor.
+        Angular frequency of the cycle (rad/s).
+    width
+        Least relative width of the resonances of modes.
     """
     # without axial forces the answer is rough, but there is one also where it buckles for a moment
     static = displacement_under(system.without_axial_forces, load)
     whole = float(np.sqrt(np.abs(np.einsum("ki,ki->k", load, static)).max()))
-    return RESONANCES.farthest * rate * highest_felt(load, static, loss, RESONANCES.felt * whole)
+    return RESONANCES.farthest * rate * highest_felt(load, static, width, RESONANCES.felt * whole)
 
 
 def enough_modes(system: System, modes: Modes, fastest: float, options: Mapping[str, Any]) -> Modes:

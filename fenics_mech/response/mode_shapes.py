@@ -92,16 +92,23 @@ def slowest(mass: Stack, stiffness: Stack, start: Array, count: int) -> tuple[Ar
 
 
 def _of_unit_stiffness(shapes: Array, moved: Array, count: int) -> Array:
-    """Combine shapes to orthogonal ones of unit stiffness, without those whose energy is rounding.
+    """Combine shapes to ones of unit stiffness that are orthogonal to each other, without those lost to rounding.
+
+    With the energies of the shapes, ``S K S^T = T diag(e) T^T``, they are ``diag(e)^(-1/2) T^T S``.
 
     Parameters
     ----------
     shapes
         The shapes at the angles, ``(angles, shapes, coordinates)``.
     moved
-        The forces that displace the mechanism by them, of the same shape.
+        The forces that displace the mechanism by them (N, N m), of the same shape.
     count
         How many are needed.
+
+    Returns
+    -------
+    numpy.ndarray
+        Of shape ``(angles, shapes left, coordinates)``.
 
     Raises
     ------
@@ -112,8 +119,8 @@ def _of_unit_stiffness(shapes: Array, moved: Array, count: int) -> Array:
     lost = int(np.any(energy <= SHAPES.rounding * energy[:, -1:], axis=0).sum())
     if energy.shape[1] - lost < count:
         raise SolverError(
-            f"{count} modes are damped, and rounding leaves {energy.shape[1] - lost}: members far stiffer than others "
-            "take the digits. Take fewer elements in them, or reduction = 'craig-bampton'"
+            f"the damping needs {count} modes, and rounding leaves {energy.shape[1] - lost}, as some members are far "
+            "stiffer than others. Take fewer elements in these, or analysis.reduction = 'craig-bampton'"
         )
     kept = turn[..., lost:] / np.sqrt(energy[:, None, lost:])
     return np.asarray(kept.transpose(0, 2, 1) @ shapes)

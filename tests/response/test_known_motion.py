@@ -11,7 +11,7 @@ from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic import collocation, newton, steady_state
-from fenics_mech.response.periodic.known_motion import KnownMotion, shares
+from fenics_mech.response.periodic.known_motion import KnownMotion, interpolation
 from fenics_mech.response.periodic.newton import NEWTON
 from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import mechanism
@@ -72,7 +72,7 @@ def test_a_motion_is_interpolated_between_its_positions_also_across_the_ends_of_
     h = 2 * np.pi / 60
     known = h * np.add.outer(np.arange(60), [0.155, 0.645, 1.0]).ravel()
     places = np.linspace(-1.0, 9.0, 500)
-    missed = np.abs(shares(known, places) @ np.cos(5 * known) - np.cos(5 * places)).max()
+    missed = np.abs(interpolation(known, places) @ np.cos(5 * known) - np.cos(5 * places)).max()
     assert missed < 5**6 / 720 * (1.875 * (0.51 * h) ** 3) ** 2  # remainder of six points that are 0.51 h apart
 
 

@@ -16,7 +16,7 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.newton import Beginning, Orbit
 
 STRAIGHT = 0.15  # of a motion, by which another differs, up to which a straight line through both goes on
-NEAR = 3  # known positions on either side of a place, by which it is interpolated
+NEAR = 3  # points on either side of a place, from which values there are interpolated
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class KnownMotion:
         """
         system, transformation = equation.system, equation.system.transformation
         values = np.concatenate([self.displacement, self.velocity, self.tension], axis=1)
-        found = shares(self.turned, np.abs(system.motion.theta)) @ values
+        found = interpolation(self.turned, np.abs(system.motion.theta)) @ values
         many = self.displacement.shape[1]
         nodes, elements = (of(system.beams.mesh, self.mesh) for of in (nodal_on, elemental_on))
         v, rate = ((nodes @ part.T).T for part in (found[:, :many], found[:, many : 2 * many]))
@@ -110,17 +110,20 @@ class KnownMotion:
         return Beginning(q, velocity, (elements @ found[:, 2 * many :].T).T)
 
 
-def shares(turned: Array, places: Array) -> sp.csr_matrix:
-    """Give the shares that periodic values at known angles have in those at others, ``(places, points)``.
-
-    They are Lagrange's polynomials through the nearest points.
+def interpolation(turned: Array, places: Array) -> sp.csr_matrix:
+    """Give the matrix that interpolates values over a cycle, by Lagrange's polynomials through the nearest points.
 
     Parameters
     ----------
     turned
-        Known angles, rising within one turn (rad), ``(points,)``.
+        Angles of the points at which values are known, rising within one turn (rad), ``(points,)``.
     places
-        Other angles, also beyond that turn (rad), ``(places,)``.
+        Angles at which they are wanted, also beyond that turn (rad), ``(places,)``.
+
+    Returns
+    -------
+    scipy.sparse.csr_matrix
+        Of shape ``(places, points)``.
     """
     places = turned[0] + np.mod(places - turned[0], TURN)
     turns, points = np.divmod(np.searchsorted(turned, places)[:, None] + np.arange(-NEAR, NEAR), len(turned))

@@ -168,8 +168,8 @@ def floquet(
     diverging = bool(flow.matrices.growth)  # what grows so fast without turning is a divergence, and no vibration
     followed = 0 < flow.matrices.growth < limit
     slow = damped() if damped is not None and 2 * n > MULTIPLIERS.few_states and not diverging else None
-    for (values, states), every, rounding in eigenpairs(flow, slow, options or {}):
-        least = rounding
+    for found in eigenpairs(flow, slow, options or {}):
+        (values, states), every, rounding = found
         judged, enough = _judged(flow, values, states, start, limit * flow.mean_step)
         if followed and damped is not None:
             bounded = np.abs(values[judged]) <= 1 + STABILITY.tolerance
@@ -182,7 +182,7 @@ def floquet(
     period = float(np.sum(flow.duration))
     mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.mean_step, modes)
     turned, link, vibrates = turns(axes, flow, values, states)
-    known = np.abs(values) > least
+    known = np.abs(values) > rounding
     frequency = np.where(known, np.abs(turned) / period, np.nan)
     names = tuple(axes.names[i] for i in link)
     needed = 0 if followed or not diverging else math.ceil(1.05 * len(flow.duration) * flow.matrices.growth / limit)

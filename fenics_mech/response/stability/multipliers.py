@@ -47,7 +47,7 @@ MULTIPLIERS = MultiplierLimits()
 
 
 def eigenpairs(flow: Flow, damped: Flow | None, options: Mapping[str, Any]) -> Iterator[tuple[Eigenpairs, bool, float]]:
-    """Give multipliers, more with each try, whether they are all that count, and the size of what is rounding.
+    """Give multipliers, more with each try, whether they are all that count, and up to which size they are rounding.
 
     Parameters
     ----------
