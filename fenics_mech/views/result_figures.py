@@ -34,9 +34,9 @@ from fenics_mech.views.plots import (
 from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file, reading_of_members
 from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
-MOST_MEMBERS = 6  # rows of a figure: more do not fit a page
+MOST_ROWS = 6  # of a figure, one a member: more do not fit a page
 MOST_SPECTRA = 3
-MEMBER = Affine2D().scale(0.18, 0.5).translate(1.07, 0.5)  # from its own length, to shares of the axes beside it
+BESIDE = Affine2D().scale(0.18, 0.5).translate(1.07, 0.5)  # a member of length 1, in shares of the axes at its left
 LEAST_ROW = 0.35  # of the longest member, as tall as the row of a short one is drawn
 
 
@@ -107,7 +107,7 @@ def strain_figure(result: Result) -> Figure:
     """
     reading = reading_of_members(result)
     size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
-    ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_MEMBERS]
+    ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_ROWS]
     with mpl.rc_context(STYLE):
         figure, rows = empty_figure(len(ranked), 0.9 + 1.75 * len(ranked))
     for axes, i in zip(rows, ranked):
@@ -126,14 +126,14 @@ def strain_figure(result: Result) -> Figure:
 
 def _tell_left_out(figure: Figure, reading: Reading) -> None:
     """Say how many members are not drawn."""
-    if (more := len(reading.members) - MOST_MEMBERS) > 0:
-        text = f"The {MOST_MEMBERS} members with the largest values; {more} more have smaller ones."
+    if (more := len(reading.members) - MOST_ROWS) > 0:
+        text = f"The {MOST_ROWS} members with the largest values; {more} more have smaller ones."
         figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color="#555555")
 
 
 def _draw_place(axes: Axes, reading: Reading, peak: Peak, share: float) -> None:
     """Draw a member beside axes with its ends' names, and the place and side of its peak."""
-    beside: dict[str, Any] = {"transform": MEMBER + axes.transAxes, "clip_on": False}
+    beside: dict[str, Any] = {"transform": BESIDE + axes.transAxes, "clip_on": False}
     axes.fill_between([0, 1], -0.13, 0.13, color="#e4e8ec", edgecolor="#777777", linewidth=1, **beside)
     look: dict[str, Any] = {"linestyle": "none", "marker": "o", "markeredgecolor": "black", **beside}
     axes.plot([0, 1], [0, 0], markersize=6, markerfacecolor="white", **look)
@@ -154,7 +154,7 @@ def map_figure(result: Result) -> Figure:
         The result.
     """
     reading = reading_of_members(result)
-    shown = sorted(reading.ranked[:MOST_MEMBERS])
+    shown = sorted(reading.ranked[:MOST_ROWS])
     tall = np.maximum(reading.lengths, LEAST_ROW * reading.lengths.max())[shown]
     height = 1.0 + 0.35 * len(shown) + 1.5 * float(tall.sum() / tall.max())
     figure, panels = empty_figure(len(shown), height, grid={"height_ratios": tall})
