@@ -19,7 +19,7 @@ from fenics_mech.scene.stress_life import StressLife
 
 HOUR = 3600.0  # seconds
 SWINGS = "stress_range", "stress_mean", "stress_ratio"
-NO_STRESS = 1e-9  # of the member's largest: rounding, as at a free end
+NO_STRESS = 1e-9  # of the largest of the member, or of one material in it: rounding, as at a free end
 
 
 def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dataset:
@@ -46,7 +46,7 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     along = "member", "s", "fibre"
     if part is not None:
         curves = curves_over_cycle(scene, stress[part], "stress")
-        swings = _swings(curves.highest()[1], curves.lowest()[1])
+        swings = _swings(curves.highest()[1], curves.lowest()[1], (1, 2))
         found = {name: (along, values) for name, values in zip(SWINGS, swings)}
     fibres = [str(fibre) for fibre in data.variables["fibre"].to_numpy()]
     plus, minus = (stress[..., fibres.index(fibre)] for fibre in "+-")
@@ -56,10 +56,10 @@ def stress_figures(scene: Scene, data: xr.Dataset, part: slice | None) -> xr.Dat
     return xr.Dataset(found)
 
 
-def _swings(largest: Array, least: Array) -> tuple[Array, Array, Array]:
-    """Give range, mean and ratio of stresses from the largest and the least (Pa), ``(..., stations, fibres)`` each."""
+def _swings(largest: Array, least: Array, places: int | tuple[int, ...]) -> tuple[Array, Array, Array]:
+    """Give range, mean (Pa) and ratio from the largest and the least stress; `places` are the axes within a member."""
     size = np.maximum(np.abs(largest), np.abs(least))
-    stressed = np.abs(largest) > NO_STRESS * size.max(axis=(-2, -1), keepdims=True)
+    stressed = np.abs(largest) > NO_STRESS * size.max(axis=places, keepdims=True)
     ratio = least / np.where(stressed, largest, np.nan)
     return largest - least, (largest + least) / 2, ratio
 
@@ -156,8 +156,7 @@ def _damages(scene: Scene, stress: xr.DataArray, repeats: bool) -> dict[str, Arr
             swings: list[Array] = []
             if repeats:  # else the end does not go on at the start
                 curves = curves_over_cycle(scene, wave, "stress")
-                wave, ends = curves.turning(), (curves.highest()[1], curves.lowest()[1])
-                swings = [part[:, 0] for part in _swings(*(end[:, None] for end in ends))]
+                wave, swings = curves.turning(), [*_swings(curves.highest()[1], curves.lowest()[1], 0)]
             damage = np.array([_damage(one, curve, repeats) for one in wave.T])
             here = worst[:, i, :, fibres.index(face.side)]
             worse = ~(here[0] >= damage)
