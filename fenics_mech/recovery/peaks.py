@@ -247,8 +247,8 @@ def doubt(result: Result, name: str) -> float:
     """By which share of the largest one peaks of a variable in `PEAKS` are uncertain.
 
     It is estimated by the peaks that half of the positions show, and is larger than the error where these see the
-    curves. Measured on nine linkages, it was too small by more than a half with 14 positions only, of which half do not
-    see the narrow peaks of one.
+    curves. On nine linkages it was less than half of the error only with 14 positions, of which half do not see the
+    narrow peaks of one linkage.
 
     Parameters
     ----------

@@ -170,9 +170,9 @@ def run_sweep(
         the error `sweep_points.LOST`, and the next sweep tries it again.
     estimates
         Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
-        are then analysed again with estimates, and the sweep says of all others that there are none. Of points that are
-        too coarse the answer is kept then, with the text `too_coarse`; with "all" they fail. "auto" takes
-        "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
+        are then analysed again with estimates, and the sweep says of all others that there are none. Where numerical
+        errors are too large, "all" lets the point fail, and "peaks" keeps its answer with the text `too_coarse`. "auto"
+        takes "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
@@ -357,9 +357,7 @@ class _SweepRun:
     def finish(self, values: Sequence[Sequence[float]], estimated: Sequence[Point], quick: _SweepRun) -> Sweep:
         """Put the points together and write them: those that are not estimated are of a sweep without estimates."""
         its_own = set(estimated)
-        records = [
-            self.beside(quick, point) if point in its_own else quick.records([point])[0] for point in grid(values)
-        ]
+        records = [self.kept(quick, point) if point in its_own else quick.records([point])[0] for point in grid(values)]
         found = Sweep(self.dataset(values, records))
         found.save(self.folder / "sweep.nc")
         for motion in self.points.glob("*.npz"):
@@ -370,10 +368,10 @@ class _SweepRun:
         write_whole(self.folder / "timings.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
         return found
 
-    def beside(self, quick: _SweepRun, point: Point) -> Record:
-        """Give what is kept of a point with estimates. Where these are too large, its answer is kept and it is said.
+    def kept(self, quick: _SweepRun, point: Point) -> Record:
+        """Give what is kept of a point with estimates: of one that they refuse, the answer and the message.
 
-        Else a sweep would lack its peaks, and keep as coarse points beside them.
+        Else curves would have gaps at their peaks, beside points that are as coarse and have no estimates.
         """
         (found,) = self.records([point])
         if quick is self or found["error"] != UnresolvedError.__name__:

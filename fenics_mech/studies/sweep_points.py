@@ -75,7 +75,7 @@ TEXTS = {
     "effects": "effects that acted",
     "not_estimated": "what its error estimate leaves out",
     "warnings": "numbers that can hardly be meant, one a line",
-    "too_coarse": "what its numerical errors would be refused with, where most points have no error estimate",
+    "too_coarse": "message about numerical errors that are too large, of a point whose answer is kept",
 }
 
 

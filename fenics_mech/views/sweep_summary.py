@@ -109,14 +109,14 @@ def _with_care(data: xr.Dataset, paths: list[str]) -> list[Text]:
 
 
 def _too_coarse(data: xr.Dataset, paths: list[str]) -> list[Text]:
-    """Say which points have an answer and too large numerical errors."""
+    """Say which points have an answer whose numerical errors are too large."""
     if "too_coarse" not in data:  # of version 0.2
         return []
     said = data["too_coarse"].transpose(*paths).to_numpy().astype(str)
     if not len(places := np.argwhere(said != "")):
         return []
-    text = f"{len(places)} of {said.size} points are TOO COARSE: {_where(data, paths, places)}. The first is refused as"
-    return [Text(f"{text}: {said[tuple(places[0])]}", style="bold red")]
+    text = f"{len(places)} of {said.size} points are TOO COARSE: {_where(data, paths, places)}."
+    return [Text(f"{text} A run of the first is refused: {said[tuple(places[0])]}", style="bold red")]
 
 
 def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
