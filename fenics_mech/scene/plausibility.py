@@ -26,7 +26,7 @@ STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
 
 
 def implausible(scene: Scene) -> tuple[str, ...]:
-    """Find the numbers of a scene that are hardly meant.
+    """Find what a scene states and hardly means.
 
     Parameters
     ----------
@@ -39,7 +39,8 @@ def implausible(scene: Scene) -> tuple[str, ...]:
         One sentence for each: the place in the scene, the value in SI, and what is likely meant.
     """
     found: dict[str, str] = {}  # the first about each place
-    for checks in (ALONE, *IN_TURN) if scene.members() else ((_unused,),):  # beside members numbers are looked at
+    groups = (ALONE, *IN_TURN) if scene.members() else ((_unused,),)  # numbers are compared with those of members
+    for checks in groups:
         before = len(found)
         with np.errstate(all="ignore"):  # what overflows is beyond any limit
             for place, what in (finding for check in checks for finding in check(scene)):
@@ -257,7 +258,8 @@ def _waves(scene: Scene) -> Found:
         wave = load.factor
         if isinstance(wave, FactorExpression) and wave.jumps and re.search(r"\b(sin|cos)\b", wave.formula):
             what = f"the formula {wave.formula!r} does not end as it began, so that the load jumps in every cycle"
-            yield f"loads.{name}.factor.formula", f"{what}: theta goes from 0 to 2 pi, and then from 0 again"
+            more = "theta goes from 0 to 2 pi, and then from 0 again. Whole numbers of waves in a cycle may be meant"
+            yield f"loads.{name}.factor.formula", f"{what}: {more}"
 
 
 def _motion(scene: Scene) -> Found:
@@ -378,11 +380,10 @@ def _numerics(scene: Scene) -> Found:
 
 
 def _unused(scene: Scene) -> Found:
+    """Look for options that change nothing."""
     if scene.analysis.tension == "settled" and STIFFENING not in scene.named_effects:
-        yield (
-            "analysis.tension",
-            f"'settled' changes nothing without the effect {STIFFENING!r}, which effects has to name",
-        )
+        what = f"'settled' changes nothing without the effect {STIFFENING!r}"
+        yield "analysis.tension", f"{what}: name that in effects, or leave analysis.tension out"
 
 
 ALONE = (_angles, _pulses, _waves, _damping, _numerics, _unused)

@@ -314,12 +314,11 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
     def slopes(unit: Array) -> Array:
         found = [explorer.derivatives(unit) for explorer in explorers]
         rows = [one[name] for group, one in zip(groups, found) for part in group for name in part.of.names]
-        known = np.nan_to_num(rows)  # what is not known is not told
-        if not known.any():
+        if not np.any(rows):  # of what is not known nothing is told
             names = ", ".join(variable.name for variable in explorers[0].trials.design.variables)
             message = f"no variable moves the data: none of their numbers changes with {names}"
             raise SceneError(message, place="identify", hint="Measure what the variables change")
-        return known
+        return np.nan_to_num(rows)
 
     return fit(predict, slopes, measured, start, 1e-8)
 

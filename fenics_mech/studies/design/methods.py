@@ -154,7 +154,7 @@ class _Guided:
         def count(*_: object) -> None:
             self.steps += 1
 
-        # a barrier of SciPy's own 0.1 may end the search where it is, some hundredths of the aim off its limits
+        # with its own barrier of 0.1 SciPy may end the search some hundredths of the aim before its limits
         barrier = dict.fromkeys(("initial_barrier_parameter", "initial_barrier_tolerance"), limits.tolerance)
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "delta_grad == 0.0", UserWarning)  # of an aim that is linear
