@@ -47,7 +47,7 @@ from fenics_mech.studies.design.trial_tasks import read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 Held = tuple[Stack, Stack]  # M and K of the mechanism held at its positions
-Shift = tuple[State, Array | None]  # changes of q and q', and half the difference of the damping of modes
+Shift = tuple[State, Array | None]  # changes of q and q' at some angles, and that of the damping of modes there
 SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
 SHARE = 1e-2  # of a step, that multipliers take: their angles change far more than other numbers
 LARGEST = 0.99  # of the largest multiplier: a margin of stability looks at no smaller ones
@@ -264,7 +264,10 @@ class _Side:
         return BesideKnown(known.cycle.at_points(gauss), self.at_points(gauss), change).tangents(state, there)
 
     def numbers(self, starts: Shift, points: Shift | None, stability: Stability | None) -> dict[str, float]:
-        """Recover the numbers of the known motion with a change of its own pace, at the points too where needed."""
+        """Recover the numbers of the known motion with changes of q and q' at its own pace.
+
+        `starts` are the changes at the starts of the sub-intervals, `points` those at collocation points if needed.
+        """
         known = self.known
         if stability is not None and known.names == {"multiplier"}:
             result = Result(of_stability(stability).assign_attrs(stamp(self.cycle.scene)))
