@@ -14,7 +14,7 @@ from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import StaticSolution
-from fenics_mech.response.static.quasi_static import yielding_to
+from fenics_mech.response.static.quasi_static import held_still, yielding_to
 
 
 def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
@@ -45,7 +45,7 @@ def static_errors(solution: StaticSolution) -> dict[str, CorrectedResponse]:
     if law is None:
         q = yielding_to(system, load)
     else:
-        equation, still = Equation(system), np.zeros_like(response.displacement)
+        equation, still = Equation(held_still(system)), np.zeros_like(response.displacement)
         q = equation.about(response.displacement, still).stiffness.solve(load)
     if (law is not None or system.terms.stiffening is not None) and not scene.analysis.allow_coarse:
         _refuse_large(system, response.displacement, q)

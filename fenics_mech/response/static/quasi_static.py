@@ -105,7 +105,8 @@ def displacement_under(system: System, load: Array, lost: float = math.inf) -> A
     rounded = losses(stiffness, answer, load)
     if lost < math.inf:
         refuse_lost(system, answer, rounded, lost)
-    return _refined(system, answer, load, rounded, lambda q: stiffness)
+    linear = system.with_terms(replace(system.terms, law=None))  # as K is
+    return _refined(linear, answer, load, rounded, lambda q: stiffness)
 
 
 def _refined(system: System, q: Array, load: Array, rounded: Array, tangent: Callable[[Array], Stack]) -> Array:
@@ -122,12 +123,15 @@ def _refined(system: System, q: Array, load: Array, rounded: Array, tangent: Cal
 def _resistance(system: System, q: Array) -> Array:
     """Give the forces that hold q (N, N m), ``(angles, coordinates)``, with the strain of each element."""
     v, forces = system.to_links(q), system.rotation_forces
+    still = np.zeros_like(v)
     elastic = elastic_forces(system, v)
+    if (spin := system.spin) is not None:
+        elastic += system.assembled(spin.force(v, still, still, system.motion.alpha))
     for part in system.added_stiffness:
         elastic += part.times(v)
     found = system.on_coordinates(elastic)
     if forces is not None:
-        found += system.transformation.backward_at(system.values, forces.dofs, forces.force(v, np.zeros_like(v)))
+        found += system.transformation.backward_at(system.values, forces.dofs, forces.force(v, still))
     return found
 
 
@@ -151,7 +155,7 @@ def _solve_nonlinear(system: System) -> ElasticResponse:
     assert law is not None
     linear = replace(system, terms=replace(system.terms, law=None))
     start = solve_static(linear).displacement
-    equation = Equation(replace(system, terms=replace(system.terms, coupled=False)))
+    equation = Equation(held_still(system))
     still = np.zeros_like(start)
     tension = law.axial(equation.in_links(start, still)[0])
 
@@ -167,11 +171,25 @@ def _solve_nonlinear(system: System) -> ElasticResponse:
     rounded = losses(equation.linear.stiffness, start, system.load)
     return ElasticResponse(
         displacement=_refined(
-            system, found.displacement, system.load, rounded, lambda q: equation.about(q, still).stiffness
+            equation.system, found.displacement, system.load, rounded, lambda q: equation.about(q, still).stiffness
         ),
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),
     )
+
+
+def held_still(system: System) -> System:
+    """Give the mechanism whose links do not vibrate: of the coupling, what dampers feel of displaced ends is left.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    """
+    terms, matrices = system.terms, system.terms.matrices
+    if terms.coupled:
+        matrices = replace(matrices, follower=matrices.follower + matrices.convective, convective=())
+    return system.with_terms(replace(terms, coupled=False, matrices=matrices))
 
 
 @contextmanager
