@@ -178,3 +178,12 @@ def test_linear_strains_have_nothing_to_begin_from():
     scene = scene_with(2, 40).changed(effects=("coupling",))
     solution = solved(scene)
     assert KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit) is None
+
+
+def test_positions_in_a_short_pulse_are_not_magnified_beside_it():
+    """A motion turns a corner in a step of 1e-4 rad: beside it the polynomial was off by twice the largest value."""
+    angles = 2 * np.pi * (np.arange(48) + 0.5) / 48
+    turned = np.sort(np.concatenate([angles, np.pi + 1e-4 * np.array([0.16, 0.64, 1.0])]))
+    places = np.linspace(0, 2 * np.pi, 1001)
+    found = interpolation(turned, places) @ np.abs(turned - np.pi - 5e-5)
+    assert found == pytest.approx(np.abs(places - np.pi), abs=0.05)  # where the cycle ends and the curve turns as well

@@ -17,6 +17,7 @@ from fenics_mech.response.periodic.newton import Beginning, Orbit
 
 STRAIGHT = 0.15  # of a motion, by which another differs, up to which a straight line through both goes on
 NEAR = 3  # points on either side of a place, from which values there are interpolated
+UNEVEN = 10.0  # times that a polynomial magnifies values, up to which it is taken; with equal steps it is below 4
 
 
 @dataclass(frozen=True)
@@ -113,6 +114,8 @@ class KnownMotion:
 def interpolation(turned: Array, places: Array) -> sp.csr_matrix:
     """Give the matrix that interpolates values over a cycle, by Lagrange's polynomials through the nearest points.
 
+    Where some of these are far closer together than others, as in short pulses, it is by straight lines.
+
     Parameters
     ----------
     turned
@@ -129,5 +132,9 @@ def interpolation(turned: Array, places: Array) -> sp.csr_matrix:
     turns, points = np.divmod(np.searchsorted(turned, places)[:, None] + np.arange(-NEAR, NEAR), len(turned))
     away, same = turned[points] + TURN * turns - places[:, None], np.eye(2 * NEAR)
     parts = np.where(same, 1.0, away[:, None, :]) / (same + away[:, None, :] - away[:, :, None])
-    begins = np.arange(0, points.size + 1, 2 * NEAR)
-    return sp.csr_matrix((parts.prod(axis=2).ravel(), points.ravel(), begins), (len(places), len(turned)))
+    found, begins = parts.prod(axis=2), np.arange(0, points.size + 1, 2 * NEAR)
+    uneven = np.abs(found).sum(axis=1) > UNEVEN
+    before, after = away[uneven, NEAR - 1], away[uneven, NEAR]
+    found[uneven] = 0.0
+    found[uneven, NEAR - 1], found[uneven, NEAR] = after / (after - before), -before / (after - before)
+    return sp.csr_matrix((found.ravel(), points.ravel(), begins), (len(places), len(turned)))
