@@ -89,13 +89,18 @@ class CycleCurves:
         """
         values = self.values[:: self.per_position]
         if len(values) % 2 and self.corners is not None:
-            values = self.at(np.arange(len(values) + 1) * len(values) / (len(values) + 1))
+            values = self._at_one_more()
         even, odd = np.arange(0, len(values), 2), np.arange(1, len(values), 2)
         if self.corners is None:
             odd = np.append(odd, odd[-1:])[: len(even)]  # of an odd number the last is there twice
             return self.of_positions(values[np.stack([even, odd], axis=1)])
         halves = values[np.stack([even, odd], axis=1)]
         return self._of_kinds(halves, np.stack([self.corners, self.corners]), self.of_harmonics)
+
+    def _at_one_more(self) -> Array:
+        """Give the values at one more even place than there are positions, ``(places, ...)``."""
+        count = len(self.values) // self.per_position
+        return self.at(np.arange(count + 1) * count / (count + 1))
 
     def at(self, places: Array) -> Array:
         """Give the values at some places, ``(places, ...)``.
@@ -338,7 +343,7 @@ def _at_one_more(values: Array, of_harmonics: bool) -> Array:
     count = len(values)
     if of_harmonics:
         return np.asarray(np.fft.irfft(np.fft.rfft(values, axis=0), count + 1, axis=0) * ((count + 1) / count))
-    return CycleCurves(values, _spline_slopes(values)).at(np.arange(count + 1) * count / (count + 1))
+    return CycleCurves(values, _spline_slopes(values))._at_one_more()
 
 
 def _fading(values: Array) -> Array:
