@@ -160,7 +160,7 @@ def test_what_rounding_of_stiff_short_elements_takes_is_told(effects):
         off = np.abs(fine["strain"] - base["strain"]).sel(member=["coupler.AB", "follower"]).max().item()
         told = fine["strain_error"].sel(source="mesh", member=["coupler.AB", "follower"]).max().item()
         more = told - base["strain_error"].sel(source="mesh", member=["coupler.AB", "follower"]).max().item()
-        assert 1 < more / off < 20
+        assert 1 < more / off < 10  # measured 1.5 to 3.1; what rounding takes differs between machines
     with pytest.raises(UnresolvedError, match=r"rounding takes .* as member 'coupler\.BP' has many elements"):
         analyse(with_stiff_arm(40, 1e5, effects[:1]))
 

@@ -50,8 +50,9 @@ def told(scene, stations, many):
 
 
 def test_under_a_load_inside_a_member():
-    """5.8 % are missed, of which a parabola tells 0.2 %. A station there has the smaller side of the axial force."""
-    assert told(seed_four_bar(analysis=STILL, loads=PRESS), 11, 401) == pytest.approx(1.0013, abs=1e-4)
+    """5.8 % are missed, of which a parabola tells 0.2 %."""
+    found = told(seed_four_bar(analysis=STILL, loads=PRESS), 11, 402)
+    assert found == pytest.approx(1, abs=1 / 401)  # by which the moment is less at the station next to the load, at most
 
 
 @pytest.mark.parametrize(("place", "share"), [(0.35, 0.65), (0.65, 0.65)])
