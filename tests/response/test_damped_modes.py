@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from fenics_mech._sparse import Stack
 from fenics_mech.accuracy.undamped_modes import left_undamped
 from fenics_mech.analysis import solved
+from fenics_mech.errors import SolverError
 from fenics_mech.response import damped_modes as module
 from fenics_mech.response.damped_modes import damped_modes
 from fenics_mech.response.modal_damping import FACTOR
+from fenics_mech.response.mode_shapes import slowest
 from fenics_mech.response.periodic.cycle import Cycle, system_at_places
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
@@ -157,3 +160,14 @@ def assert_alike(unit, *factors):
     """Factors F of the same damping ``F^T F``, but for interpolation."""
     whole, exact = (scaled.transpose(0, 2, 1) @ scaled for scaled in (values / unit for values in factors))
     assert np.abs(whole - exact).max() < FACTOR.few_smooth * np.abs(exact).max()
+
+
+def test_shapes_that_rounding_makes_alike_are_left_out():
+    """Oscillators of 1, 2, 3 and 4 rad/s, sought by three shapes of which two are the same but for 1e-9."""
+    mass, stiffness = (Stack.of_full(np.diag(part)[None]) for part in (np.ones(4), np.arange(1.0, 5.0) ** 2))
+    start = np.array([[1.0, 0.2, 0.1, 0.1], [0.3, 1.0, 0.1, 0.2], [0.3, 1.0, 0.1, 0.2 + 1e-9]])
+    squares, shapes, _ = slowest(mass, stiffness, start, 2)
+    assert squares[0] == pytest.approx([1, 1 / 4], rel=1e-3)  # the iteration ends where it changes by less
+    assert shapes.shape == (1, 2, 4)
+    with pytest.raises(SolverError, match="the damping needs 3 modes, and rounding leaves 2"):
+        slowest(mass, stiffness, start, 3)
