@@ -163,9 +163,9 @@ def assert_alike(unit, *factors):
 
 
 def test_shapes_that_rounding_makes_alike_are_left_out():
-    """Oscillators of 1, 2, 3 and 4 rad/s, sought by three shapes of which two are the same but for 1e-9."""
+    """Oscillators of 1, 2, 3 and 4 rad/s, sought by three shapes of which two are the same but for 1e-7."""
     mass, stiffness = (Stack.of_full(np.diag(part)[None]) for part in (np.ones(4), np.arange(1.0, 5.0) ** 2))
-    start = np.array([[1.0, 0.2, 0.1, 0.1], [0.3, 1.0, 0.1, 0.2], [0.3, 1.0, 0.1, 0.2 + 1e-9]])
+    start = np.array([[1.0, 0.2, 0.1, 0.1], [0.3, 1.0, 0.1, 0.2], [0.3, 1.0, 0.1, 0.2 + 1e-7]])
     squares, shapes, _ = slowest(mass, stiffness, start, 2)
     assert squares[0] == pytest.approx([1, 1 / 4], rel=1e-3)  # the iteration ends where it changes by less
     assert shapes.shape == (1, 2, 4)
