@@ -23,7 +23,7 @@ class StaticLimits:
     """Limits of positions in equilibrium."""
 
     largest_loss: float = 1e-3  # of an answer by rounding; measured, the estimate is up to 20 times the true loss
-    refined: float = 1e-9  # such an estimate, from which answers are refined; it is down to a 16th of the true loss
+    refined: float = 1e-9  # estimated loss from which answers are refined, as the true one may be 16 times as large
     refinements: int = 3  # measured, each leaves a fiftieth of the loss, or less
     smaller: float = 0.95  # of a tension that buckles, until it does not
 
