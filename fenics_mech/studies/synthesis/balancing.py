@@ -182,8 +182,8 @@ def balance(
     """Find counterweights that make the shaking force least, or a sum of squares of force, moment and torque.
 
     Each is divided by its root mean square without counterweights, so that weights of 1 count alike. On a link that
-    bends, a bar holds the counterweight; its mass is taken into account. On a rigid link the counterweight goes into the
-    link's mass and inertia.
+    bends, a bar holds the counterweight; its mass is taken into account. On a rigid link the counterweight is part of
+    the link's mass and inertia.
 
     Parameters
     ----------
