@@ -51,7 +51,10 @@ def _positive(system: System) -> tuple[Stack, Stack]:
     if len(indefinite := not_positive(stiffness)):
         least = [np.linalg.eigvalsh(stiffness.dense(k))[0] for k in indefinite]
         theta = np.degrees(system.motion.theta[indefinite[int(np.argmin(least))]])
-        raise SolverError(f"the stiffness is not positive at drive angle {theta:.6g} deg: it has no modes to damp")
+        raise SolverError(
+            f"the stiffness is not positive at drive angle {theta:.6g} deg, so that there are no modes to damp. Take "
+            "weaker springs where they push links over, or fewer elements in members that are far stiffer than others"
+        )
     return mass, stiffness
 
 
