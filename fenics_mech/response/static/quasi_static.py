@@ -112,9 +112,10 @@ def displacement_under(system: System, load: Array, lost: float = math.inf) -> A
 def _refined(system: System, q: Array, load: Array, rounded: Array, tangent: Callable[[Array], Stack]) -> Array:
     """Refine answers by the part of the load that they leave over (Wilkinson, 1963), where rounding takes enough.
 
-    `rounded` is the share that it takes, ``(angles,)``, and `tangent` gives the stiffness about an answer.
+    Where it takes too much they would get worse. `rounded` is the share that it takes, ``(angles,)``, and `tangent`
+    gives the stiffness about an answer.
     """
-    if system.beams.reduction is None and rounded.max(initial=0.0) > STATIC.refined:
+    if system.beams.reduction is None and STATIC.refined < rounded.max(initial=0.0) <= STATIC.largest_loss:
         for _ in range(STATIC.refinements):
             q = q + tangent(q).solve(load - _resistance(system, q))
     return q
