@@ -23,7 +23,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.damping_factors import DampingFactor
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.mechanism.modal_forces import ModalForces, NonlinearModalForces
-from fenics_mech.mechanism.spin_tangents import mass_with_spin, places_of, with_spin
+from fenics_mech.mechanism.spin_tangents import mass_with_spin, places_of, turning_forces, with_spin
 from fenics_mech.mechanism.system import System
 
 States = tuple[Array, Array, Array]  # coordinates and their first two time derivatives
@@ -322,11 +322,8 @@ class Equation:
         found = linear.left(q, rate, second) - share * linear.load
         if (law := system.terms.law) is not None and of_law is not None:
             found += self.to_coordinates(of_law, law.dofs)
-            if (forces := system.rotation_forces) is not None:
-                found += self.to_coordinates(forces.scaled(share).force(*self.in_links(q, rate)), forces.dofs)
-        if (spin := system.spin) is not None:
-            forces_of_spin = spin.force(*self.state_in_links(q, rate, second), system.motion.alpha)
-            found += self.to_coordinates(forces_of_spin, spin.dofs)
+        for forces in turning_forces(self, state, share):
+            found += forces
         return found if self.modal is None else found + self.modal.of(q, rate)
 
     @cached_property

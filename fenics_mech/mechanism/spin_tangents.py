@@ -1,7 +1,8 @@
-"""Tangents of the inertia of sections whose axes turn far, as matrices over the coordinates q."""
+"""Inertia of sections whose axes turn far, and forces on their rotations: over the coordinates q, with tangents."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,30 @@ from fenics_mech.mechanism.matrices import Matrices
 if TYPE_CHECKING:
     from fenics_mech._sparse import Stack
     from fenics_mech.mechanism.equation import Equation
+
+
+def turning_forces(equation: Equation, state: tuple[Array, Array, Array], share: float = 1.0) -> Iterator[Array]:
+    """Give what linear parts lack of forces on rotations and of the sections' inertia where axes turn far.
+
+    Parameters
+    ----------
+    equation
+        The equation of motion.
+    state
+        q, q' and q'', ``(angles, coordinates)`` each.
+    share
+        Of the forces on rotations.
+
+    Yields
+    ------
+    numpy.ndarray
+        Forces on the coordinates (N, N m), ``(angles, coordinates)``; none where slopes are small.
+    """
+    system = equation.system
+    if (forces := system.rotation_forces) is not None:
+        yield equation.to_coordinates(forces.scaled(share).force(*equation.in_links(*state[:2])), forces.dofs)
+    if (spin := system.spin) is not None:
+        yield equation.to_coordinates(spin.force(*equation.state_in_links(*state), system.motion.alpha), spin.dofs)
 
 
 def with_spin(equation: Equation, matrices: Matrices, state: tuple[Array, Array, Array]) -> Matrices:

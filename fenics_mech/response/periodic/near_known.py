@@ -21,6 +21,7 @@ from fenics_mech.forces.elastic_response import ElasticResponse, ModalDamping, r
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
+from fenics_mech.mechanism.spin_tangents import turning_forces
 from fenics_mech.response.modal_damping import through
 from fenics_mech.response.mode_shapes import every, held
 
@@ -268,14 +269,12 @@ def residual_of_links(equation: Equation, q: Array, rate: Array, second: Array) 
     q, rate, second
         Coordinates and their first two time derivatives, ``(positions, coordinates)``.
     """
-    system, p, state = equation.system, equation.jets[0], equation.in_links(q, rate)
+    system, state = equation.system, equation.in_links(q, rate)
     found = _linear_of_links(equation, (q, rate, second), state) - system.load
-    for law in (system.terms.law, system.rotation_forces):
-        if law is not None:
-            found += system.transformation.backward_at(p, law.dofs, law.force(*state))
-    if (spin := system.spin) is not None:
-        forces = spin.force(*equation.state_in_links(q, rate, second), system.motion.alpha)
-        found += system.transformation.backward_at(p, spin.dofs, forces)
+    if (law := system.terms.law) is not None:
+        found += equation.to_coordinates(law.force(*state), law.dofs)
+    for forces in turning_forces(equation, (q, rate, second)):
+        found += forces
     return found
 
 

@@ -18,6 +18,7 @@ from fenics_mech.forces.element_ends import elastic_forces
 from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.mechanism.matrices import Matrices, not_positive
+from fenics_mech.mechanism.spin_tangents import turning_forces
 from fenics_mech.response.periodic.newton import Orbit, solve_nonlinear
 from fenics_mech.response.static.equilibrium import STATIC, losses, naming_buckled, refuse_buckled, refuse_lost
 
@@ -106,33 +107,30 @@ def displacement_under(system: System, load: Array, lost: float = math.inf) -> A
     if lost < math.inf:
         refuse_lost(system, answer, rounded, lost)
     linear = system.with_terms(replace(system.terms, law=None))  # as K is
-    return _refined(linear, answer, load, rounded, lambda q: stiffness)
+    return _refined(Equation(linear), answer, load, rounded, lambda q: stiffness)
 
 
-def _refined(system: System, q: Array, load: Array, rounded: Array, tangent: Callable[[Array], Stack]) -> Array:
+def _refined(equation: Equation, q: Array, load: Array, rounded: Array, tangent: Callable[[Array], Stack]) -> Array:
     """Refine answers by the part of the load that they leave over (Wilkinson, 1963), where rounding takes enough.
 
     Where it takes too much they would get worse. `rounded` is the share that it takes, ``(angles,)``, and `tangent`
     gives the stiffness about an answer.
     """
-    if system.beams.reduction is None and STATIC.refined < rounded.max(initial=0.0) <= STATIC.largest_loss:
+    if equation.system.beams.reduction is None and STATIC.refined < rounded.max(initial=0.0) <= STATIC.largest_loss:
         for _ in range(STATIC.refinements):
-            q = q + tangent(q).solve(load - _resistance(system, q))
+            q = q + tangent(q).solve(load - _resistance(equation, q))
     return q
 
 
-def _resistance(system: System, q: Array) -> Array:
+def _resistance(equation: Equation, q: Array) -> Array:
     """Give the forces that hold q (N, N m), ``(angles, coordinates)``, with the strain of each element."""
-    v, forces = system.to_links(q), system.rotation_forces
-    still = np.zeros_like(v)
+    system, v, still = equation.system, equation.system.to_links(q), np.zeros_like(q)
     elastic = elastic_forces(system, v)
-    if (spin := system.spin) is not None:
-        elastic += system.assembled(spin.force(v, still, still, system.motion.alpha))
     for part in system.added_stiffness:
         elastic += part.times(v)
     found = system.on_coordinates(elastic)
-    if forces is not None:
-        found += system.transformation.backward_at(system.values, forces.dofs, forces.force(v, still))
+    for forces in turning_forces(equation, (q, still, still)):
+        found += forces
     return found
 
 
@@ -172,7 +170,7 @@ def _solve_nonlinear(system: System) -> ElasticResponse:
     rounded = losses(equation.linear.stiffness, start, system.load)
     return ElasticResponse(
         displacement=_refined(
-            equation.system, found.displacement, system.load, rounded, lambda q: equation.about(q, still).stiffness
+            equation, found.displacement, system.load, rounded, lambda q: equation.about(q, still).stiffness
         ),
         inertia=system.rigid_acceleration,
         velocity=np.zeros_like(system.rigid_acceleration),
