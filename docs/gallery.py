@@ -17,10 +17,11 @@ import numpy as np
 
 import fenics_mech as fm
 from fenics_mech.views.freedom_figure import freedom_figure
-from fenics_mech.views.judgements import ADVICE, Judgement, headline, judgements, verdict
+from fenics_mech.views.judgements import Judgement, headline, judgements, verdict
 from fenics_mech.views.key_figures import key_figures
 from fenics_mech.views.motion_figures import poincare_figure
 from fenics_mech.views.reading import Reading
+from fenics_mech.views.remedies import advice
 from fenics_mech.views.result_figures import force_figure
 from fenics_mech.views.words import share, short
 
@@ -265,7 +266,7 @@ def section(name: str, result: fm.Result, complete: fm.Result | None = None) -> 
         usable(result),
     ]
     if complete is not None:
-        lines[-1] += f" {of('theory', result).text.removesuffix(ADVICE).strip()}"
+        lines[-1] += f" {of('theory', result).text.removesuffix(advice(result)).strip()}"
         lines.append(f'With `effects = "auto"`: {SHOWN[name].answer(complete)} {usable(complete)}')
     return "\n\n".join(lines) + "\n"
 

@@ -218,4 +218,4 @@ def warn(warnings: Sequence[str], strict: bool) -> None:
     for text in warnings:
         err.print(f"[bold yellow]warning:[/] {escape(text)}", soft_wrap=True, highlight=False)
     if strict and warnings:
-        raise MechanismError("warnings are errors with --strict: change the numbers above, or leave --strict out")
+        raise MechanismError("warnings are errors with --strict: change what they tell of, or leave --strict out")

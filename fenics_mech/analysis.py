@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
@@ -17,6 +16,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
+from fenics_mech.planning.answer_remarks import answer_remarks
 from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
 from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
@@ -26,7 +26,6 @@ from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.labelled import labelled, recovered
 from fenics_mech.recovery.peaks import PEAKS
 from fenics_mech.recovery.rigid_result import rigid_result
-from fenics_mech.recovery.strength import exceeded
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.steady_state import by_collocation, stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
@@ -38,7 +37,6 @@ from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
 from fenics_mech.scene import Analysis, Scene
-from fenics_mech.scene.plausibility import implausible
 
 logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
@@ -101,9 +99,7 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    result.data.attrs["warnings"] = json.dumps(
-        [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
-    )
+    result.data.attrs.update(answer_remarks(scene, result))
     return result
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell
+from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell, warn
 from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, Units, refined_scene, with_units
 from fenics_mech.errors import MechanismError, printable
 
@@ -32,6 +32,9 @@ def run(
 ) -> None:
     """Analyse a scene: write result.nc, warnings.txt, report.html and plots, print a summary.
 
+    With --strict a warning ends it with an error: about numbers of the scene before anything is written, about the
+    result, such as a tolerance that is not met, after all is written.
+
     Under mpirun the processes share the positions.
     """
     if as_json and (quiet or units or details):
@@ -39,6 +42,8 @@ def run(
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
+        from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
         from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
@@ -73,8 +78,8 @@ def run(
     elif not quiet:
         out.print(summary(result, details))
         tell(_told(written, folder))
-    if strict and result.warnings:
-        raise MechanismError("warnings are errors with --strict: change the scene, or leave --strict out")
+    if strict or quiet:  # else the summary tells them
+        warn([text for text in warnings_of(result) if text not in implausible(loaded)], strict)
 
 
 def _write_warnings(result: Result, folder: Path) -> Path:

@@ -15,6 +15,7 @@ from fenics_mech.beams.shapes import NORMAL
 from fenics_mech.effects.effect import Effect
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.scene.bodies import POISSON
 from fenics_mech.scene.joints import Joint
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ def beams(scene: Scene, links: Beams) -> Beams:
     Raises
     ------
     SceneError
-        When a material or a section does not say what is needed, or a pin travels along a member that bends.
+        When a section does not say what is needed, or a pin travels along a member that bends.
     """
     _refuse_travelling(scene.joints)
     (stiffness,) = along_elements(
@@ -52,8 +53,30 @@ def _angle(links: Beams, stiffness: Array) -> Array:
     return -moments / (moments[:, [1, 3]].sum(axis=-1) + stiffness)[:, None]
 
 
+def assumed(scene: Scene) -> tuple[str, ...]:
+    """Say of which materials Poisson's ratio is assumed: those that state none, and of which members consist.
+
+    Parameters
+    ----------
+    scene
+        A scene with this effect.
+    """
+    found, middle = [], np.array([0.5])
+    for name, material in scene.materials.items():
+        stated = scene.changed({f"materials.{name}.shear_modulus": material.rigidity / 2})
+        softer = (
+            stated.shear_stiffness(label, middle) < scene.shear_stiffness(label, middle) for label in scene.members()
+        )
+        if material.shear_unstated and any(softer):
+            found.append(
+                f"materials.{name} states neither `poisson` nor `shear_modulus`: shear takes a Poisson's ratio of "
+                f"{POISSON}, as of metals. Wood and composites need `shear_modulus`"
+            )
+    return tuple(found)
+
+
 def missing_data(scene: Scene) -> str:
-    """Say which member does not state its shear stiffness, or which pin travels along one; else nothing."""
+    """Say which member does not state its shear factor, or which pin travels along one; else nothing."""
     try:
         for label in scene.members():
             scene.shear_stiffness(label, np.zeros(1))

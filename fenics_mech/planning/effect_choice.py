@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS, LADDER, TENSION, exact_theory
+from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS, LADDER, TENSION, exact_theory, judged
 from fenics_mech.accuracy.validity import bow
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice, Survey
@@ -33,6 +33,7 @@ class ChoiceLimits:
     certain: float = 1.0  # size from which a survey shows that strains are not linear; it may be 50 times too large
     deflection: float = 0.05  # share that linear strains may leave out: they leave out all shortening
     share: float = 0.2  # of a tolerance, that each source of errors is sent below
+    left_out: float = 0.3  # of a tolerance, that the effects left out may come to: steps and mesh take up to 0.7
     positions: int = 48  # of the survey
     most_positions: int = 240  # of the survey, where modes or loads need more
     modes: int = 8  # of the survey
@@ -235,6 +236,18 @@ def survey_positions(scene: Scene, common: CommonParts) -> int:
     return positions_for_corners(linkage, scene.drive_angles, analysis.method == "periodic", CHOICE.positions, most)
 
 
+def _adding_up(scene: Scene, sizes: Mapping[str, float]) -> set[str]:
+    """Effects without which those left out would come to more than their share of a tolerance, the largest first.
+
+    What the theory's own error tells of an answer is not among them.
+    """
+    known = judged(scene.analysis.method)
+    small_first = sorted((name for name in sizes if name not in known), key=sizes.__getitem__)
+    sums = np.cumsum([sizes[name] for name in small_first])
+    most = CHOICE.left_out * scene.neglected if scene.tolerances else np.inf
+    return {name for name, added in zip(small_first, sums) if added > most}
+
+
 def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
     """Let those effects act whose size is above half the tolerance of the analysis: what is left out adds up.
 
@@ -251,7 +264,7 @@ def decided(scene: Scene, found: Survey) -> tuple[Scene, tuple[Choice, ...]]:
         The scene with these effects alone, and what was decided about each.
     """
     sizes = {name: effect.size(found) for name, effect in EFFECTS.items() if effect.size is not None}
-    large = {name for name, size in sizes.items() if size > scene.neglected / 2}
+    large = {name for name, size in sizes.items() if size > scene.neglected / 2} | _adding_up(scene, sizes)
     for effect in EFFECTS.values():
         if effect.replaces in large and effect.name in large:
             large.discard(effect.replaces)

@@ -15,6 +15,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
+from fenics_mech.planning.answer_remarks import WORDS
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
@@ -27,12 +28,6 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
 logger = logging.getLogger(__name__)
-WORDS = {
-    "strain": "strains",
-    "deflection": "deflections",
-    "joint_force": "joint forces",
-    "torque": "efforts of the drives",
-}
 
 
 class Analyser(Protocol):

@@ -51,8 +51,13 @@ class Result(OfScene):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Numbers of the scene that are hardly meant, and strengths that are exceeded; see `implausible`."""
+        """Tolerances not met, numbers of the scene that are hardly meant, strengths exceeded; see `implausible`."""
         return tuple(json.loads(self.data.attrs.get("warnings", "[]")))
+
+    @property
+    def notices(self) -> tuple[str, ...]:
+        """What was assumed, as the scene does not state it."""
+        return tuple(json.loads(self.data.attrs.get("notices", "[]")))
 
     def derived(self, name: str) -> xr.DataArray:
         """Give a quantity that follows from the result and is not kept in it.

@@ -14,10 +14,11 @@ from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.units import Angle, Density, Inertia, Length, Mass, Modulus
 
 Point = tuple[Length, Length]
+POISSON = 0.3  # of materials that state none: metals have 0.25 to 0.35, which changes G by 4 %
 
 
 class Material(Part):
-    """Young's modulus E (Pa) and density rho (kg/m^3); for the effect `shear` one of the other two.
+    """Young's modulus E (Pa) and density rho (kg/m^3); for the effect `shear` one of the next two.
 
     Parameters
     ----------
@@ -26,7 +27,8 @@ class Material(Part):
     shear_modulus
         G (Pa); without it E/(2 (1 + poisson)).
     poisson
-        Poisson's ratio. It also enters the shear factors of the sections.
+        Poisson's ratio. It also enters the shear factors of the sections. Where neither is stated, the effect `shear`
+        takes 0.3, and the result has a notice of it.
     strength
         Allowed stress (Pa): the result says how far it is used, and warns where an outer fibre exceeds it.
     fatigue
@@ -46,11 +48,19 @@ class Material(Part):
     fatigue: StressLife | None = None
 
     @property
-    def rigidity(self) -> float | None:
-        """Shear modulus G (Pa), stated or of an isotropic material; None where neither number is stated."""
-        if self.shear_modulus is not None or self.poisson is None:
-            return self.shear_modulus
-        return self.modulus / (2 * (1 + self.poisson))
+    def shear_unstated(self) -> bool:
+        """Whether it states neither its shear modulus nor Poisson's ratio."""
+        return self.shear_modulus is None and self.poisson is None
+
+    @property
+    def shear_poisson(self) -> float:
+        """Poisson's ratio in shear factors: as stated, 0 beside a shear modulus alone, and otherwise that of metals."""
+        return POISSON if self.shear_unstated else self.poisson or 0.0
+
+    @property
+    def rigidity(self) -> float:
+        """Shear modulus G (Pa), stated or of an isotropic material."""
+        return self.modulus / (2 * (1 + self.shear_poisson)) if self.shear_modulus is None else self.shear_modulus
 
 
 @dataclass(frozen=True)

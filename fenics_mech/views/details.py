@@ -109,16 +109,17 @@ def energy(result: Result) -> str:
     """
     residual, error, bound = (result.data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text, (factor, unit) = mean_powers(result)
+    rest = f"{number(factor * residual)} {unit}"
     if not any(effect.couples for effect in acting(result)):
-        return f"{text}, as the equation leaves out the coupling, without which energy does not balance."
-    text = f"{text} ({error:.1g} of the largest)"
+        return f"{text}. The rest, {rest}, is no error: the equation leaves out the coupling, and with it this power."
+    text = f"{text}; imbalance {rest} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
     return f"{text}."
 
 
 def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
-    """Tell the mean power of every cause and their sum, the imbalance; then the factor from watts and the unit.
+    """Tell the mean power of every cause; then the factor from watts and the unit.
 
     Parameters
     ----------
@@ -132,8 +133,7 @@ def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
     factor, unit = (1.0, "W") if largest >= REPORT.watts else (MILLI, "mW")
     told = {cause: value for cause, value in power.items() if abs(value) >= REPORT.rounding * largest}
     parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in told.items()]
-    imbalance = f"imbalance {number(factor * data.attrs['power_residual'])} {unit}"
-    return f"Mean power over the {whole}: {', '.join(parts)}; {imbalance}", (factor, unit)
+    return f"Mean power over the {whole}: {', '.join(parts)}", (factor, unit)
 
 
 def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
@@ -163,6 +163,7 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
     rows |= motion_rows(result, units or scene.answer_units)
     rows["damped by"] = damping_of(scene)
     rows["effects"] = _effects(result)
+    rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
     if analysis.reduction != "none":
         at_nodes = loads_at_nodes(active(scene))

@@ -15,6 +15,7 @@ from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
+from fenics_mech.planning.answer_remarks import unmet
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
@@ -22,6 +23,7 @@ from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.remedies import advice, remedy
 from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
@@ -37,15 +39,6 @@ SOURCES = {  # of errors, in words
     "theory": "linear theory",
     "effects": "effects left out",
 }
-REMEDIES = {  # what lowers an error
-    "mesh": "more elements",
-    "time": "more sub_intervals",
-    "harmonics": "more harmonics",
-    "modes": "more modes",
-    "stations": "more stations",
-    "effects": "effects = 'auto'",
-}
-ADVICE = "Write effects = 'auto' to take what is needed."
 WORDS = {
     "good": "The numbers can be used",
     "note": "The numbers can be used",
@@ -252,15 +245,15 @@ def theory(result: Result) -> Judgement:
             return Judgement(level, "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
         return Judgement(level, "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
     if left is not None:
-        return _linear_theory(level, left, f"{sentence(worst)}; {bent}.")
+        return _linear_theory(level, left, f"{sentence(worst)}; {bent}.", advice(result))
     limits = f"{percent(VALIDITY.euler_ratio)} of a buckling load and {percent(VALIDITY.bow)} of a length"
     if level == "good":
         return Judgement(level, "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
     if level == "bad":
-        text = f"{sentence(worst)}; {bent}. Linear theory holds to {limits}: the strains are wrong. {ADVICE}"
+        text = f"{sentence(worst)}; {bent}. Linear theory holds to {limits}: the strains are wrong. {advice(result)}"
         return Judgement(level, "outside the linear theory", text)
     off = f"Strains may be off by about {percent(euler.max())}, as the effects leave the axial forces out."
-    return Judgement(level, "at the edge of the linear theory", f"{off} {sentence(worst)}. {ADVICE}")
+    return Judgement(level, "at the edge of the linear theory", f"{off} {sentence(worst)}. {advice(result)}")
 
 
 def left_out(result: Result) -> tuple[float, float] | None:
@@ -279,19 +272,19 @@ def left_out(result: Result) -> tuple[float, float] | None:
     return strain, bent
 
 
-def _linear_theory(level: Level, left: tuple[float, float], why: str) -> Judgement:
+def _linear_theory(level: Level, left: tuple[float, float], why: str, cure: str) -> Judgement:
     """Judge linear theory by the estimate of what it leaves out."""
     strain, bent = left
     if not np.isfinite(strain):
         return Judgement(
-            level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {ADVICE}"
+            level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {cure}"
         )
     said = f"Linear theory leaves out {error_share(strain)} of the strain and {error_share(bent)} of the deflection."
     if level == "good":
         return Judgement(level, "inside the theory", f"{said} {why}")
     if level == "warn":
-        return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {ADVICE}")
-    return Judgement(level, "outside the linear theory", f"{said} {ROUGH} {why} {ADVICE}")
+        return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {cure}")
+    return Judgement(level, "outside the linear theory", f"{said} {ROUGH} {why} {cure}")
 
 
 def stability(result: Result) -> Judgement | None:
@@ -348,10 +341,12 @@ def error(result: Result) -> Judgement:
     largest = max(by, key=by.__getitem__)
     most = f"at most {share(total)}" if UNSEEN <= total < 1 else error_share(total)
     title, text = f"error {most}", f"{sentence(most)} of a member's largest strain, by estimate"
+    missed = unmet(result)  # of which the warnings tell cause and cure
     if total > SCENE.neglected:
         text += f"; {error_share(by[largest])} by {SOURCES.get(largest, f'the {largest}')}"
-        text += _remedy(result, largest)
-    level: Level = "good" if total <= ACCEPTED.of_strain else "warn"
+        text += "" if missed else remedy(result, largest)
+    level: Level = "good" if total <= ACCEPTED.of_strain and not missed else "warn"
+    title += ", tolerance not met" * bool(missed)
     parts = [f"{text}.", *beside_tolerance(result)]
     if wrong := too_uncertain(result):
         said = ", ".join(f"{name} {share(value)}" for name, value in wrong.items())
@@ -363,17 +358,6 @@ def error(result: Result) -> Judgement:
     if data.attrs["too_coarse"]:
         return Judgement("bad", title, f"Too large: do not use these numbers. {' '.join(parts)}", "error")
     return Judgement(level, title, " ".join(parts), "error")
-
-
-def _remedy(result: Result, source: str) -> str:
-    """Say what lowers an error by its largest source; of the theory `theory` says it."""
-    if source == "effects":
-        known = json.loads(result.data.attrs["effects"])
-        if lacking := max((e for e in known if e["lacking"]), key=lambda e: e["size"] or 0.0, default=None):
-            return f", as {lacking['name']} lacks data. {lacking['lacking']}"
-        if result.scene.effects == "auto":
-            return ", which a smaller tolerance lowers"
-    return f", which {REMEDIES[source]} lowers" if source in REMEDIES else ""
 
 
 def doubtful_peaks(result: Result) -> str | None:

@@ -10,7 +10,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
-from fenics_mech.views.judgements import judgements, verdict
+from fenics_mech.views.judgements import acting, judgements, verdict
 
 ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
 FIGURES = ("solver", "elements", "dofs", "mobility", "power_balance_error", "energy_fluctuation", "speed_fluctuation")
@@ -42,6 +42,7 @@ def key_figures(result: Result) -> dict[str, Any]:
         "method": str(scene.analysis.method),
         "positions": data.sizes["theta"],
         "warnings": list(result.warnings),
+        "notices": list(result.notices),
         "joints": _joints(closer),
     }
     if scene.members():
@@ -62,6 +63,8 @@ def key_figures(result: Result) -> dict[str, Any]:
             for mode, curve in enumerate(frequency.T, 1)
         ]
     attributes = {name: data.attrs[name] for name in (*FIGURES, *ESTIMATES) if name in data.attrs}
+    if scene.members() and not any(effect.couples for effect in acting(result)):
+        attributes.pop("power_balance_error", None)  # the equation leaves out power: it is no error
     return _plain(found | attributes)
 
 

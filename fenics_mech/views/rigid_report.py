@@ -60,7 +60,9 @@ def rigid_energy(result: Result) -> str:
     result
         The result.
     """
-    return f"{mean_powers(result)[0]} ({result.data.attrs['power_balance_error']:.1g} of the largest)."
+    (text, (factor, unit)), attributes = mean_powers(result), result.data.attrs
+    rest = f"imbalance {number(factor * attributes['power_residual'])} {unit}"
+    return f"{text}; {rest} ({attributes['power_balance_error']:.1g} of the largest)."
 
 
 def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:

@@ -28,7 +28,7 @@ from fenics_mech.views.rigid_report import (
     running_lines,
     small_motions_table,
 )
-from fenics_mech.views.words import share, short
+from fenics_mech.views.words import AT_MOST, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
 MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS, MOST_USED = 8, 3, 6, 2, 4  # that are shown
@@ -171,6 +171,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
     rows |= motion_rows(result, reading.units)
     rows["effects"] = _effects(result)
+    rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
     rows["damped by"] = damping_of(result.scene)
     table = Table.grid(padding=(0, 2))
     for name, text in rows.items():
@@ -240,15 +241,16 @@ def _effects(result: Result) -> str:
         if size is None:
             return name
         solved = change_by_vibration(result) if name == VIBRATION.name and effect["acts"] else None
-        of_peak = "" if solved is None else f" (of the peak stress {share(solved)})"
-        return f"{name} {_size(float(str(size)))}{of_peak}"
+        of_peak = "" if solved is None else f" (as solved {share(solved)} of the peak stress)"
+        return f"{name} {_size(float(str(size)))}".rstrip() + of_peak
 
     on = [said(effect) for effect in listed if effect["acts"]]
     out = [said(e) for e in listed if not e["acts"] and e["size"] is not None and e["name"] not in held]
     text = f"{', '.join(on) or 'none'}{'; left out: ' if out else ''}{', '.join(out)}"
     estimated = any(effect["size"] for effect in listed)
-    return f"{text} (shares of the strains, estimated from above)" if estimated else text
+    return f"{text} (upper bounds of their shares of the strains)" if estimated else text
 
 
 def _size(size: float) -> str:
-    return "(decisive)" if size >= 1 else "0" if size == 0 else share(size)
+    """Write an upper bound; one of all the strains or more says nothing."""
+    return "" if size >= 1 else "0" if size == 0 else f"{AT_MOST}{share(size).removeprefix('less than ')}"

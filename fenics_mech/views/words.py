@@ -8,6 +8,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.errors import percent, percent_of_error
 
 DEGREE, MINUS = "\N{DEGREE SIGN}", "\N{MINUS SIGN}"
+AT_MOST = "\N{LESS-THAN OR EQUAL TO} "
 LEAST, MOST = 1e-4, 1e6  # between them no exponent is written
 UNSEEN = 5e-4  # share below which a percentage has no digits
 

@@ -63,8 +63,10 @@ def test_slow_machines_are_quasi_static_and_fast_ones_are_not(seed):
 
 
 def test_a_tolerance_of_one_part_in_ten_needs_less(seed):
-    slow = seed.changed(drive__speed=8.0, effects="auto", tolerance=0.5)
-    chosen, _ = choose(slow)
+    slow = seed.changed(drive__speed=8.0, effects="auto", tolerance=0.6)
+    chosen, choices = choose(slow)
+    vibration = next(choice.size for choice in choices if choice.effect.name == "vibration")
+    assert 0.1 < vibration < 0.3 * 0.6  # what the effects left out may come to
     assert chosen.effects == ()
     assert chosen.analysis.method == "quasi-static"
 
@@ -83,8 +85,7 @@ def test_an_effect_whose_data_the_scene_lacks_is_named(seed):
     found = dataclasses.replace(examine(scene), slenderness=0.1)
     chosen, choices = decided(scene, found)
     shear = next(choice for choice in choices if choice.effect.name == "shear")
-    assert "sections.crank" in shear.missing
-    assert "`shear_modulus` or `poisson`" in shear.missing
+    assert "sections.crank.shear_factor" in shear.missing
     told = io.StringIO()
     Console(file=told, width=300).print(effects_table(choices, 0.01))
     assert f"shear would act, but lacks data: {shear.missing}" in told.getvalue()

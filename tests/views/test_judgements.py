@@ -133,20 +133,20 @@ def test_errors_by_their_size(result, total, coarse, level, said):
 
 
 @pytest.mark.parametrize(
-    ("effects", "lacking", "said"),
+    ("values", "lacking", "said"),
     [
-        ((), "", "by effects left out, which effects = 'auto' lowers."),
-        ("auto", "", "by effects left out, which a smaller tolerance lowers."),
+        ({}, "", "by effects left out, which a tolerance below 1 % lowers."),
+        ({"damping.ratio": 0.0}, "", "by effects left out, which effects = ['shear'] lowers."),  # takes no tolerance
         (
-            "auto",
+            {},
             "Give `poisson`",
             "by effects left out, as shear lacks data. Give `poisson`.",
         ),
     ],
 )
-def test_what_lowers_an_error_is_what_the_scene_lacks(result, effects, lacking, said):
+def test_what_lowers_an_error_is_what_the_scene_lacks(result, values, lacking, said):
     listed = [{"name": "shear", "size": 0.3, "acts": False, "lacking": lacking}]
-    scene = result.scene.changed(effects=effects).model_dump_json()
+    scene = result.scene.changed(values).model_dump_json()
     found = changed(result, sources={"time": 0.0, "effects": 0.3}, attributes={"error_estimate": 0.3, "scene": scene})
     assert said in error(Result(found.data.assign_attrs(effects=json.dumps(listed)))).text
 

@@ -34,7 +34,7 @@ def test_the_first_lines_are_machine_peak_and_verdict(result, monkeypatch):
 def test_gravity_that_is_not_stated_is_no_finding(result):
     assert "gravity (none is stated)" in str(summary(by_choice(result, {})))
     heavy = {"gravity": [0, "-9.81 m/s^2"]}
-    assert "gravity 42 %" in str(summary(by_choice(result, heavy)))
+    assert "gravity \N{LESS-THAN OR EQUAL TO} 42 %" in str(summary(by_choice(result, heavy)))
 
 
 def by_choice(result, more):

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, check_known
-from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, lines_from, shear_modulus
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, lines_from
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ class LaminateSection(Section):
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give ``EI^2/int S^2/(G b) dy``, S the stiffness-weighted first moment beyond y, as `Section` says."""
         t, e, middle = self._plies(stock.materials)
-        modulus = np.array([shear_modulus(stock.materials[ply.material], place) for ply in self.plies])
+        modulus = np.array([stock.materials[ply.material].rigidity for ply in self.plies])
         points, weights = np.polynomial.legendre.leggauss(3)  # exact for S^2, of degree 4 in a ply
         y = middle[:, None] + t[:, None] / 2 * points
         bottom = middle - t / 2

@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, stated_factor
 from fenics_mech.scene.units import Area, Length, SecondMoment
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def of_one_material(
-    s: Array, material: Material | None, area: Array | float, inertia: Array | float, fibre: Array | float
+    s: Array, material: Material, area: Array | float, inertia: Array | float, fibre: Array | float
 ) -> Rigidity:
     """Give the rigidity of a section of one material, with its outer fibres at the same distance on both sides.
 
@@ -37,8 +37,6 @@ def of_one_material(
     fibre
         Distance from the neutral line to the outer fibres (m), one number or ``(places,)``.
     """
-    if material is None:
-        raise ValueError("a section of one material needs the member's material")  # `check_sections` sees to it
     e = material.modulus
     rho = material.density
     return Rigidity.at(s, e * area, e * inertia, rho * area, rho * inertia, (e, e), (fibre, -fibre))
@@ -54,7 +52,8 @@ class PlainSection(Section):
     ----------
     shear_factor
         Share of the area that carries shear; by default that of the shape after Cowper, J. Appl. Mech. 33 (1966) 335,
-        with the material's Poisson ratio, or 0 where it states none. A custom section has no shape and no default.
+        with the material's Poisson ratio, or 0 where it states a shear modulus alone. A custom section has no shape and
+        no default.
     """
 
     shear_factor: ShearFactor | None = None
@@ -75,15 +74,14 @@ class PlainSection(Section):
 
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """EA, EI, rho A, rho I and fibres of the one material, as `Section.rigidity` says."""
-        return of_one_material(s, stock.material, self.area, self.inertia, self.fibre)
+        return of_one_material(s, stock.only, self.area, self.inertia, self.fibre)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """G times the shear factor times A, as `Section.shear_stiffness` says."""
-        modulus, poisson = shear_modulus(stock.material, place), (stock.material and stock.material.poisson) or 0.0
-        factor = self.shear_factor
+        material, factor = stock.only, self.shear_factor
         if factor is None:
-            factor = stated_factor(self.cowper(poisson), place)
-        return np.broadcast_to(modulus * factor * self.area, s.shape)
+            factor = stated_factor(self.cowper(material.shear_poisson), place)
+        return np.broadcast_to(material.rigidity * factor * self.area, s.shape)
 
     def cowper(self, poisson: float) -> float | None:
         """Give Cowper's shear factor of the shape; None where it has none.

@@ -16,7 +16,6 @@ from fenics_mech.scene.sections.rigidity import (
     Section,
     Stock,
     lines_from,
-    shear_modulus,
     stated_factor,
 )
 from fenics_mech.scene.units import Length
@@ -121,7 +120,7 @@ class PolygonSection(Section):
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
         factor, polygons = stated_factor(self.shear_factor, place), self._polygons(stock)
-        whole = sum(shear_modulus(of, place) * _polygon(outline, holes).area for outline, holes, of in polygons)
+        whole = sum(of.rigidity * _polygon(outline, holes).area for outline, holes, of in polygons)
         return np.full_like(s, factor * whole)
 
     def check(self, place: str, stock: Stock) -> None:

@@ -112,6 +112,13 @@ class Stock:
     materials: Mapping[str, Material]
     sections: Mapping[str, Section]
 
+    @property
+    def only(self) -> Material:
+        """The member's own material, which a section of one material needs."""
+        if self.material is None:
+            raise ValueError("a section of one material needs the member's material")  # `check_sections` sees to it
+        return self.material
+
 
 class Section(Part, ABC):
     """A cross-section."""
@@ -147,7 +154,7 @@ class Section(Part, ABC):
         Raises
         ------
         SceneError
-            When the shear modulus or the shear factor is not stated and does not follow from the shape.
+            When the shear factor is not stated and does not follow from the shape.
         """
 
     def check(self, place: str, stock: Stock) -> None:
@@ -177,25 +184,6 @@ def lines_from(axis: float, neutral: float, mass_centre: float, height: float) -
     neutral = axis if abs(neutral - axis) < SECTION.same_line * height else neutral
     mass_centre = neutral if abs(mass_centre - neutral) < SECTION.same_line * height else mass_centre
     return neutral - axis, mass_centre - axis
-
-
-def shear_modulus(material: Material | None, place: str) -> float:
-    """Give G of a material (Pa); raise `SceneError`, with the section's place, where it does not state it.
-
-    Parameters
-    ----------
-    material
-        The member's material.
-    place
-        The section's place in the scene, for the error.
-    """
-    if material is None or material.rigidity is None:
-        raise SceneError(
-            "a material of this section states neither its shear modulus nor Poisson's ratio, which shear needs",
-            place=place,
-            hint="Give the material `shear_modulus` or `poisson`",
-        )
-    return material.rigidity
 
 
 def stated_factor(factor: float | None, place: str) -> float:

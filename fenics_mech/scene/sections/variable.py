@@ -14,7 +14,7 @@ from fenics_mech.scene.base import Name, check_known
 from fenics_mech.scene.formulas.expression import FUNCTIONS, Formula
 from fenics_mech.scene.formulas.interval import unbounded_at
 from fenics_mech.scene.sections.plain import PlainSection, ShearFactor, of_one_material
-from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, shear_modulus, stated_factor
+from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock, stated_factor
 from fenics_mech.scene.units import in_unit
 
 CHECKED_PLACES = np.linspace(0, 1, 1001)  # places at which values must be positive
@@ -111,11 +111,11 @@ class VariableSection(Section):
     def rigidity(self, s: Array, stock: Stock) -> Rigidity:
         """EA, EI, rho A, rho I and fibres at every place, as `Section.rigidity` says."""
         area, inertia, fibre = (_values_along(profile, s) for profile in (self.area, self.inertia, self.fibre))
-        return of_one_material(s, stock.material, area, inertia, fibre)
+        return of_one_material(s, stock.only, area, inertia, fibre)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give G times the shear factor times A at every place, as `Section.shear_stiffness` says."""
-        modulus, factor = shear_modulus(stock.material, place), stated_factor(self.shear_factor, place)
+        modulus, factor = stock.only.rigidity, stated_factor(self.shear_factor, place)
         return modulus * factor * _values_along(self.area, s)
 
 

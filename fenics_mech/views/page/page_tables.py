@@ -197,7 +197,7 @@ def _size(size: float | None, least: float, estimated: bool) -> list[str]:
     on_scale = (min(max((math.log10(max(value, TINY)) + DECADES) / DECADES, 0.0), 1.0) for value in (size, least))
     filled, mark = on_scale
     bars = (tag("i", style=f"width:{100 * filled:.1f}%"), tag("u", style=f"left:{100 * mark:.1f}%"))
-    words = "nothing" if size == 0 else "decisive" if size >= 1 else share(size)
+    words = "nothing" if size == 0 else "not bounded" if size >= 1 else share(size)
     return [tag("span", *bars, class_="size", aria_hidden="true"), words]
 
 

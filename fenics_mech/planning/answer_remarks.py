@@ -1,0 +1,79 @@
+"""What is said beside an answer: warnings, among them of a tolerance that is not met, and what was assumed."""
+
+from __future__ import annotations
+
+import json
+
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.accuracy.theory_ladder import UNKNOWN
+from fenics_mech.effects.shear import EFFECT as SHEAR
+from fenics_mech.effects.shear import assumed
+from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.recovery import Result
+from fenics_mech.recovery.strength import exceeded
+from fenics_mech.scene import Scene
+from fenics_mech.scene.plausibility import implausible
+
+WORDS = {
+    "strain": "strains",
+    "deflection": "deflections",
+    "joint_force": "joint forces",
+    "torque": "efforts of the drives",
+}
+OF_EQUATION = {"theory": "linear theory", "effects": "effects left out"}  # sources that steps and mesh do not lower
+
+
+def answer_remarks(scene: Scene, result: Result) -> dict[str, str]:
+    """Give what is said beside an answer, as attributes of the result: lists of sentences as JSON.
+
+    Parameters
+    ----------
+    scene
+        The scene as it was stated.
+    result
+        Its result.
+    """
+    too_weak = exceeded(scene.members(), scene.sections, scene.materials, result.data)
+    taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
+    told = {"warnings": [*unmet(result), *implausible(scene), *too_weak], "notices": list(taken)}
+    return {name: json.dumps(sentences) for name, sentences in told.items()}
+
+
+def unmet(result: Result) -> list[str]:
+    """Say which tolerances a result does not meet by its estimates, why, and what to do about it.
+
+    Steps and mesh are within the tolerance, or there is no result. So what is beyond it comes from the equation.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    data, found = result.data, list[str]()
+    unknown = UNKNOWN in data.attrs.get("not_estimated", "")
+    for what, most in result.scene.tolerances.items():
+        if (name := f"{ERROR_VARIABLES[what][1]}relative_error") not in data:
+            continue
+        errors = dict(zip(map(str, data["source"].to_numpy()), data[name].to_numpy().tolist()))
+        total = sum(errors.values())
+        if total <= most and not unknown:
+            continue
+        worst = max((source for source in errors if source in OF_EQUATION), key=errors.__getitem__, default="")
+        size = f"at most {percent_of_error(total)}"
+        if total <= most or not worst:
+            size += f" without {UNKNOWN}, which is not estimated"
+        else:
+            size += f", and {percent_of_error(errors[worst])} is by {OF_EQUATION[worst]}"
+        found.append(f"{percent(most)} of the {WORDS[what]} is not met: the error is {size}. {_cure(result, worst)}")
+    return [f"tolerance: {text}" for text in found]
+
+
+def _cure(result: Result, source: str) -> str:
+    """Say what brings an error within its tolerance, by its largest source."""
+    decided = json.loads(result.data.attrs["effects"])
+    if not any(one["size"] is not None for one in decided):  # the scene lists its effects
+        return "Write effects = 'auto', or give a larger tolerance"
+    lacking = [one for one in decided if one["lacking"]]
+    if source == "effects" and lacking:
+        return "; ".join(f"The effect {one['name']!r} lacks data: {one['lacking']}" for one in lacking)
+    return "Give a larger tolerance"
