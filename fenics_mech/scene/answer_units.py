@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from fenics_mech.errors import SceneError, shortened
+from fenics_mech.scene.unit_spellings import meant
 from fenics_mech.scene.units import POUND, QUANTITY, in_unit
 
 KINDS = {"strain": "1", "length": "m", "stress": "Pa", "force": "N", "moment": "N*m", "speed": "rad/s"}  # and their SI
@@ -148,4 +149,7 @@ def _hint(name: str) -> str:
         return f"Write commas between units: '{', '.join(words)}'"
     if POUND.fullmatch(name):
         return f"{name} is a mass. Write 'lbf' for forces"
+    for unit in KINDS.values():
+        if len(name) < QUANTITY.longest and (likely := meant(f"1 {name}", in_unit(unit))):
+            return f"Did you mean '{likely.removeprefix('1 ')}'?"
     return "Known are units of strain, length, stress, force, moment and speed, such as 'mm', 'in', 'psi', 'lbf in'"

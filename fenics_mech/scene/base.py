@@ -53,7 +53,7 @@ class Part(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise first_error(error, values, _known_keys) from None
+            raise first_error(error, values, type(self), _known_keys) from None
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # parts of a part are validated without it
 
@@ -74,7 +74,7 @@ class Part(BaseModel):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise first_error(error, data, _known_keys) from None
+            raise first_error(error, data, cls, _known_keys) from None
 
 
 @cache

@@ -6,9 +6,10 @@ import difflib
 from collections.abc import Callable, Collection
 from typing import Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from fenics_mech.errors import SceneError, shortened
+from fenics_mech.scene.table_keys import table_keys
 
 BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
     "[key]", "one", "many", "revolute", "weld", "slot", "prismatic",
@@ -37,7 +38,9 @@ SENTENCES = {  # by pydantic's type of error, where its own words speak of Pytho
 }
 
 
-def first_error(error: ValidationError, data: Any, keys: Callable[[], Collection[str]]) -> SceneError:
+def first_error(
+    error: ValidationError, data: Any, part: type[BaseModel], keys: Callable[[], Collection[str]]
+) -> SceneError:
     """Turn pydantic's list of errors into one message about the first.
 
     Parameters
@@ -46,6 +49,8 @@ def first_error(error: ValidationError, data: Any, keys: Callable[[], Collection
         What pydantic found.
     data
         What it looked at.
+    part
+        What it was to be.
     keys
         Gives the known keys of all tables; it is asked where a key is unknown.
     """
@@ -56,10 +61,13 @@ def first_error(error: ValidationError, data: Any, keys: Callable[[], Collection
     if first["type"] == "extra_forbidden":
         beside = [other["loc"] for other in found if other["type"] == "missing"]
         missing = [str(loc[-1]) for loc in beside if loc[:-1] == first["loc"][:-1]]
-        near = difflib.get_close_matches(place[-1], missing, n=1) or _known_key(place[-1], keys())
+        near = difflib.get_close_matches(place[-1], missing, n=1)
         advice = "Remove it or correct its name; `fenics-mech schema` lists all keys"
         if len(place) > 1 and place[-1] in ABOVE:
             advice = "It belongs above the first [table] of the file"
+        else:
+            near = near or difflib.get_close_matches(place[-1], table_keys(part, first["loc"][:-1]), n=1, cutoff=0.8)
+            near = near or _known_key(place[-1], keys())
         message, hint = f"unknown key {shortened(place[-1])}", f"Did you mean {near[0]!r}?" if near else advice
     elif first["type"] == "missing":
         message = "this key is missing" if isinstance(first["loc"][-1], str) else "an entry of the list is missing"

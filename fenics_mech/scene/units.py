@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
 
 from fenics_mech.errors import shortened
+from fenics_mech.scene.unit_spellings import meant, spelled
 
 if TYPE_CHECKING:
     import pint
@@ -50,6 +51,7 @@ MISREAD = (  # what pint would read as something else, and what to write
         "a raised point. Write a decimal point, or * for a product",
     ),  # 1·5 as 5
     (re.compile(r"[-+]\s*[-+]"), "two signs. Write one"),  # --5 as 5
+    (re.compile(r"\bgr\b"), "'gr', which is a grain to some and a gram to others. Write g or grain"),
 )
 FREQUENCIES = "hertz", "counts_per_second", "becquerel", "baud"  # to pint all are 1/s, as rad/s is
 SIGNS = frozenset(".+-*/^()_%°·⋅⁻\N{MULTIPLICATION SIGN}")  # of quantities, beside letters, digits and spaces
@@ -111,6 +113,7 @@ def registry() -> pint.UnitRegistry:
 
     found: pint.UnitRegistry = pint.UnitRegistry(cache_folder=None)
     found.define("@alias pound = lbm")
+    found.define("Msi = 1e6 * psi")  # as moduli of fibres are stated
     return found
 
 
@@ -144,7 +147,20 @@ def _in_common(text: str, unit: str) -> float | None:
 
 @cache
 def _parse(text: str, unit: str) -> float:
-    """Convert the text of a quantity to a float in `unit`."""
+    """Convert the text of a quantity to a float in `unit`, or say what is likely meant."""
+    if len(text) > QUANTITY.longest:
+        return _by_pint(text, unit)
+    plain = spelled(text)
+    try:
+        return _read(plain, unit)
+    except ValueError as error:
+        said = str(error).replace(repr(plain), repr(text))
+        likely = meant(text, lambda other: _read(other, unit))
+        raise ValueError(f"{said}. Did you mean {likely!r}?" if likely else said) from error
+
+
+def _read(text: str, unit: str) -> float:
+    """Convert the text of a quantity in usual spelling to a float in `unit`."""
     common = _in_common(text, unit)
     return _by_pint(text, unit) if common is None else common
 

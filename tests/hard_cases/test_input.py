@@ -5,6 +5,7 @@ Each case says what is hard and what is expected in the message. No case may tak
 
 import os
 import random
+import re
 
 import numpy as np
 import pytest
@@ -244,3 +245,24 @@ def test_bounds_hold_all_values_between_them():
 
 def test_every_error_is_one_printable_line():
     assert str(MechanismError("a\nb\x1b[31m")) == r"a\nb\x1b[31m"
+
+
+@pytest.mark.parametrize(
+    ("written", "meant"),
+    [
+        ("[drive]", "[drives]"),
+        ("[materials.aluminium]", "[material.aluminium]"),
+        ("[masses]", "[mass]"),
+        ("[joints]", "[joint]"),
+        ("[sections.strip]", "[section.strip]"),
+        ("members.OA", "member.OA"),
+        ("points = { O = [0, 0], A", "point = { O = [0, 0], A"),
+        ("O.connect", "O.connects"),
+        ("[analysis]", "[analyse]"),
+    ],
+)
+def test_a_table_or_key_nearly_of_that_name_is_suggested_though_another_table_has_the_key(written, meant, demo_text):
+    """`drives` is a key of cams, `material` of members, `mass` of points, `member` of slots."""
+    right = re.search(r"[a-z]+", written.replace("O.", "").replace("A", ""))[0]
+    with pytest.raises(SceneError, match=f"Did you mean '{right}'"):
+        parse(demo_text.replace(written, meant, 1), file="hard.toml")

@@ -1,5 +1,7 @@
 """Quantities."""
 
+import math
+
 import pytest
 
 from fenics_mech.errors import SceneError
@@ -202,3 +204,75 @@ def test_a_drive_with_a_law_has_no_start():
     data["drive"]["start"] = 0.3
     with pytest.raises(SceneError, match=r"drive\.start: the start is that of a drive at constant speed"):
         Scene.read(data)
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "value"),
+    [
+        ("Pa", "210000 N/mm2", 210e9),
+        ("Pa", "210000 N/mm^2", 210e9),
+        ("Pa", "21000 kgf/mm2", 21000 * 9.80665e6),
+        ("Pa", "2 kp/cm2", 2 * 9.80665e4),
+        ("Pa", "30 Msi", 30e6 * 6894.757293168361),
+        ("kg/m**3", "7850 kg/m3", 7850),
+        ("kg/m**3", "7.85 g/cm3", 7850),
+        ("kg/m**3", "7850 kg m-3", 7850),
+        ("kg/m**3", "1e-3 kg/m3", 1e-3),
+        ("m**4", "8.67e-4 cm4", 8.67e-12),
+        ("m**2", "2 in2", 2 * 0.0254**2),
+        ("rad/s", "300 RPM", 10 * math.pi),
+        ("rad/s", "300 rev/min", 10 * math.pi),
+        ("rad/s", "300 rad/sec", 300),
+        ("N*m", "5 Nm", 5),
+        ("N*m", "5 kNm", 5e3),
+        ("N*m", "5 N-mm", 5e-3),
+        ("N*m/rad", "5 Nm/rad", 5),
+        ("N*s/m", "5 Ns/m", 5),
+        ("kg*m**2", "3 kg-m^2", 3),
+        ("kg*m**2", "3e-4 kg m2", 3e-4),
+        ("m/s**2", "-9.81 m/s2", -9.81),
+        ("1/s", "5 s-1", 5),
+        ("m", "2e-3 m", 2e-3),
+        ("m", "2 in", 0.0508),
+        ("N", "2 lbf", 2 * 4.4482216152605),
+    ],
+)
+def test_units_are_read_as_engineers_write_them(unit, text, value):
+    """An inch is 0.0254 m, a pound of force 4.4482216152605 N, a kilopond 9.80665 N, by definition."""
+    assert in_unit(unit)(text) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("unit", "text", "likely"),
+    [
+        ("Pa", "210 Gpa", "210 GPa"),
+        ("Pa", "250 mpa", "250 MPa"),
+        ("Pa", "2e5 N/MM2", "2e5 N/mm^2"),
+        ("kg", "2 Kg", "2 kg"),
+        ("kg", "2 kgs", "2 kg"),
+        ("kg", "200 gr", "200 g"),
+        ("kg/m**3", "7850 KG/M3", "7850 kg/m^3"),
+        ("N", "2 KN", "2 kN"),
+        ("N", "100 lbs", "100 lbf"),
+        ("N*m", "5 in-lb", "5 in lbf"),
+        ("m", '2"', "2 in"),
+        ("m", "12 MM", "12 mm"),
+        ("rad", "5 Deg", "5 deg"),
+        ("rad/s", "300 Rpm", "300 rpm"),
+        ("Hz", "2 khz", "2 kHz"),
+        ("kg*m**2", "3 kgm2", "3 kg m^2"),
+        ("s", "5 MS", "5 ms"),
+    ],
+)
+def test_a_unit_that_is_not_read_is_answered_with_what_is_meant(unit, text, likely):
+    with pytest.raises(ValueError, match="Did you mean") as told:
+        in_unit(unit)(text)
+    assert str(told.value).endswith(f"Did you mean {likely!r}?")
+    assert repr(text) in str(told.value)
+
+
+@pytest.mark.parametrize(("unit", "text"), [("Pa", "5 furlongs"), ("rad/s", "300 1/min"), ("m", "auto")])
+def test_nothing_is_suggested_where_nothing_is_near(unit, text):
+    with pytest.raises(ValueError, match="quantity|unit|count") as told:
+        in_unit(unit)(text)
+    assert "Did you mean" not in str(told.value)
