@@ -273,6 +273,6 @@ def test_a_unit_that_is_not_read_is_answered_with_what_is_meant(unit, text, like
 
 @pytest.mark.parametrize(("unit", "text"), [("Pa", "5 furlongs"), ("rad/s", "300 1/min"), ("m", "auto")])
 def test_nothing_is_suggested_where_nothing_is_near(unit, text):
-    with pytest.raises(ValueError, match="quantity|unit|count") as told:
+    with pytest.raises(ValueError, match=r"quantity|unit|count") as told:
         in_unit(unit)(text)
     assert "Did you mean" not in str(told.value)
