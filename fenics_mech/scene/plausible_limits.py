@@ -1,5 +1,6 @@
 """What machines have: limits beyond which a number of a scene is hardly meant."""
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from fenics_mech._constants import TURN
@@ -43,6 +44,30 @@ class Plausible:
     largest_tolerance: float = 0.1  # of any quantity
     longest_run_up: float = 1000.0  # cycles
     longest_spring: float = 10.0  # free length over the size of the linkage
+    least_nominal: float = 300.0  # rad/s: below it are few speeds of motors in rpm, and many machines in rad/s
+    step_of_nominal: float = 50.0  # of speeds of motors and machines in rpm: 750, 1450, 2850
 
 
 USUAL = Plausible()
+Found = Iterator[tuple[str, str]]  # places in a scene, and what is found there
+
+
+def likely(value: float, si: str, units: Sequence[tuple[str, float]], low: float, high: float) -> str:
+    """Say in which of some units a number would be between two limits; nothing where it is in none.
+
+    Parameters
+    ----------
+    value
+        The number in SI.
+    si
+        Its unit in SI.
+    units
+        Name and size in SI of each unit. One without a name is one that the number was converted from though it was in
+        SI.
+    low, high
+        The limits in SI.
+    """
+    for unit, factor in units:
+        if low <= abs(value) * factor <= high:
+            return f": {f'{value:.6g} {unit} = ' if unit else ''}{value * factor:.4g} {si} is likely meant"
+    return ""

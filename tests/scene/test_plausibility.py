@@ -3,6 +3,7 @@
 The scenes of `demos` and `meshes`, and what is unusual but right, must raise no alarm.
 """
 
+import math
 import tomllib
 
 import pytest
@@ -160,3 +161,74 @@ def test_what_is_wrong_in_a_list_of_ratios_is_named(ratio, message):
 @pytest.mark.parametrize("changes", [{"height": 1e-200}, {"width": 1e-300}, {"height": 1e30, "width": 1e30}])
 def test_numbers_at_the_edge_are_told_as_well(changes):
     assert implausible(with_changes({"sections.strip": STRIP | changes}))
+
+
+def spinning(speed, height="2 mm", offset=0.0):
+    """A steel strip of 0.3 m that turns about its end, or beside its line, and nothing else."""
+    members = {"BA": {"ends": ("B", "A"), "section": "it", "material": "steel"}}
+    points = {"B": (0, offset), "A": (0.3, offset)}
+    if offset:
+        members["OB"] = {"ends": ("O", "B"), "section": "arm", "material": "steel"}
+        points["O"] = (0, 0)
+    pivot = "O" if offset else "B"
+    return Scene.read(
+        {
+            "materials": {"steel": {"modulus": 210e9, "density": 7850}},
+            "sections": {
+                "it": {"shape": "rectangle", "width": "20 mm", "height": height},
+                "arm": {"shape": "rectangle", "width": "20 mm", "height": "20 mm"},
+            },
+            "ground": {"points": {"O": (0, 0)}},
+            "links": {"strip": {"points": points, "members": members}},
+            "joints": {"O": {"connect": ("ground.O", f"strip.{pivot}")}},
+            "drive": {"joint": "O", "speed": speed},
+        }
+    )
+
+
+def test_acceleration_along_a_member_bends_nothing():
+    """A radial strip at 290 rad/s: 0.3 m of 290^2 would strain it by 0.03 across, and draws it by 1.4e-4 along."""
+    assert implausible(spinning(290.0)) == ()
+
+
+def test_acceleration_across_a_member_of_the_driven_link_is_seen():
+    """290^2 at 0.1 m beside the line: 7850 8410 0.3^2 0.75/(210e9 0.002) = 0.0106."""
+    (warning,) = implausible(spinning(290.0, offset=0.1))
+    assert "accelerates links by about 8.41e+03 m/s^2, which strains member strip.BA by about 0.011" in warning
+
+
+@pytest.mark.parametrize(
+    ("rpm", "crank", "rod", "material"),
+    [
+        (6000, "45 mm", ("150 mm", "22 mm"), {"modulus": "210 GPa", "density": 7850}),  # of a car
+        (18000, "20 mm", ("110 mm", "18 mm"), {"modulus": "110 GPa", "density": 4430}),  # of a race car, titanium
+        (11000, "16 mm", ("75 mm", "7 mm"), {"modulus": "71 GPa", "density": 2780}),  # of a model's engine
+        (12000, "23 mm", ("95 mm", "14 mm"), {"modulus": "210 GPa", "density": 7850}),  # of a motorcycle
+    ],
+)
+def test_connecting_rods_of_engines_raise_no_alarm(rpm, crank, rod, material):
+    changes = {
+        "materials.aluminium": material,
+        "links.crank.points.A": [crank, 0],
+        "links.rod.points.B": [rod[0], 0],
+        "sections.strip": {"shape": "rectangle", "width": "15 mm", "height": rod[1]},
+        "sections.bar": {"shape": "rectangle", "width": "30 mm", "height": "15 mm"},
+        "ground.points.G": [0, 0],
+        "drive.speed": f"{rpm} rpm",
+    }
+    assert implausible(with_changes(changes, "slider_crank")) == ()
+
+
+@pytest.mark.parametrize("speed", ["300 rad/s", 1500, "1450 rad/s"])
+def test_a_nominal_speed_in_rad_s_is_asked_about(speed):
+    """A small machine bears it; a motor has 300 or 1450 rpm, and hardly such a number of rad/s."""
+    number = float(str(speed).split()[0])
+    (warning,) = implausible(spinning(speed, height="20 mm"))
+    told = f"{number * 30 / math.pi:.0f} rpm"
+    begin = f"drive.speed: {number:.6g} rad/s are {told}: {number:.6g} rpm = "
+    if number * 0.3 < 340:
+        assert warning.startswith(begin)
+        assert warning.endswith(f"may be meant. If not, write '{told}'")
+        assert implausible(spinning(told, height="20 mm")) == ()
+    else:
+        assert f"m/s: {number:.6g} rpm" in warning
