@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
-from fenics_mech.views.figures import COLOURS, figure_in, finish, new_axes
+from fenics_mech.views.figures import COLOURS, finish, new_axes
 from fenics_mech.views.plot_marks import (
     abscissa,
     draw_measured,
@@ -298,8 +298,7 @@ def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes
     amplitude = gauge.transpose("member", "harmonic").to_numpy() / reading.units.size("strain")
     heard = np.flatnonzero(amplitude[i] > LEAST_BAR * amplitude[i, 1:].max(initial=0.0))
     last = min(max(int(heard.max(initial=0)) + 1, FEWEST_BARS), amplitude.shape[1] - 1)
-    width = BAR * axes.bbox.width / last * 72 / figure_in(axes).dpi  # points
-    axes.vlines(np.arange(1, last + 1), 0, amplitude[i, 1 : last + 1], color=COLOURS[0], linewidth=width, zorder=2)
+    axes.bar(np.arange(1, last + 1), amplitude[i, 1 : last + 1], BAR, color=COLOURS[0], zorder=2)  # apart on any axis
     j = int(np.abs(reading.s - float(gauge["gauge_s"][i])).argmin())
     side = str(gauge["gauge_fibre"].to_numpy()[i]).replace("-", MINUS)
     axes.set_xlim(0.4, last + 0.6)

@@ -1,10 +1,12 @@
 """The report in a browser: clicks and drags are followed, and it is readable narrow, printed, and without script."""
 
+import math
 import re
 import time
 
 import pytest
 
+from fenics_mech.recovery import Result
 from fenics_mech.scene import parse
 from fenics_mech.views.notebook import interactive
 from fenics_mech.views.page.report import report
@@ -255,3 +257,14 @@ def test_rigid_links_move_and_show_their_forces(window, tmp_path):
     assert picture(window) != before[0]
     window.click("#to-peak")
     assert (picture(window), window.text("#told")) == before
+
+
+@pytest.mark.parametrize(
+    ("period", "told"),
+    [(0.1945, "Played 31 times slower than"), (40.0, "Played 6.7 times faster than"), (6.0, "Played as fast as")],
+)
+def test_the_pace_of_the_picture_is_told_the_right_way_round(window, result, tmp_path, period, told):
+    """A turn takes 6 s on the page."""
+    scene = result.scene.changed({"drive.speed": 2 * math.pi / period}).model_dump_json()
+    window.open(report(Result(result.data.assign_attrs(scene=scene)), tmp_path / "pace.html"))
+    assert window.text("#hint").startswith(f"{told} the machine. Drag in any plot")

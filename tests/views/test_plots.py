@@ -1,6 +1,7 @@
 """Plots show the numbers of the result, and their files are whole pictures or not there."""
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -137,7 +138,7 @@ def test_spectrum_has_a_bar_for_every_harmonic_and_a_band_for_every_mode(result)
     amplitude = result.data["strain_amplitude"].sel(gauge="peak")
     titles = [axes.get_title("left") for axes in figure.axes]
     assert [title.split(",")[0].split()[-1] for title in titles] == ["crank", "coupler", "follower"]
-    heights = [bar[1, 1] for bar in figure.axes[1].collections[0].get_segments()]
+    heights = [bar.get_height() for bar in figure.axes[1].containers[0]]
     assert heights == pytest.approx(MICRO * amplitude.sel(member="coupler").to_numpy()[1:])
     marked = [text.get_text() for text in figure.axes[0].texts]
     assert marked == ["1", "2"]
@@ -150,6 +151,16 @@ def test_spectrum_has_a_bar_for_every_harmonic_and_a_band_for_every_mode(result)
     assert said.endswith(f"natural frequencies lie beyond, from {short(lowest)} times the drive on")
     with pytest.raises(ViewError, match="no harmonics"):
         plot_spectrum(Result(result.data.drop_vars("strain_amplitude")), "crank")
+
+
+def test_bars_of_a_spectrum_do_not_overlap_beside_one_with_many(result):
+    """The axis is that of the member with the most harmonics, whatever others have."""
+    data = result.data.copy(deep=True)
+    few = (data["harmonic"] > 2) & (data["member"] != "follower")
+    data["strain_amplitude"] = data["strain_amplitude"].where(~few, 0.0)
+    for axes in spectrum_figure(Result(data)).axes:
+        bars = [bar.get_window_extent() for bar in axes.containers[0] if bar.get_height()]
+        assert all(before.x1 < after.x0 for before, after in pairwise(bars))
 
 
 def test_curves_close_at_a_full_turn(result):

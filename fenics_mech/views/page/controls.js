@@ -110,8 +110,13 @@ for (const [event, printing] of [["beforeprint", true], ["afterprint", false]]) 
 let width = innerWidth;
 addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; paint(); } });
 
-const slow = number(TURN_SECONDS / D.seconds, 2);
-const hints = [MOVES && `Played ${slow} times slower than the machine. Drag in any plot to move it.`, BENDS && "Click a member to choose it."];
+function pace() { // beside the machine, of what is moved by hand nothing
+  if (D.seconds === null) return "";
+  const slow = TURN_SECONDS / D.seconds, near = Math.abs(Math.log(slow)) < 0.05;
+  if (near) return "Played as fast as the machine. ";
+  return `Played ${number(Math.max(slow, 1 / slow), 2)} times ${slow > 1 ? "slower" : "faster"} than the machine. `;
+}
+const hints = [MOVES && `${pace()}Drag in any plot to move it.`, BENDS && "Click a member to choose it."];
 $("hint").textContent = hints.filter(Boolean).join(" ");
 document.body.dataset.ready = "";
 if (MOVES) document.body.dataset.moves = "";

@@ -136,7 +136,7 @@ def _axis(reading: ForceReading, shown: Index) -> dict[str, Any]:
     turns = len(angle) > 1
     back = turns and reading.theta[1] < reading.theta[0]
     kind = "turn" if turns else "still"
-    seconds = float(reading.scene.period) if reading.scene.drives else 1.0
+    seconds = float(reading.scene.period) if reading.scene.drives else None
     return {"kind": kind, "axis": angle.round(4).tolist(), "seconds": seconds, "direction": -1 if back else 1}
 
 
