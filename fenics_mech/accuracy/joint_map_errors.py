@@ -23,7 +23,7 @@ from fenics_mech.effects import Loads
 from fenics_mech.errors import SolverError, percent
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import Reactions
-from fenics_mech.forces.joint_maps import JointMaps, attachments, joint_maps
+from fenics_mech.forces.joint_maps import RIGID, JointMaps, attachments, joint_maps
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.solution import (
@@ -100,7 +100,7 @@ class LeftByJoints:
             what, at = "so much of the stiffness that the mechanism buckles", "under this load"
         raise SolverError(
             f"{self.place} turns elastically by {self.turn:.3g} rad {at}. The moment of the forces by this turn is "
-            f"left out of rigid arms and guides, which is {what}. {REMEDY}, or lower loads or speed; "
+            f"left out of rigid arms and guides, which is {what}. {remedy(self.place)}; "
             "analysis.allow_large lets it pass"
         )
 
@@ -129,7 +129,17 @@ class LeftByJoints:
         return replace(errors, errors=found, order=errors.order | {"joints": 0.0})
 
 
-REMEDY = "Take a stiff member that bends in place of the rigid link, and a slot along a member in place of a guide"
+def remedy(place: str) -> str:
+    """Say what makes less of what a rigid arm or a guide leaves out.
+
+    Parameters
+    ----------
+    place
+        The rigid link or the guide, in words.
+    """
+    if place.startswith(RIGID):
+        return "Take a stiff member that bends in place of `rigid`, with effects = 'auto', or lower loads or speed"
+    return "Lower loads or speed, or take stiffer members"
 
 
 def left_by_joints(solution: Solution, system: System, reactions: Reactions) -> LeftByJoints | None:

@@ -33,6 +33,8 @@ from fenics_mech.mechanism.contact import travelled
 from fenics_mech.scene import Load, Prismatic, Scene, Slot
 from fenics_mech.scene.springs_dampers import Hinge
 
+RIGID = "the rigid link"
+
 
 @dataclass(frozen=True)
 class Motions:
@@ -199,15 +201,15 @@ def joint_maps(scene: Scene, system: System, response: ElasticResponse, found: R
         for end in ends:
             if end.link != GROUND:
                 force = turned(found[name, end.body, 2], -motion.angle[:, end.link])
-                maps.carry(end, arm_of(end), force, f"the rigid link {end.body!r}")
+                maps.carry(end, arm_of(end), force, f"{RIGID} {end.body!r}")
     for point, force in _applied(scene, system, response):
         in_link = turned(force, -motion.angle[:, point.link])
-        maps.carry(point, arm_of(point), in_link, f"the rigid link {point.body!r}")
+        maps.carry(point, arm_of(point), in_link, f"{RIGID} {point.body!r}")
     for law in system.terms.joint_laws:
         for i, link in enumerate(law.frames.links):
             point = Attachment(motion.links[link], int(link), law.frames.dofs[i], law.frames.shifts[i])
             in_link = turned(law.values[:, i, :2], -motion.angle[:, link])
-            maps.carry(point, arm_of(point), in_link, f"the rigid link {point.body!r}")
+            maps.carry(point, arm_of(point), in_link, f"{RIGID} {point.body!r}")
     return maps
 
 
@@ -242,7 +244,7 @@ def _guided(
     motion = maps.system.motion
     force = found[name, pin.body, 2]
     if pin.link != GROUND:
-        maps.carry(pin, arm_of(pin), turned(force, -motion.angle[:, pin.link]), f"the rigid link {pin.body!r}")
+        maps.carry(pin, arm_of(pin), turned(force, -motion.angle[:, pin.link]), f"{RIGID} {pin.body!r}")
     if guide.link == GROUND:
         return
     in_guide, angle = turned(force, -motion.angle[:, guide.link]), scene.guide_angle(joint)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
-from fenics_mech.accuracy.joint_map_errors import JOINTS, REMEDY
+from fenics_mech.accuracy.joint_map_errors import JOINTS, remedy
 from fenics_mech.recovery.result import Result
 from fenics_mech.views.words import sentence, share
 
@@ -43,20 +43,20 @@ def _by_joints(result: Result) -> list[Reason]:
     if of_answer >= JOINTS.warned:
         text = (
             f"{sentence(place)} turns elastically by up to {turn:.3g} rad. The moment of the forces by this turn is "
-            f"left out, which is about {share(of_answer)} of a strain, deflection or joint force. {REMEDY}."
+            f"left out, which is about {share(of_answer)} of a strain, deflection or joint force. {remedy(place)}."
         )
         level: Literal["warn", "bad"] = "warn" if of_answer < JOINTS.refused else "bad"
         found.append((level, f"rigid arms and guides leave out {share(of_answer)}", text))
     if of_frequency >= JOINTS.warned:
         text = (
             f"The moment of the forces on {place} by its turn is left out of the natural frequencies, of which it "
-            f"changes one by about {share(of_frequency)}. {REMEDY}."
+            f"changes one by about {share(of_frequency)}. {remedy(place)}."
         )
         found.append(("warn", f"frequencies are wrong by up to {share(of_frequency)}", text))
     if of_stiffness >= JOINTS.of_stiffness:
         text = (
             f"The moment of the forces on {place} by its turn is left out. It takes away {share(of_stiffness)} of the "
-            f"stiffness, so that buckling loads are lower than those that are told. {REMEDY}."
+            f"stiffness, so that buckling loads are lower than those that are told. {remedy(place)}."
         )
         level = "warn" if of_stiffness < 1 else "bad"
         found.append((level, "nearer to buckling than is told", text))

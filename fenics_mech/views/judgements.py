@@ -87,11 +87,9 @@ def judgements(result: Result) -> tuple[Judgement, ...]:
     result
         The result.
     """
-    found = (
-        [*and_beyond(theory(result), result), stability(result), error(result)]
-        if result.scene.members()
-        else [_rigid(result)]
-    )
+    if not result.scene.members():
+        return (_rigid(result),)
+    found = [*and_beyond(theory(result), result), stability(result), error(result)]
     return tuple(sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level)))
 
 
