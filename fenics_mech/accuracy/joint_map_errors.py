@@ -6,7 +6,7 @@ answer is the error, to first order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -169,8 +169,9 @@ def left_by_joints(solution: Solution, system: System, reactions: Reactions) -> 
     turn = next((n for n in (i, i - 1) if n in _turns(maps)), i)
     base = Quantities.of(scene, system, response)
     loads, moved = _left_out(scene, maps, sizes)
-    little = loads.of_columns(JOINTS.little * loads.columns())
-    change = Quantities.of(scene, system, _answer(solution, system, little), little) - base
+    little, none = (loads.of_columns(part * loads.columns()) for part in (JOINTS.little, 0.0))
+    with_them, without = _answers(solution, system, (little, none))
+    change = Quantities.of(scene, system, with_them, little) - Quantities.of(scene, system, without, none)
     change = change.with_nodes(system, JOINTS.little * moved)
     errors = {name: JOINTS.margin / JOINTS.little * part for name, part in change.largest.items()}
     of = measures(scene, base.largest)
@@ -203,20 +204,21 @@ def _left_out(scene: Scene, maps: JointMaps, sizes: Array) -> tuple[Loads, Array
     return Loads(force=force, ends=-held), v
 
 
-def _answer(solution: Solution, system: System, loads: Loads) -> ElasticResponse:
-    """Give a motion under small loads more."""
+def _answers(solution: Solution, system: System, loads: Sequence[Loads]) -> list[ElasticResponse]:
+    """Give a motion under small loads more, for each of these."""
     match solution:
         case SubIntervalSolution():
             answer = modal_answer(solution)
         case CollocationSolution() | HarmonicSolution():
             answer = answer_of(solution)
         case TransientSolution():
-            return under_loads(solution, loads)
+            return [under_loads(solution, part) for part in loads]
         case _:
             response = solution.response.undamped
-            change = _at_rest(system, response.displacement, system.on_coordinates_by(loads))
-            return replace(response, displacement=response.displacement + change)
-    return answer.changed(answer.to(loads), loads)
+            q = response.displacement
+            changes = (_at_rest(system, q, system.on_coordinates_by(part)) for part in loads)
+            return [replace(response, displacement=q + change) for change in changes]
+    return [answer.changed(answer.to(part), part) for part in loads]
 
 
 def _at_rest(system: System, q: Array, load: Array) -> Array:

@@ -87,11 +87,11 @@ def under_loads(solution: TransientSolution, loads: Loads) -> ElasticResponse:
     loads
         The loads at its positions.
     """
-    scene, course, columns = solution.scene, solution.course, loads.columns()
+    scene, course = solution.scene, solution.course
     step, responses, state = scene.period / scene.analysis.sub_intervals, [], np.zeros((4, solution.system.size))
     for part in cycles_of(course.time, scene.analysis.sub_intervals):
         equation = equation_in_time(scene, solution.over_cycle, course.time[part])
-        motion, beside = (course.displacement[part], course.velocity[part]), loads.of_columns(columns[part])
+        motion, beside = (course.displacement[part], course.velocity[part]), loads.part(part)
         load = equation.system.on_coordinates_by(beside)
         change = change_in_time(load, equation.about(*motion), step, state)
         responses.append(elastic_response(equation, motion[0] + change[0], motion[1] + change[1], load))

@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Literal
 
 from fenics_mech.accuracy.joint_map_errors import JOINTS, remedy
 from fenics_mech.recovery.result import Result
-from fenics_mech.views.words import sentence, share
+from fenics_mech.recovery.side_buckling import buckled_sideways
+from fenics_mech.views.words import sentence, share, short
 
 if TYPE_CHECKING:
     from fenics_mech.views.judgements import Judgement
 
+MOST_NAMED = 3  # members that are named in a sentence
 Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`
 
 
@@ -27,7 +29,8 @@ def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
     result
         The result.
     """
-    beyond = [replace(known, level=level, title=title, text=text) for level, title, text in _by_joints(result)]
+    found = _by_joints(result) + _sideways(result)
+    beyond = [replace(known, level=level, title=title, text=text) for level, title, text in found]
     return beyond if beyond and known.level == "good" else [known, *beyond]
 
 
@@ -61,3 +64,29 @@ def _by_joints(result: Result) -> list[Reason]:
         level = "warn" if of_stiffness < 1 else "bad"
         found.append((level, "nearer to buckling than is told", text))
     return found
+
+
+def _sideways(result: Result) -> list[Reason]:
+    """Say which members buckle across the plane of motion, or may."""
+    if not (found := buckled_sideways(result.scene, result.data)):
+        return []
+    units, said = result.scene.answer_units, []
+    for one in found[:MOST_NAMED]:
+        force, pinned, clamped = (
+            f"{short(units.number(load, 'force'))} {units.label('force')}"
+            for load in (one.force, one.pinned, one.clamped)
+        )
+        ends = f"{pinned} with pinned ends and {clamped} with clamped ends"
+        if one.free:
+            ends = f"{clamped}, as one end is free"
+        said.append(f"Member {one.member} is pressed by up to {force}: across the plane it buckles at {ends}.")
+    if more := len(found) - MOST_NAMED:
+        said += [f"So may {more} more."] if more > 0 else []
+    text = (
+        f"Nothing is computed across the plane of motion. {' '.join(said)} Take sections that are wider there, lower "
+        "loads, or guides that hold the members in the plane."
+    )
+    surely = [one.member for one in found if one.buckles]
+    if surely:
+        return [("bad", f"sideways buckling of {', '.join(surely[:MOST_NAMED])}", text)]
+    return [("warn", f"sideways buckling of {', '.join(one.member for one in found[:MOST_NAMED])} is possible", text)]
