@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
+from fenics_mech.accuracy.joint_map_errors import naming_joints
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
@@ -101,9 +102,8 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    result.data.attrs["warnings"] = json.dumps(
-        [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
-    )
+    too_strong = exceeded(scene.members(), scene.sections, scene.materials, result.data)
+    result.data.attrs["warnings"] = json.dumps([*implausible(scene), *too_strong])
     return result
 
 
@@ -349,7 +349,8 @@ def solve(
     modes = solve_modes(system, scene.analysis.modes, scene.petsc)
     progress("response")
     if SOLVERS[solver] is by_collocation:
-        return by_collocation(scene, system, modes, near, found), solver
+        with naming_joints(scene, system, modes):
+            return by_collocation(scene, system, modes, near, found), solver
     return SOLVERS[solver](scene, system, modes), solver
 
 

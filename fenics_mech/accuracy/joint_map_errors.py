@@ -6,7 +6,8 @@ answer is the error, to first order.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,9 +21,10 @@ from fenics_mech.accuracy.sub_interval_errors import modal_answer
 from fenics_mech.accuracy.transient_errors import under_loads
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.effects import Loads
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.errors import SolverError, percent
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.joint_forces import Reactions
+from fenics_mech.forces.joint_forces import Reactions, nodal_forces, reactions
 from fenics_mech.forces.joint_maps import RIGID, JointMaps, attachments, joint_maps
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
@@ -35,7 +37,7 @@ from fenics_mech.response.solution import (
     SubIntervalSolution,
     TransientSolution,
 )
-from fenics_mech.response.static.quasi_static import held_still, yielding_to
+from fenics_mech.response.static.quasi_static import held_still, solve_static, yielding_to
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
@@ -129,6 +131,22 @@ class LeftByJoints:
         return replace(errors, errors=found, order=errors.order | {"joints": 0.0})
 
 
+def in_frequencies(place: str, share: float) -> str:
+    """Say that natural frequencies lack the moment of forces by the turn of a rigid arm or a guide.
+
+    Parameters
+    ----------
+    place
+        The rigid link or the guide, in words.
+    share
+        By which share that changes one of them.
+    """
+    return (
+        f"The moment of the forces on {place} by its turn is left out of the natural frequencies, of which it changes "
+        f"one by about {percent(share)}. {remedy(place)}"
+    )
+
+
 def remedy(place: str) -> str:
     """Say what makes less of what a rigid arm or a guide leaves out.
 
@@ -142,7 +160,7 @@ def remedy(place: str) -> str:
     return "Lower loads or speed, or take stiffer members"
 
 
-def left_by_joints(solution: Solution, system: System, reactions: Reactions) -> LeftByJoints | None:
+def left_by_joints(solution: Solution, system: System, found: Reactions) -> LeftByJoints | None:
     """Estimate what rigid arms and guides of a motion are wrong by.
 
     Parameters
@@ -151,7 +169,7 @@ def left_by_joints(solution: Solution, system: System, reactions: Reactions) -> 
         The motion.
     system
         Its mechanism, as forces act on it.
-    reactions
+    found
         Forces of the joints.
 
     Returns
@@ -160,7 +178,7 @@ def left_by_joints(solution: Solution, system: System, reactions: Reactions) -> 
         None where no link is rigid, and no guide is on a link that moves.
     """
     scene, response = solution.scene, solution.response.undamped
-    maps = joint_maps(scene, system, response, reactions)
+    maps = joint_maps(scene, system, response, found)
     if not maps.motions:
         return None
     sizes = maps.sizes(system.to_links(response.displacement))
@@ -182,7 +200,7 @@ def left_by_joints(solution: Solution, system: System, reactions: Reactions) -> 
         theta=float(system.motion.theta[k]),
         errors=errors,
         share=max(shares),
-        frequency=_of_frequencies(solution, maps) if isinstance(solution, PeriodicSolution) else 0.0,
+        frequency=_of_frequencies(solution.modes, maps) if isinstance(solution, PeriodicSolution) else 0.0,
         buckling=_of_stiffness(solution, maps) if isinstance(solution, StaticSolution) else 0.0,
     )
 
@@ -228,9 +246,55 @@ def _at_rest(system: System, q: Array, load: Array) -> Array:
     return Equation(held_still(system)).about(q, np.zeros_like(q)).stiffness.solve(load)
 
 
-def _of_frequencies(solution: PeriodicSolution, maps: JointMaps) -> float:
+def left_out_of_frequencies(scene: Scene, system: System, modes: Modes) -> tuple[str, float] | None:
+    """Tell by which share natural frequencies are wrong under the forces of the rigid motion, and where.
+
+    Parameters
+    ----------
+    scene, system, modes
+        The scene, its mechanism and its modes.
+
+    Returns
+    -------
+    tuple or None
+        The rigid link or the guide in words, and the share; None where the mechanism has no static answer, or none
+        of them.
+    """
+    linear = system.with_terms(replace(system.terms, law=None))
+    try:
+        response = solve_static(linear)
+    except SolverError:
+        return None
+    maps = joint_maps(scene, linear, response, reactions(linear, nodal_forces(linear, response)))
+    if not maps.motions:
+        return None
+    i = int(np.abs(maps.stiffnesses).max(axis=(0, 2)).argmax())
+    return maps.motions[i].place, _of_frequencies(modes, maps)
+
+
+@contextmanager
+def naming_joints(scene: Scene, system: System, modes: Modes) -> Iterator[None]:
+    """Add what joints leave out of frequencies to a `SolverError` of a motion that is not found or not stable.
+
+    Parameters
+    ----------
+    scene, system, modes
+        As of `left_out_of_frequencies`.
+    """
+    try:
+        yield
+    except SolverError as error:
+        left = left_out_of_frequencies(scene, system, modes)
+        if left is None or left[1] < JOINTS.refused:
+            raise
+        named = type(error)(f"{error}. That may be wrong: {in_frequencies(*left)}")
+        named.found_up_to = error.found_up_to
+        raise named from error
+
+
+def _of_frequencies(modes: Modes, maps: JointMaps) -> float:
     """Give the largest share by which a natural frequency is wrong, by Rayleigh's quotient: ``u C u/(2 omega^2)``."""
-    system, modes, largest = maps.system, solution.modes, 0.0
+    system, largest = maps.system, 0.0
     for m in range(modes.omega.shape[1]):
         sizes = maps.sizes(system.to_links(modes.shapes[:, m]))
         change = np.einsum("ti,tij,tj->t", sizes, maps.stiffnesses, sizes)  # the shapes have the modal mass 1

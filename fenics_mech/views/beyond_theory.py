@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
-from fenics_mech.accuracy.joint_map_errors import JOINTS, remedy
+from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, remedy
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.side_buckling import buckled_sideways
 from fenics_mech.views.words import sentence, share, short
@@ -51,10 +51,7 @@ def _by_joints(result: Result) -> list[Reason]:
         level: Literal["warn", "bad"] = "warn" if of_answer < JOINTS.refused else "bad"
         found.append((level, f"rigid arms and guides leave out {share(of_answer)}", text))
     if of_frequency >= JOINTS.warned:
-        text = (
-            f"The moment of the forces on {place} by its turn is left out of the natural frequencies, of which it "
-            f"changes one by about {share(of_frequency)}. {remedy(place)}."
-        )
+        text = f"{in_frequencies(place, of_frequency)}."
         found.append(("warn", f"frequencies are wrong by up to {share(of_frequency)}", text))
     if of_stiffness >= JOINTS.of_stiffness:
         text = (
