@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
+from fenics_mech.accuracy.joint_map_errors import naming_joints
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
@@ -345,7 +346,8 @@ def solve(
     modes = solve_modes(system, scene.analysis.modes, scene.petsc)
     progress("response")
     if SOLVERS[solver] is by_collocation:
-        return by_collocation(scene, system, modes, near, found), solver
+        with naming_joints(scene, system, modes):
+            return by_collocation(scene, system, modes, near, found), solver
     return SOLVERS[solver](scene, system, modes), solver
 
 

@@ -208,17 +208,31 @@ def _by_gaps(system: System, pins: Sequence[PointLoad]) -> Array:
 def yielded(system: System, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
     """Give the links' coordinates, ``(angles, links' coordinates)``, when the linkage gives way to gaps at its pins.
 
-    That is by statics without axial forces; see `Group.displacement_by_gaps`.
+    That is by statics without axial forces; see `Transformation.displacement_by_gaps`.
 
     Parameters
     ----------
     system
         The mechanism.
     gaps
-        As of `Group.displacement_by_gaps`: by joint displacement (m) and rotation (rad), ``(angles,)`` each.
+        As of `Transformation.displacement_by_gaps`.
+    """
+    return given_way(system, system.transformation.displacement_by_gaps(system.motion, gaps))
+
+
+def given_way(system: System, separated: Array) -> Array:
+    """Give the links' coordinates when the linkage gives way to displacements that joints force on it.
+
+    That is by statics without axial forces.
+
+    Parameters
+    ----------
+    system
+        The mechanism.
+    separated
+        Displacements of the links with q = 0, ``(angles, links' coordinates)``.
     """
     unstressed = system.without_axial_forces
-    separated = system.transformation.displacement_by_gaps(system.motion, gaps)
     q = yielding_to(unstressed, -_held(unstressed, separated, system.on_nodes(separated)))
     return separated + system.transformation.forward(system.values, q)
 

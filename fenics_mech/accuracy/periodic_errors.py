@@ -17,7 +17,7 @@ from fenics_mech.response.periodic.cyclic import CYCLIC
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.solution import CollocationSolution, HarmonicSolution
+from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, PeriodicSolution
 
 
 def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResponse]:
@@ -38,14 +38,36 @@ def collocation_errors(solution: CollocationSolution) -> dict[str, CorrectedResp
     SolverError
         When the cycle of the more accurate steps cannot be closed.
     """
+    return {"time": _without_steps(solution.on_few_nodes), "mesh": _mesh_error(solution, _of_orbit(solution))}
+
+
+def answer_of(solution: CollocationSolution | HarmonicSolution) -> Answer:
+    """Give how a periodic motion answers to small loads, by the steps that carried it.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    """
+    return _of_orbit(solution) if isinstance(solution, CollocationSolution) else _of_series(solution)[0]
+
+
+def _of_orbit(solution: CollocationSolution) -> Answer:
     scene, cycle, orbit, equation = solution.scene, solution.cycle, solution.orbit, solution.equation
     flow = orbit.flow if orbit.linearised_here else cycle.flow(cycle.tableau, cycle.motion(orbit))
     assert flow is not None
     starts, step = (orbit.start, orbit.start_velocity), scene.period / len(equation.system.motion.theta)
-    return {
-        "time": _without_steps(solution.on_few_nodes),
-        "mesh": _mesh_error(solution.response, equation, starts, flow, cycle.steps.regular, step),
-    }
+    return _answer(equation, starts, flow, cycle.steps.regular, step)
+
+
+def _of_series(solution: HarmonicSolution) -> tuple[Answer, tuple[Array, Array]]:
+    """Answer of a motion by its series, and q and q' at the sub-intervals by steps of collocation."""
+    cycle = solution.cycle
+    motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
+    starts, flow = motion(np.zeros(1)), cycle.flow(Tableau.of("gauss", solution.scene.analysis.stages), motion)
+    q, rate = (part[regular] for part in _collocated(*starts, flow))
+    step = solution.scene.period / len(cycle.system.motion.theta)
+    return _answer(cycle.start, starts, flow, regular, step), (q, rate)
 
 
 def _without_steps(solution: CollocationSolution) -> CorrectedResponse:
@@ -78,29 +100,25 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
     SolverError
         When the cycle of the more accurate steps cannot be closed.
     """
-    cycle = solution.cycle
-    motion, regular = cycle.series_motion(solution.series), cycle.steps.regular
-    starts, flow = motion(np.zeros(1)), cycle.flow(Tableau.of("gauss", solution.scene.analysis.stages), motion)
-    finer = (part[regular] for part in _collocated(*starts, flow))
-    step = solution.scene.period / len(cycle.system.motion.theta)
+    answer, finer = _of_series(solution)
     return {
-        "harmonics": CorrectedResponse(elastic_response(cycle.start, *finer), ESTIMATES.harmonic_order),
-        "mesh": _mesh_error(solution.response, cycle.start, starts, flow, regular, step),
+        "harmonics": CorrectedResponse(elastic_response(solution.cycle.start, *finer), ESTIMATES.harmonic_order),
+        "mesh": _mesh_error(solution, answer),
     }
 
 
-def _mesh_error(
-    response: ElasticResponse,
-    equation: Equation,
-    starts: tuple[Array, Array],
-    flow: Flow,
-    regular: NDArray[np.bool_],
-    step: float,
-) -> CorrectedResponse:
-    """Correct a motion for its mesh, by the steps that carried the motion itself: `starts` are its q and q' there.
+def _mesh_error(solution: PeriodicSolution, answer: Answer) -> CorrectedResponse:
+    """Correct a motion for its mesh."""
+    return corrected_for_mesh(answer.system, *without_mesh(answer, solution.response))
+
+
+def _answer(
+    equation: Equation, starts: tuple[Array, Array], flow: Flow, regular: NDArray[np.bool_], step: float
+) -> Answer:
+    """Give how a motion answers to loads, by the steps that carried it: `starts` are its q and q' there.
 
     `equation` is at the sub-intervals, which have the duration `step` (s), and begin where steps are `regular`. The
-    flow may have more coordinates, on which the load of the mesh does not act.
+    flow may have more coordinates, on which the loads do not act.
     """
     system, size = equation.system, equation.system.size
     q, rate = (part[regular, :size] for part in starts)
@@ -117,8 +135,7 @@ def _mesh_error(
         )
 
     within = ESTIMATES.little * float(np.linalg.norm(q * unit))
-    answer = Answer(system, step, np.pad(unit, (0, size)), equation.linear.loss, within, to, changed)
-    return corrected_for_mesh(system, *without_mesh(answer, response))
+    return Answer(system, step, np.pad(unit, (0, size)), equation.linear.loss, within, to, changed)
 
 
 def more_accurate(stages: int) -> Tableau:

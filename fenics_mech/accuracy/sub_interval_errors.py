@@ -65,6 +65,17 @@ def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedRes
     }
 
 
+def modal_answer(solution: SubIntervalSolution) -> Answer:
+    """Give how a motion by sub-intervals answers to small loads.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    """
+    return _ModalMotion(solution).answer()
+
+
 @dataclass(frozen=True)
 class _ModalMotion:
     """A periodic motion by sub-intervals, and how it answers to small loads, to more modes and to other sub-intervals.

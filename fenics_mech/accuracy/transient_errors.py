@@ -77,6 +77,28 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
     return errors
 
 
+def under_loads(solution: TransientSolution, loads: Loads) -> ElasticResponse:
+    """Give a response in time under small loads more.
+
+    Parameters
+    ----------
+    solution
+        The solution.
+    loads
+        The loads at its positions.
+    """
+    scene, course = solution.scene, solution.course
+    step, responses, state = scene.period / scene.analysis.sub_intervals, [], np.zeros((4, solution.system.size))
+    for part in cycles_of(course.time, scene.analysis.sub_intervals):
+        equation = equation_in_time(scene, solution.over_cycle, course.time[part])
+        motion, beside = (course.displacement[part], course.velocity[part]), loads.part(part)
+        load = equation.system.on_coordinates_by(beside)
+        change = change_in_time(load, equation.about(*motion), step, state)
+        responses.append(elastic_response(equation, motion[0] + change[0], motion[1] + change[1], load))
+        state = change[:, -1]
+    return concatenated(responses)
+
+
 def trial_of_steps(analysis: Analysis, parted: bool) -> tuple[float, float] | None:
     """Tolerance of the steps that tell the error of those of a free motion, and the factor on the difference.
 

@@ -50,6 +50,8 @@ def modes(
     out.print(frequency_table(frequency, assurance, error, supported, speed))
     for freedom in found.free:
         tell(f"Rigid-body motion: {freedom}")
+    for warning in found.warnings:
+        tell(f"Warning: {warning}.")
     tell_written((table, plot), folder)
     if draw is not None:
         from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415

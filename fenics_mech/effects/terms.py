@@ -218,6 +218,11 @@ class Loads(_Sum):
         found: dict[str, Any] = {name: part.reshape(like.shape) for (name, like), part in parts}
         return Loads(**found)
 
+    def part(self, angles: slice) -> Loads:
+        """Take the loads at some of the angles."""
+        found: dict[str, Any] = {name: part[angles] for name, part in self._arrays().items()}
+        return Loads(**found)
+
     def _arrays(self) -> dict[str, Array]:
         return {name: part for name in ("force", "line", "ends") if (part := getattr(self, name)) is not None}
 

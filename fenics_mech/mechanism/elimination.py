@@ -9,7 +9,7 @@ nodal dof of it will do, and the equations are written in displacements relative
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,6 @@ from fenics_mech._arrays import Array, Index, solved
 from fenics_mech.effects.inextensible import EFFECT as INEXTENSIBLE
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints
 from fenics_mech.mechanism.contact import Contact
 from fenics_mech.mechanism.inextensibility import ELIMINATION, Inextensible
@@ -110,29 +109,18 @@ class Group:
             solution.append(-_divided(lead[0], second))
         return solution
 
-    def displacement_by_gaps(self, motion: Motion, gaps: Mapping[str, tuple[Array, Array]]) -> Array:
-        """Give d, ``(angles, dependent)``, where i is 0 and members are off the pins that travel along them.
+    def displacement_off(self, motion: Motion, off: Callable[[ConstraintEquation], Array]) -> Array:
+        """Give d, ``(angles, dependent)``, where i is 0 and the equations do not hold.
 
         Parameters
         ----------
         motion
             The motion at the angles.
-        gaps
-            By joint: by how much the member is displaced along its normal (m), and turned (rad), ``(angles,)`` each.
+        off
+            What the rows of an equation come to (m or rad), ``(angles, rows)``.
         """
-        wanted = []
-        for equation in self.equations:
-            rows = np.zeros((len(motion.theta), equation.rows))
-            if equation.contact is not None:
-                across, turn = gaps[equation.joint]
-                angle = equation.contact.angle(motion)
-                if equation.frame != GROUND:
-                    angle = angle - motion.angle[:, equation.frame]
-                normal = across[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
-                rows = normal if equation.rows == 2 else turn[:, None]
-            wanted.append(rows)
         lead, _ = self.jets(motion, 1)
-        return solved(lead[0], np.concatenate(wanted, axis=1))
+        return solved(lead[0], np.concatenate([off(equation) for equation in self.equations], axis=1))
 
     def multipliers(self, motion: Motion, residual: Array) -> Array:
         """Forces of the equations on their bodies, ``(..., angles, rows)``: they balance the residual.

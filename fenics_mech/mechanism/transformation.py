@@ -6,7 +6,7 @@ dofs. What is left is q: nodal dofs in link axes, displacements of pins along th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.kinematics.motion import joined
-from fenics_mech.mechanism.constraints import Constraints, build_constraints
+from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Jets
@@ -237,12 +238,36 @@ class Transformation:
 
         Parameters
         ----------
-        motion, gaps
-            As of `Group.displacement_by_gaps`.
+        motion
+            The rigid motion.
+        gaps
+            By joint: by how much the member is displaced along its normal (m), and turned (rad), ``(angles,)`` each.
+        """
+
+        def off(equation: ConstraintEquation) -> Array:
+            if equation.contact is None:
+                return np.zeros((len(motion.theta), equation.rows))
+            across, turn = gaps[equation.joint]
+            if equation.rows == 1:
+                return turn[:, None]
+            angle = equation.contact.angle(motion)
+            if equation.frame != GROUND:
+                angle = angle - motion.angle[:, equation.frame]
+            return across[:, None] * np.stack([-np.sin(angle), np.cos(angle)], axis=-1)
+
+        return self.displacement_off(motion, off)
+
+    def displacement_off(self, motion: Motion, off: Callable[[ConstraintEquation], Array]) -> Array:
+        """Links' coordinates, ``(angles, links' coordinates)``, where q is 0 and the joints' equations do not hold.
+
+        Parameters
+        ----------
+        motion, off
+            As of `Group.displacement_off`.
         """
         whole = np.zeros((len(motion.theta), self.height + len(self.constraints.names)))
         for group in self.groups:
-            whole[:, group.dependent] = group.displacement_by_gaps(motion, gaps)
+            whole[:, group.dependent] = group.displacement_off(motion, off)
         nodal = whole[:, : self.height] if self.base is None else (self.base[: self.height] @ whole.T).T
         found = np.zeros((len(nodal), self.shape[0]))
         found[:, self.place[self.place >= 0]] = nodal[:, self.place >= 0]

@@ -147,7 +147,7 @@ def within(
 def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
     stated = scene.effects != "auto"  # the tolerance is then that of the equation
-    data = result.data.drop_sel(source=["effects", *(["theory"] if stated else [])], errors="ignore")
+    data = result.data.drop_sel(source=["effects", "joints", *(["theory"] if stated else [])], errors="ignore")
     sources = [str(source) for source in data["source"].to_numpy()]
     names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
     errors = {what: dict(zip(sources, data[name].to_numpy().tolist())) for what, name in names.items()}
@@ -355,7 +355,11 @@ def _others(scene: Scene, result: Result) -> list[str]:
 
 def _left_out(scene: Scene, result: Result) -> list[str]:
     """Say what the effects leave out that act, where it is more than the tolerance or not known."""
-    names = {"theory": "the effects that the scene lists leave out", "effects": "effects left out by estimate come to"}
+    names = {
+        "theory": "the effects that the scene lists leave out",
+        "effects": "effects left out by estimate come to",
+        "joints": "rigid arms and guides leave out",
+    }
     shares = result.data["relative_error"]
     beyond = [
         f"{name} {percent_of_error(float(shares.sel(source=source)))}"

@@ -109,6 +109,7 @@ def collect(
     """
     scene = solution.scene
     attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
+    attributes |= {} if fields.joints is None else fields.joints.attributes
     parts = DatasetParts(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
     if names is None or (few := _named(solution, fields, forces, names)) is None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech.accuracy.estimate import AtStations
+from fenics_mech.accuracy.joint_map_errors import LeftByJoints, left_by_joints
 from fenics_mech.accuracy.validity import bow, euler_ratio, largest_rotation
 from fenics_mech.effects import NOTHING
 from fenics_mech.effects.dampers import damper_forces
@@ -51,6 +52,8 @@ class Fields:
         Largest strain of each member under pins that travel along it, 0 where none do, ``(members,)``.
     sampling
         Error of the members' strains by the number of positions, ``(members,)``, where the material damps.
+    joints
+        What rigid arms and guides leave out; None where there are none.
     """
 
     system: System
@@ -60,6 +63,7 @@ class Fields:
     reactions: Reactions
     under_pins: Array
     sampling: Array | None = None
+    joints: LeftByJoints | None = None
 
     @property
     def at_stations(self) -> AtStations:
@@ -104,7 +108,8 @@ def recover(solution: Solution) -> Fields:
     if scene.damping.material and not isinstance(solution, StaticSolution):
         axial, bending = stress_over_modulus(sections, elastic.axial_force, elastic.moment)
         sampling = sampling_error(scene, axial[..., None] + bending)
-    return Fields(system, members, variables, coordinates, found, under_pins, sampling)
+    joints = left_by_joints(solution, system, found)
+    return Fields(system, members, variables, coordinates, found, under_pins, sampling, joints)
 
 
 def _with_viscous_forces(

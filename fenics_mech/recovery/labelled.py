@@ -55,10 +55,11 @@ def recovered(
         return fields, None
     progress("errors")
     if elsewhere is None:
-        return fields, estimate(solution, fields.system, fields.at_stations, choices, theory)
-    errors = elsewhere.at_stations(fields.at_stations)
-    errors.judge(solution.scene)
-    return fields, errors
+        errors = estimate(solution, fields.system, fields.at_stations, choices, theory)
+    else:
+        errors = elsewhere.at_stations(fields.at_stations)
+        errors.judge(solution.scene)
+    return fields, errors if fields.joints is None else fields.joints.added_to(errors)
 
 
 def labelled(
@@ -85,6 +86,8 @@ def labelled(
         When deflections are beyond the theory, or something is not finite.
     """
     refuse_far(solution.scene, fields.system, fields.members)
+    if fields.joints is not None:
+        fields.joints.refuse(solution.scene)
     result = collect(solution, fields, errors, choices, names)
     _refuse_infinite(result)
     return result

@@ -11,6 +11,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.frequency_errors import frequency_error
+from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, left_out_of_frequencies
 from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.eigenmodes.tracking import Modes
 from fenics_mech.forces.section_forces import deflection_of_nodes
@@ -55,6 +56,11 @@ class NaturalFrequencies(OfScene):
         """Motions of the rigid links that no joint, drive or spring prevents, in words."""
         return tuple(str(self.data.attrs["free"]).splitlines())
 
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is wrong with the frequencies, in sentences."""
+        return tuple(str(self.data.attrs.get("warnings", "")).splitlines())
+
 
 def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> NaturalFrequencies:
     """Solve for the natural frequencies of a linkage at equal steps over its cycle.
@@ -92,7 +98,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     system = mechanism(chosen, progress, common)
     progress("modes")
     found = solve_modes(system, chosen.analysis.modes, chosen.petsc)
-    supported = simply_supported_frequencies(chosen)
+    supported, left = simply_supported_frequencies(chosen), left_out_of_frequencies(chosen, system, found)
     data = xr.Dataset(
         {
             "frequency": (("theta", "mode"), found.frequency, {"units": "Hz"}),
@@ -111,6 +117,8 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
         stamp(chosen)
         | {"free": "\n".join(freedoms_in_words(chosen.links, chosen.joints, system, RigidModes.of(system)))},
     )
+    if left is not None and left[1] >= JOINTS.warned:
+        data.attrs["warnings"] = in_frequencies(*left)
     return NaturalFrequencies(data)
 
 

@@ -21,6 +21,7 @@ from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
+from fenics_mech.views.beyond_theory import and_beyond
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.remedies import advice, remedy
@@ -38,6 +39,7 @@ SOURCES = {  # of errors, in words
     "stations": "between stations",
     "theory": "linear theory",
     "effects": "effects left out",
+    "joints": "rigid arms and guides",
 }
 WORDS = {
     "good": "The numbers can be used",
@@ -78,7 +80,9 @@ def judgements(result: Result) -> tuple[Judgement, ...]:
     result
         The result.
     """
-    found = [theory(result), stability(result), error(result)] if result.scene.members() else [_rigid(result)]
+    if not result.scene.members():
+        return (_rigid(result),)
+    found = [*and_beyond(theory(result), result), stability(result), error(result)]
     return tuple(sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level)))
 
 

@@ -158,7 +158,10 @@ def test_mesh_under_a_pin_that_travels_in_quasi_statics(effect):
 
 
 def test_pin_that_travels_on_a_machine_whose_coupler_buckles_for_a_moment():
-    """In statics it has no stable answer beyond its Euler load; in time it moves on, and so does the estimate."""
+    """In statics it has no stable answer beyond its Euler load; in time it moves on, and so does the estimate.
+
+    The guide turns so far that what it leaves out is refused, unless the scene lets it pass.
+    """
     scene = load(DEMOS / "quick_return.toml").changed(
         effects=("geometric-stiffness",),
         sections__strip__height=1e-3,
@@ -168,7 +171,7 @@ def test_pin_that_travels_on_a_machine_whose_coupler_buckles_for_a_moment():
         mesh__elements=1,
     )
     course = {"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 6, "time_tolerance": 0.02}
-    data = analysed(scene.changed(analysis=course | {"allow_coarse": True})).data
+    data = analysed(scene.changed(analysis=course | {"allow_coarse": True, "allow_large": True})).data
     assert float(data["euler_ratio"].sel(member="coupler")) > 1
     assert 0 < float(data["strain_error"].sel(source="mesh").max()) < float(np.abs(data["strain"]).max())
 

@@ -78,6 +78,11 @@ class LaminateSection(Section):
         lines = lines_from(axis, 0.0, float(np.sum(rho * t * middle) / np.sum(rho * t)), outer[0] - outer[1])
         return Rigidity.at(s, ea, np.sum(e * second), rho_a, np.sum(rho * second), (e[-1], e[0]), outer, *lines)
 
+    def bending_across(self, s: Array, stock: Stock) -> Array:
+        """Sum over the plies, each of which is as wide as the strip, as `Section.bending_across` says."""
+        t, e, _ = self._plies(stock.materials)
+        return np.full_like(s, np.sum(e * t) * self.width**3 / 12)
+
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give ``EI^2/int S^2/(G b) dy``, S the stiffness-weighted first moment beyond y, as `Section` says."""
         t, e, middle = self._plies(stock.materials)

@@ -83,6 +83,17 @@ class PlainSection(Section):
             factor = stated_factor(self.cowper(material.shear_poisson), place)
         return np.broadcast_to(material.rigidity * factor * self.area, s.shape)
 
+    def bending_across(self, s: Array, stock: Stock) -> Array | None:
+        """E times the inertia across the plane, as `Section.bending_across` says."""
+        if self.inertia_across is None or stock.material is None:
+            return None
+        return np.broadcast_to(stock.material.modulus * self.inertia_across, s.shape)
+
+    @property
+    def inertia_across(self) -> float | None:
+        """Second moment of area about the line in the plane of motion (m^4); None where no shape is known."""
+        return None
+
     def cowper(self, poisson: float) -> float | None:
         """Give Cowper's shear factor of the shape; None where it has none.
 
@@ -161,6 +172,11 @@ class RectangleSection(PlainSection):
         return self.width * self.height**3 / 12
 
     @property
+    def inertia_across(self) -> float:
+        """Height width^3/12 (m^4)."""
+        return self.height * self.width**3 / 12
+
+    @property
     def fibre(self) -> float:
         """Half the height (m)."""
         return self.height / 2
@@ -200,6 +216,11 @@ class RoundSection(PlainSection):
     def inertia(self) -> float:
         """I = pi d^4/64 (m^4)."""
         return math.pi * self.diameter**4 / 64
+
+    @property
+    def inertia_across(self) -> float:
+        """The same as in the plane (m^4)."""
+        return self.inertia
 
     @property
     def fibre(self) -> float:
@@ -253,6 +274,11 @@ class TubeSection(PlainSection):
     def inertia(self) -> float:
         """I = A (d^2 + (d - 2t)^2)/16, which loses no digits for a thin wall (m^4)."""
         return self.area * (self.diameter**2 + (self.diameter - 2 * self.thickness) ** 2) / 16
+
+    @property
+    def inertia_across(self) -> float:
+        """The same as in the plane (m^4)."""
+        return self.inertia
 
     @property
     def fibre(self) -> float:
@@ -317,6 +343,11 @@ class ISection(PlainSection):
         """The whole rectangle less the two empty ones (m^4)."""
         empty = (self.width - self.web) * (self.height - 2 * self.flange) ** 3
         return (self.width * self.height**3 - empty) / 12
+
+    @property
+    def inertia_across(self) -> float:
+        """Of the two flanges and the web (m^4)."""
+        return (2 * self.flange * self.width**3 + (self.height - 2 * self.flange) * self.web**3) / 12
 
     @property
     def fibre(self) -> float:

@@ -117,6 +117,15 @@ class PolygonSection(Section):
         lines = lines_from(axis, neutral, neutral + first / rho_a, top - bottom)
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
 
+    def bending_across(self, s: Array, stock: Stock) -> Array:
+        """EI about the line in the plane through the stiffness-weighted middle, as `Section.bending_across` says."""
+        turned = [(_across(outline), tuple(map(_across, holes)), of) for outline, holes, of in self._polygons(stock)]
+        areas = [_polygon(outline, holes).area for outline, holes, _ in turned]
+        first = sum(of.modulus * _first_moment(outline, holes, 0.0) for outline, holes, of in turned)
+        middle = first / sum(of.modulus * area for area, (_, _, of) in zip(areas, turned))
+        ei = sum(of.modulus * _second_moment(outline, holes, middle) for outline, holes, of in turned)
+        return np.full_like(s, ei)
+
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """Give the shear factor times the sum of G A, as `Section.shear_stiffness` says."""
         factor, polygons = stated_factor(self.shear_factor, place), self._polygons(stock)
@@ -146,6 +155,11 @@ def _integrals(
     analysis.calculate_geometric_properties()
     ei = analysis.get_eic()[1]  # its x is our y
     return analysis.get_ea() * size**2, ei * size**4, analysis.get_mass() * size**2, analysis.get_c()[0] * size
+
+
+def _across(outline: Outline) -> Outline:
+    """Corners (z, y) of a section that is turned by a quarter about the member's axis, and mirrored."""
+    return tuple((z, y) for y, z in outline)
 
 
 def _first_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:

@@ -157,6 +157,18 @@ class Section(Part, ABC):
             When the shear factor is not stated and does not follow from the shape.
         """
 
+    def bending_across(self, s: Array, stock: Stock) -> Array | None:
+        """Give EI across the plane of motion (N m^2), ``(places,)``; None where the section does not say it.
+
+        Parameters
+        ----------
+        s
+            Places along the member, 0..1, shape ``(places,)``.
+        stock
+            What the section may name.
+        """
+        return None
+
     def check(self, place: str, stock: Stock) -> None:
         """Raise `SceneError`, with `place`, where it names something that the scene does not have.
 

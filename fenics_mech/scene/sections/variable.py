@@ -143,6 +143,10 @@ class TaperSection(Section):
         """Rigidity of the shape with the dimensions at every place, as `Section.rigidity` says."""
         return self.along(s, stock.sections).rigidity(s, stock)
 
+    def bending_across(self, s: Array, stock: Stock) -> Array | None:
+        """EI across the plane of the shape with the dimensions at every place."""
+        return self.along(s, stock.sections).bending_across(s, stock)
+
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
         """G A_s of the shape with the dimensions at every place; errors name the first of the two sections."""
         return self.along(s, stock.sections).shear_stiffness(s, stock, f"sections.{self.from_}")

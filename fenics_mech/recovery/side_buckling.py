@@ -1,0 +1,107 @@
+"""Where members are pressed by more than they carry across the plane of motion, in which nothing is computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech.scene import Link, Scene
+from fenics_mech.scene.sections import Stock
+
+PLACES = np.linspace(0, 1, 11)  # of a member, at which its section is looked at
+IN_LINE = 1e-6  # sine of the angle up to which two members are one
+
+
+@dataclass(frozen=True)
+class Sideways:
+    """A member that its axial force may buckle across the plane of motion.
+
+    Parameters
+    ----------
+    member
+        Its label.
+    force
+        The largest axial compression (N).
+    theta
+        The drive angle of that (rad).
+    pinned, clamped
+        Axial force at which it buckles with ends that turn across the plane, and with ends that do not (N).
+    free
+        Whether an end is free: then both forces are those of a member that is clamped at the other.
+    """
+
+    member: str
+    force: float
+    theta: float
+    pinned: float
+    clamped: float
+    free: bool
+
+    @property
+    def buckles(self) -> bool:
+        """Whether it buckles however its ends are held."""
+        return self.force > self.clamped
+
+
+def buckled_sideways(scene: Scene, data: xr.Dataset) -> list[Sideways]:
+    """Give the members whose largest compression is above the Euler load across the plane, the most pressed first.
+
+    That load is ``pi^2 EI/L^2`` with pinned ends and 4 times that with clamped ones. L is the length between joints: of
+    members in line with none between them it is that of all. Sections that say no inertia across are not judged.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        The result, with the axial force (N) over theta, member and s.
+    """
+    found = []
+    for label, (link, member) in scene.members().items():
+        stock = Stock(scene.materials.get(member.material or ""), scene.materials, scene.sections)
+        stiffness = scene.sections[member.section].bending_across(PLACES, stock)
+        if stiffness is None:
+            continue
+        force = -data["axial_force"].sel(member=label).transpose("theta", "s").to_numpy().min(axis=1)
+        k = int(force.argmax())
+        length, free = _between_joints(scene, link, member.ends)
+        euler = math.pi**2 * float(stiffness.min()) / length**2
+        highest = math.pi**2 * float(stiffness.max()) / length**2
+        pinned, clamped = (euler / 4, highest / 4) if free else (euler, 4 * highest)
+        if force[k] > pinned:
+            found.append(Sideways(label, float(force[k]), float(data["theta"][k]), pinned, clamped, free))
+    return sorted(found, key=lambda one: one.clamped / one.force)
+
+
+def _between_joints(scene: Scene, link: str, ends: tuple[str, str]) -> tuple[float, bool]:
+    """Length (m) between the joints, corners or ends beside a member, and whether one of them is free."""
+    body = scene.links[link]
+    held = {point for joint in scene.joints.values() for point in joint.connect}
+    here = {point for point in body.points if f"{link}.{point}" in held}
+    stops = [_walked(body, *pair, here) for pair in (ends, ends[::-1])]
+    free = any(stop not in here and len(list(_beside(body, stop))) == 1 for stop in stops)
+    return math.dist(body.points[stops[0]], body.points[stops[1]]), free
+
+
+def _beside(body: Link, point: str) -> Iterator[str]:
+    """Other ends of the members that end at a point."""
+    for member in body.members.values():
+        if point in member.ends:
+            yield member.ends[1 - member.ends.index(point)]
+
+
+def _walked(body: Link, before: str, point: str, held: set[str]) -> str:
+    """Walk from a point to the next and straight on over points that no joint holds, and give the last one."""
+    while point not in held and len(others := [other for other in _beside(body, point) if other != before]) == 1:
+        first = np.subtract(body.points[point], body.points[before])
+        second = np.subtract(body.points[others[0]], body.points[point])
+        size = float(np.linalg.norm(first) * np.linalg.norm(second))
+        turn = abs(float(first[0] * second[1] - first[1] * second[0]))
+        if turn > IN_LINE * size or float(first @ second) < 0:
+            break
+        before, point = point, others[0]
+    return point

@@ -1,0 +1,89 @@
+"""What the theory of a result does not know of, in words."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Literal
+
+from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, remedy
+from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.side_buckling import buckled_sideways
+from fenics_mech.views.words import sentence, share, short
+
+if TYPE_CHECKING:
+    from fenics_mech.views.judgements import Judgement
+
+MOST_NAMED = 3  # members that are named in a sentence
+Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`
+
+
+def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
+    """Give reasons why numbers of a result are wrong that its theory does not know of, beside what it knows.
+
+    Beside them nothing is called good by the theory alone.
+
+    Parameters
+    ----------
+    known
+        What the theory says.
+    result
+        The result.
+    """
+    found = _by_joints(result) + _sideways(result)
+    beyond = [replace(known, level=level, title=title, text=text) for level, title, text in found]
+    return beyond if beyond and known.level == "good" else [known, *beyond]
+
+
+def _by_joints(result: Result) -> list[Reason]:
+    """Say what rigid arms and guides leave out of an answer, its frequencies and its stiffness."""
+    attributes, found = result.data.attrs, list[Reason]()
+    if "joints_place" not in attributes:
+        return found
+    place, turn = str(attributes["joints_place"]), float(attributes["joints_turn"])
+    of_answer, of_frequency, of_stiffness = (
+        float(attributes[f"joints_{name}"]) for name in ("share", "frequency", "buckling")
+    )
+    if of_answer >= JOINTS.warned:
+        text = (
+            f"{sentence(place)} turns elastically by up to {turn:.3g} rad. The moment of the forces by this turn is "
+            f"left out, which is about {share(of_answer)} of a strain, deflection or joint force. {remedy(place)}."
+        )
+        level: Literal["warn", "bad"] = "warn" if of_answer < JOINTS.refused else "bad"
+        found.append((level, f"rigid arms and guides leave out {share(of_answer)}", text))
+    if of_frequency >= JOINTS.warned:
+        text = f"{in_frequencies(place, of_frequency)}."
+        found.append(("warn", f"frequencies are wrong by up to {share(of_frequency)}", text))
+    if of_stiffness >= JOINTS.of_stiffness:
+        text = (
+            f"The moment of the forces on {place} by its turn is left out. It takes away {share(of_stiffness)} of the "
+            f"stiffness, so that buckling loads are lower than those that are told. {remedy(place)}."
+        )
+        level = "warn" if of_stiffness < 1 else "bad"
+        found.append((level, "nearer to buckling than is told", text))
+    return found
+
+
+def _sideways(result: Result) -> list[Reason]:
+    """Say which members buckle across the plane of motion, or may."""
+    if not (found := buckled_sideways(result.scene, result.data)):
+        return []
+    units, said = result.scene.answer_units, []
+    for one in found[:MOST_NAMED]:
+        force, pinned, clamped = (
+            f"{short(units.number(load, 'force'))} {units.label('force')}"
+            for load in (one.force, one.pinned, one.clamped)
+        )
+        ends = f"{pinned} with pinned ends and {clamped} with clamped ends"
+        if one.free:
+            ends = f"{clamped}, as one end is free"
+        said.append(f"Member {one.member} is pressed by up to {force}: across the plane it buckles at {ends}.")
+    if more := len(found) - MOST_NAMED:
+        said += [f"So may {more} more."] if more > 0 else []
+    text = (
+        f"Nothing is computed across the plane of motion. {' '.join(said)} Take sections that are wider there, lower "
+        "loads, or guides that hold the members in the plane."
+    )
+    surely = [one.member for one in found if one.buckles]
+    if surely:
+        return [("bad", f"sideways buckling of {', '.join(surely[:MOST_NAMED])}", text)]
+    return [("warn", f"sideways buckling of {', '.join(one.member for one in found[:MOST_NAMED])} is possible", text)]
