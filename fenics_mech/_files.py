@@ -34,7 +34,10 @@ def read_bounded(path: Path, largest: int) -> bytes:
             raise ValueError("it is not an ordinary file")
         if found.st_size > largest:
             raise ValueError(f"it has {found.st_size} bytes, and at most {largest} are expected")
-        return file.read()
+        content = file.read(largest + 1)  # files of the system have no size, and others may grow meanwhile
+    if len(content) > largest:
+        raise ValueError(f"it has more than {largest} bytes")
+    return content
 
 
 def reason_of(error: OSError | ValueError) -> str:

@@ -75,7 +75,9 @@ def damaged(chance: random.Random, scenes: list[dict[str, Any]]) -> dict[str, An
             holder[key] = copy.deepcopy(chance.choice(WORDS[key]))
         elif kind < 0.5 and isinstance(holder[key], str) and re.match(r"-?[\d.]", holder[key]):
             number = holder[key].split(" ")[0]
-            holder[key] = chance.choice((f"{number} {chance.choice(UNITS)}", f"1e{chance.randint(-9, 9)} {holder[key]}"))
+            holder[key] = chance.choice(
+                (f"{number} {chance.choice(UNITS)}", f"1e{chance.randint(-9, 9)} {holder[key]}")
+            )
         elif kind < 0.8:  # a table of another scene, in its place
             name, part = chance.choice(list(chance.choice(scenes).items()))
             old = data.get(name)
@@ -108,7 +110,9 @@ def range_of(chance: random.Random, data: dict[str, Any]) -> str:
     """Give a number of a scene and a range about it, as the option --over takes them."""
     known = [(where, str(holder[key])) for holder, key, where in places(data) if isinstance(holder, dict)]
     found = [(where, re.fullmatch(r"(-?\d[\d.]*(?:e-?\d+)?)( .*)?", text)) for where, text in known]
-    where, match = chance.choice([one for one in found if one[1]] or [("drive.speed", re.fullmatch("(1)( rpm)", "1 rpm"))])
+    where, match = chance.choice(
+        [one for one in found if one[1]] or [("drive.speed", re.fullmatch("(1)( rpm)", "1 rpm"))]
+    )
     number, unit = float(match[1]), match[2] or ""
     return f"{where}={0.9 * number}{unit}:{1.1 * number + 1e-3}{unit}"
 
