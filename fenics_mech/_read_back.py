@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 LARGEST_KEPT = 100_000_000  # bytes of a JSON file: 10,000 harmonics of 400 members
 LARGEST_STRAIN = 1.0  # a member as long again as it was: no theory here reaches that, nor does a metal
 LONGEST_TEXT = 100_000  # characters of many messages, one a line
+LONGEST_LABEL = 500  # characters
 FINITE = "theta", "time", "s", "strain", "deflection", "joint_force", "input_torque"  # what a result has no gaps in
 
 Kind = TypeVar("Kind")
@@ -108,10 +109,10 @@ OF_PROGRAM = {  # labels that are words of the program
     "part": {"real", "imaginary"},
     "gauge": {"mid-span", "peak"},
     "axis": {"x", "y"},
-    "derivative": set[str](),
 }
 NAMES = re.compile(r"[A-Za-z0-9_\-]+")
-WORDS = re.compile(r"[A-Za-z][A-Za-z0-9_ .,:()\-]{0,500}")
+VARIABLE = re.compile(r"[A-Za-z_][\w. \-]{0,300}")
+JOINED = re.compile(r"[A-Za-z_][A-Za-z0-9_ .,:()\-]*")
 
 
 def refuse_strange(data: xr.Dataset, names: Callable[[], Collection[str]]) -> None:
@@ -132,6 +133,8 @@ def refuse_strange(data: xr.Dataset, names: Callable[[], Collection[str]]) -> No
     for name, value in data.attrs.items():
         _refuse_attribute(str(name), value)
     for name, variable in data.variables.items():
+        if not VARIABLE.fullmatch(str(name)):  # it may become the name of a file
+            raise ValueError(f"{shortened(str(name))} is no name of a variable")
         if variable.dtype.kind in "OUS":
             labels = [str(label) for label in variable.to_numpy().ravel()]
             if name in data.dims and len(set(labels)) < len(labels):
@@ -146,10 +149,10 @@ def refuse_strange(data: xr.Dataset, names: Callable[[], Collection[str]]) -> No
             raise ValueError(f"labels of {name} are texts")
 
 
-def _is_label(name: str, label: str, known: Collection[str]) -> bool:
+def _is_label(name: str, label: str, known: frozenset[str]) -> bool:
     if name in OF_SCENE:
-        return bool(WORDS.fullmatch(label.lstrip("_"))) and set(NAMES.findall(label)) <= set(known)
-    return label in OF_PROGRAM[name] if OF_PROGRAM.get(name) else WORDS.fullmatch(label) is not None
+        return JOINED.fullmatch(label) is not None and known.issuperset(NAMES.findall(label))
+    return label in OF_PROGRAM.get(name, (label,)) and label.isprintable() and len(label) <= LONGEST_LABEL
 
 
 def _refuse_attribute(name: str, value: object) -> None:

@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import reason_of, write_whole
+from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._petsc import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
@@ -359,9 +359,9 @@ class _SweepRun:
         for motion in self.points.glob("*.motion"):
             motion.unlink(missing_ok=True)
         places = itertools.product(*values)
-        lines = [",".join([*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"])]
-        lines += [",".join(map(str, (*at, record["seconds"], record["error"]))) for at, record in zip(places, records)]
-        write_whole(self.folder / "timings.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
+        head = [*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"]
+        rows = [(*at, record["seconds"], record["error"]) for at, record in zip(places, records)]
+        write_table(self.folder / "timings.csv", [head, *rows])
         return found
 
     def kept(self, quick: _SweepRun, point: Point) -> Record:
