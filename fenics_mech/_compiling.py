@@ -2,23 +2,27 @@
 
 ffcx marks a form that is being compiled by its C file, and waits 10 s for one that a killed process has left. So each
 compilation holds a lock, which the system takes away from a process that ends, and first removes what has no end mark.
+What is compiled is run: a cache that someone else could have written to is not used.
 """
 
 from __future__ import annotations
 
 import atexit
+import logging
 import os
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import chdir, contextmanager
 from functools import cache
+from multiprocessing import parent_process
 from pathlib import Path
 from typing import TypeVar
 
-from fenics_mech._system import locked
-from fenics_mech.errors import SolverError
+from fenics_mech._system import folder_of_ones_own, locked
+from fenics_mech.errors import MechanismError, SolverError
 
+logger = logging.getLogger(__name__)
 Made = TypeVar("Made")
 _cleaned: dict[Path, int] = {}  # when each folder was last changed, as it was found clean
 
@@ -34,23 +38,43 @@ def compile_safely(make: Callable[[Path], Made]) -> Made:
         When it cannot be compiled there either.
     """
     try:
-        with _locked(_user_folder()) as folder, chdir(folder):
+        with _locked(folder_of_ones_own(_user_folder())) as folder, chdir(folder):
             return make(folder)
-    except Exception:  # ffcx, cffi, setuptools and the loader raise many types, for a disk as for a C compiler
-        try:
-            with chdir(_own_folder()):
-                return make(_own_folder())
-        except Exception as error:
-            what = " ".join(str(error).split()) or type(error).__name__
-            raise SolverError(
-                f"the forms cannot be compiled: {what}. A C compiler (cc) and some room in the folder for temporary "
-                f"files ({tempfile.gettempdir()}) are needed"
-            ) from error
+    except Exception as error:  # ffcx, cffi, setuptools and the loader raise many types, for a disk as for a C compiler
+        made = _made_for_now(make)
+        _say_why(" ".join(str(error).split()) or type(error).__name__)
+        return made
+
+
+def _made_for_now(make: Callable[[Path], Made]) -> Made:
+    try:
+        with chdir(_own_folder()):
+            return make(_own_folder())
+    except Exception as error:
+        what = " ".join(str(error).split()) or type(error).__name__
+        raise SolverError(
+            f"the forms cannot be compiled: {what}. A C compiler (cc) and some room in the folder for temporary "
+            f"files ({tempfile.gettempdir()}) are needed"
+        ) from error
+
+
+@cache
+def _say_why(reason: str) -> None:
+    """Say once why the user's cache is not used; processes that others have started leave that to them."""
+    if parent_process() is None:
+        logger.warning(
+            "Forms are compiled for this run only: %s. A folder of your own, to which nobody else can write, is "
+            "expected at $XDG_CACHE_HOME/fenics_mech or ~/.cache/fenics_mech",
+            MechanismError(reason),
+        )
 
 
 def _user_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    return Path(base).absolute() / "fenics_mech"
+    """Give the user's cache; a relative path counts from a folder that may be a stranger's, and is passed over."""
+    for base in (os.environ.get("XDG_CACHE_HOME", ""), os.path.expanduser("~/.cache")):
+        if os.path.isabs(base):
+            return Path(base) / "fenics_mech"
+    raise FileNotFoundError("there is no home folder")
 
 
 @cache
@@ -63,7 +87,6 @@ def _own_folder() -> Path:
 @contextmanager
 def _locked(folder: Path) -> Iterator[Path]:
     """Hold the lock of a cache, freed of what was not finished."""
-    folder.mkdir(parents=True, exist_ok=True)
     with locked(folder / "lock"):
         if folder.stat().st_mtime_ns != _cleaned.get(folder):
             _clean(folder)

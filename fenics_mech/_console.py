@@ -52,12 +52,13 @@ class _LogOnTerminal(logging.Handler):
         err.print(self.format(record), style="dim", highlight=False, markup=False, soft_wrap=True)
 
 
-def log_to_terminal() -> None:
-    """Print what the modules log, with the time and the module's name, beside the other messages on stderr."""
+def log_to_terminal(verbose: bool) -> None:
+    """Print warnings that the modules log on stderr; `verbose` prints all, with the time and the module's name."""
     logger, handler = logging.getLogger("fenics_mech"), _LogOnTerminal()
-    handler.setFormatter(logging.Formatter("%(asctime)s %(name)s: %(message)s", "%H:%M:%S"))
+    line = "%(asctime)s %(name)s: %(message)s" if verbose else "warning: %(message)s"
+    handler.setFormatter(logging.Formatter(line, "%H:%M:%S"))
     logger.handlers, logger.propagate = [handler], False
-    logger.setLevel(logging.DEBUG)
+    logger.setLevel(logging.DEBUG if verbose else logging.WARNING)
 
 
 @contextmanager

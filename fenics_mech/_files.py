@@ -8,13 +8,15 @@ import logging
 import os
 import stat
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 from fenics_mech._system import READ
 from fenics_mech.errors import ResultError
 
 logger = logging.getLogger(__name__)
+FORMULA = "=+-@\t\r"  # how a formula begins
 
 
 def read_bounded(path: Path, largest: int) -> bytes:
@@ -34,7 +36,10 @@ def read_bounded(path: Path, largest: int) -> bytes:
             raise ValueError("it is not an ordinary file")
         if found.st_size > largest:
             raise ValueError(f"it has {found.st_size} bytes, and at most {largest} are expected")
-        return file.read()
+        content = file.read(largest + 1)  # files of the system have no size, and others may grow meanwhile
+    if len(content) > largest:
+        raise ValueError(f"it has more than {largest} bytes")
+    return content
 
 
 def reason_of(error: OSError | ValueError) -> str:
@@ -76,6 +81,29 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         temporary.unlink(missing_ok=True)
 
 
+def plain_cell(cell: object) -> object:
+    """Give a cell of a table, marked as a text where it is one that begins like a formula: spreadsheets compute these.
+
+    Numbers stay as they are, and so do the marks "+" and "-" by themselves.
+    """
+    return f"'{cell}" if isinstance(cell, str) and len(cell) > 1 and cell[0] in FORMULA and not _number(cell) else cell
+
+
+def _number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def csv_text(rows: Iterable[Sequence[object]]) -> str:
+    """Give rows as the text of a CSV file, whose texts are no formulas."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(map(plain_cell, row) for row in rows)
+    return text.getvalue()
+
+
 def write_table(path: Path, rows: Sequence[Sequence[object]]) -> None:
     """Write a CSV file as a whole.
 
@@ -91,6 +119,25 @@ def write_table(path: Path, rows: Sequence[Sequence[object]]) -> None:
     ResultError
         When it cannot be written; nothing is left behind.
     """
-    text = io.StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    write_whole(path, lambda temporary: temporary.write_text(text.getvalue(), encoding="utf-8"))
+    text = csv_text(rows)
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def write_frame(path: Path, table: Any) -> None:
+    """Write a table of pandas as a CSV file as a whole, without its index.
+
+    Parameters
+    ----------
+    path
+        The file.
+    table
+        The table.
+
+    Raises
+    ------
+    ResultError
+        When it cannot be written; nothing is left behind.
+    """
+    columns = {name: column.map(plain_cell) for name, column in table.items() if column.dtype.kind == "O"}
+    plain = table.assign(**columns).rename(columns=plain_cell)
+    write_whole(path, lambda temporary: plain.to_csv(temporary, index=False))

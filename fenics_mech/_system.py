@@ -6,6 +6,7 @@ On Windows there is neither `resource` nor `fcntl`: psutil tells the memory ther
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -67,6 +68,37 @@ def limit_process(memory: int, largest_file: int) -> None:
             resource.setrlimit(limit, (most, most))
 
 
+def folder_of_ones_own(folder: Path) -> Path:
+    """Make a folder of code that is run, and give its real path, in which nobody else can change anything.
+
+    As by StrictModes of ssh: it is the user's, those that it is in are his or the system's, and no group or other user
+    may write to one of them. In one with the sticky bit, such as /tmp, others can change their own files only.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+
+    Raises
+    ------
+    OSError
+        When it cannot be made, or others can write there.
+    """
+    for missing in [one for one in (*reversed(folder.parents), folder) if not one.exists()]:
+        missing.mkdir(mode=0o700, exist_ok=True)
+    real = folder.resolve(strict=True)
+    if fcntl is None:  # Windows gives each user a folder of his own
+        return real
+    for one in (real, *real.parents):
+        found = one.stat()
+        others = found.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
+        if found.st_uid != os.geteuid() and (found.st_uid or one == real):
+            raise PermissionError(f"{one} belongs to another user")
+        if others and (one == real or not found.st_mode & stat.S_ISVTX):
+            raise PermissionError(f"others may write to {one}")
+    return real
+
+
 @contextmanager
 def locked(path: Path) -> Iterator[None]:
     """Hold the lock that a file stands for; the system takes it away from a process that ends.
@@ -74,7 +106,7 @@ def locked(path: Path) -> Iterator[None]:
     Parameters
     ----------
     path
-        The file, which is made where it is not there.
+        The file, which is made where it is not there. A symbolic link is an error: it may be to any file.
     """
     if fcntl is None:
         import filelock  # noqa: PLC0415
@@ -82,9 +114,12 @@ def locked(path: Path) -> Iterator[None]:
         with filelock.FileLock(path):
             yield
     else:
-        with path.open("w") as lock:
+        lock = os.open(path, READ | os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o600)  # which empties nothing
+        try:
             fcntl.flock(lock, fcntl.LOCK_EX)
             yield
+        finally:
+            os.close(lock)
 
 
 @contextmanager

@@ -56,8 +56,7 @@ def _with_log(command: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(command)
     def logging(*arguments: Any, verbose: bool = False, **options: Any) -> None:
-        if verbose:
-            log_to_terminal()
+        log_to_terminal(verbose)
         command(*arguments, **options)
 
     own = signature(command, eval_str=True)

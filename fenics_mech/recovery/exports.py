@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_frame, write_whole
 from fenics_mech.errors import ResultError
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.variables import STRAINS
@@ -46,7 +46,7 @@ def write_table(values: xr.DataArray, path: Path, units: Sequence[str] = ()) -> 
             table[name] /= size
         names[name] = name if unit == "1" else f"{name} ({unit})"
     table = table.rename(columns=names)
-    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+    write_frame(path, table)
     return path
 
 

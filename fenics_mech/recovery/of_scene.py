@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import Self
+from typing import Any, Self
 
 import xarray as xr
 
@@ -46,6 +46,10 @@ class OfScene(Saved):
         except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:
             raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
 
+    def known_names(self) -> frozenset[str]:
+        """Names of the links, points, joints and so on of the scene."""
+        return frozenset({"ground", *_keys(self.scene.model_dump(mode="json"))})
+
     def told_in(self, units: Sequence[str]) -> Self:
         """Give the same, whose numbers are printed and drawn in other units.
 
@@ -66,3 +70,11 @@ class OfScene(Saved):
         """
         scene = self.scene.changed(units=tuple(units))
         return type(self)(self.data.assign_attrs(scene=scene.model_dump_json()))
+
+
+def _keys(part: Any) -> Iterator[str]:
+    """Give the keys of nested tables."""
+    if isinstance(part, dict):
+        for key, value in part.items():
+            yield key
+            yield from _keys(value)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import logging
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -14,6 +15,7 @@ import xarray as xr
 
 from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
+from fenics_mech._read_back import refuse_strange
 from fenics_mech.errors import ResultError, shortened
 
 logger = logging.getLogger(__name__)
@@ -117,7 +119,16 @@ class Saved:
             raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {error}") from error
         if not set(cls.NEEDED) <= set(loaded.attrs):
             raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
-        return cls(loaded)
+        found = cls(loaded)
+        try:
+            refuse_strange(loaded, found.known_names)
+        except ValueError as error:
+            raise ResultError(f"{path}: cannot be used as a {cls.KIND}: {error}") from error
+        return found
+
+    def known_names(self) -> Collection[str]:
+        """Names of which labels are made."""
+        return ()
 
 
 def _stated_plainly(data: xr.Dataset) -> xr.Dataset:

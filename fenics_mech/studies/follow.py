@@ -27,8 +27,9 @@ from fenics_mech.response.continuation.branch import family_of, first_motion, re
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
+from fenics_mech.studies.kept_points import KEPT, Record
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
-from fenics_mech.studies.sweep_points import KEPT, Gauge, Record, reduced, tabulated
+from fenics_mech.studies.sweep_points import Gauge, reduced, tabulated
 
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
     "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),
@@ -51,7 +52,7 @@ class Branch(OfScene):
     ----------
     data
         One dimension "point" in the order of the branch, with the number as a coordinate named by its path, in SI; then
-        members, joints, modes, harmonics, disturbances. Variables as in `sweep_points.KEPT` and `OWN`, NaN where a
+        members, joints, modes, harmonics, disturbances. Variables as in `kept_points.KEPT` and `OWN`, NaN where a
         point has none. ``attrs["ended"]`` says where the branch ended: at `END`, or why it was lost.
 
     Examples

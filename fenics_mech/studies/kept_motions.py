@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
-from fenics_mech._files import write_whole
+from fenics_mech._files import read_bounded, write_whole
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.response.periodic.known_motion import KnownMotion
 
 MOST = 1_000_000  # numbers of a motion that is kept: a larger one is found again as fast as it is written and read
+# Numbers alone, as their meaning follows from the mesh: archives and headers would have to be trusted.
 PARTS = ("turned", "displacement", "velocity", "tension")
 
 
@@ -30,15 +30,10 @@ def write_motion(path: Path, motion: KnownMotion) -> None:
     ResultError
         When the file cannot be written.
     """
-    parts = {name: getattr(motion, name) for name in PARTS}
-    if sum(part.size for part in parts.values()) > MOST:
-        return
-
-    def write(temporary: Path) -> None:
-        with temporary.open("wb") as file:
-            np.savez(file, **parts)
-
-    write_whole(path, write)
+    parts = [getattr(motion, name).ravel() for name in PARTS]
+    if sum(part.size for part in parts) <= MOST:
+        numbers = np.concatenate(parts).astype(float)
+        write_whole(path, lambda temporary: temporary.write_bytes(numbers.tobytes()))
 
 
 def read_motion(path: Path, mesh: BeamMesh) -> KnownMotion | None:
@@ -52,10 +47,12 @@ def read_motion(path: Path, mesh: BeamMesh) -> KnownMotion | None:
         The mesh of the links.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            turned, *others = (np.asarray(file[name], dtype=float) for name in PARTS)
-    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        content = read_bounded(path, 8 * MOST)
+    except (OSError, ValueError):
         return None
-    widths = (3 * len(mesh.node_link),) * 2 + (len(mesh.cell),)
-    fits = turned.ndim == 1 and all(part.shape == (len(turned), n) for part, n in zip(others, widths))
-    return KnownMotion(mesh, turned, *others) if fits else None
+    widths = np.array([1, *(3 * len(mesh.node_link),) * 2, len(mesh.cell)])
+    positions, rest = divmod(len(content), 8 * int(widths.sum()))
+    if rest or not positions or not np.isfinite(numbers := np.frombuffer(content)).all():
+        return None
+    turned, *others = np.split(numbers, positions * np.cumsum(widths)[:-1])
+    return KnownMotion(mesh, turned, *(part.reshape(positions, -1) for part in others))

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_frame
 from fenics_mech.recovery.saved import Saved
 
 FAILURE = {"failure": "kind of error that the run ended with", "message": "what it said"}
@@ -68,5 +68,5 @@ class RunTable(Saved):
         table = self.data.to_dataframe()
         units = {str(name): variable.attrs.get("units", "1") for name, variable in self.data.data_vars.items()}
         table = table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})
-        write_whole(Path(path), lambda temporary: table.to_csv(temporary, index=False))
+        write_frame(Path(path), table)
         return Path(path)

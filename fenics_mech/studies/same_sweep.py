@@ -3,9 +3,47 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
+from pydantic import Field, JsonValue, TypeAdapter
+from typing_extensions import TypedDict
+
+from fenics_mech._read_back import STRICT, Text, read_json
 from fenics_mech.errors import SceneError
+
+
+class _GaugeBefore(TypedDict):
+    __pydantic_config__ = STRICT  # type: ignore[misc]
+    s: float
+    fibre: Literal["+", "-"]
+    harmonics: int
+
+
+class _Plan(TypedDict):
+    __pydantic_config__ = STRICT  # type: ignore[misc]
+    scene: dict[Text, JsonValue]
+    gauge: _GaugeBefore
+    values: dict[Text, Annotated[list[Annotated[float, Field(allow_inf_nan=False)]], Field(min_length=1)]]
+
+
+PLAN = TypeAdapter(_Plan)
+
+
+def plan_before(path: Path) -> dict[str, Any]:
+    """Read what is swept in a folder.
+
+    Parameters
+    ----------
+    path
+        Its ``sweep.json``.
+
+    Raises
+    ------
+    OSError, ValueError
+        When it is none, or cannot be read.
+    """
+    plan = read_json(path, PLAN)
+    return {**plan}
 
 
 def refuse_other(before: dict[str, Any], plan: dict[str, Any], folder: Path) -> None:

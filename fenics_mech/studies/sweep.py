@@ -21,7 +21,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
+from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._petsc import MPI
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
@@ -29,23 +29,11 @@ from fenics_mech.errors import MechanismError, ResultError, SceneError, Unresolv
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
-from fenics_mech.studies.same_sweep import refuse_other
+from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, give_up, kept_point, point_file, read_point
+from fenics_mech.studies.same_sweep import plan_before, refuse_other
 from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
 from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone, peaks_of, unresolved
-from fenics_mech.studies.sweep_points import (
-    KEPT,
-    TEXTS,
-    Gauge,
-    Record,
-    Task,
-    compute_here,
-    compute_point,
-    give_up,
-    point_file,
-    read_point,
-    stacked,
-    tabulated,
-)
+from fenics_mech.studies.sweep_points import Gauge, Task, compute_here, compute_point, stacked, tabulated
 from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs, with_peaks
 from fenics_mech.studies.worker_processes import Workers
 
@@ -61,7 +49,7 @@ class Sweep(OfScene):
     ----------
     data
         One dimension per swept field, named by its path, in SI; then members, joints, modes, harmonics. Variables as in
-        `sweep_points.KEPT`, NaN where a point has none, and the texts `sweep_points.TEXTS`. Units in
+        `kept_points.KEPT`, NaN where a point has none, and the texts `sweep_points.TEXTS`. Units in
         ``attrs["units"]``.
 
     Examples
@@ -167,7 +155,7 @@ def run_sweep(
         Largest number of points added where the peak strain is not resolved, for one field that is not a whole number.
     jobs
         Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
-        the error `sweep_points.LOST`, and the next sweep tries it again.
+        the error `kept_points.LOST`, and the next sweep tries it again.
     estimates
         Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
         are then analysed again with estimates, and the sweep says of all others that there are none. Where numerical
@@ -242,6 +230,11 @@ class _SweepRun:
         """The same sweep without error estimates."""
         return replace(self, scene=placed(self.scene, {"analysis.error_estimates": False}))
 
+    @cached_property
+    def any_scene(self) -> Scene:
+        """The scene without the sweep: its members and joints are those of all points."""
+        return Scene.read(self.scene)
+
     def at_root(self, work: Callable[[], Found]) -> Found:
         """Let the first process work and give all of them what it found, or its error."""
         return self.comm.bcast(together(self.comm, lambda: work() if self.comm.rank == 0 else None))
@@ -256,11 +249,9 @@ class _SweepRun:
         path = self.folder / "sweep.json"
         try:
             self.points.mkdir(parents=True, exist_ok=True)
-            before = json.loads(path.read_text()) if path.exists() else plan
-            if not (isinstance(before, dict) and before.keys() == plan.keys() and isinstance(before["values"], dict)):
-                raise ValueError("its sweep.json is not that of a sweep")
+            before = plan_before(path) if path.exists() else plan
         except (OSError, ValueError) as error:
-            raise ResultError(f"{self.folder}: cannot be used for a sweep: {error}") from error
+            raise ResultError(f"{self.folder}: cannot be used for a sweep: {reason_of(error)}") from error
         refuse_other(before, plan, self.folder)
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
@@ -273,9 +264,11 @@ class _SweepRun:
         links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
         points = sorted(points, key=lambda point: [point[number] for number in links])
         missing = self.at_root(
-            lambda: [index for index, point in enumerate(points) if read_point(self.path(point)) is None]
+            lambda: [
+                index for index, point in enumerate(points) if read_point(self.path(point), self.any_scene) is None
+            ]
         )
-        longest = longest_run(Scene.read(self.scene))
+        longest = longest_run(self.any_scene)
         shrinking = longest == 1 and self.comm.size == 1
         runs = shrinking_runs(missing, self.workers.count) if shrinking else runs_of(points, set(missing), longest)
         mine = runs[self.comm.rank :: self.comm.size]
@@ -315,7 +308,7 @@ class _SweepRun:
     def task(self, point: Point, first: Point | None) -> Task:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
         place = None if first is None else sum(here - there for here, there in zip(point, first))  # all but one are 0
-        motion = self.without_estimates.path(point).with_suffix(".npz") if self.at_peaks_alone else None
+        motion = self.without_estimates.path(point).with_suffix(".motion") if self.at_peaks_alone else None
         return Task(self.path(point), self.scene_of(point), self.gauge, place, motion)
 
     def scene_of(self, point: Sequence[float]) -> Record:
@@ -330,7 +323,10 @@ class _SweepRun:
 
     def records(self, points: Sequence[Point]) -> list[Record]:
         """Read points, those to be tried again too."""
-        return [json.loads(self.path(point).read_text()) for point in points]
+        found = {self.path(point): kept_point(self.path(point), self.any_scene) for point in points}
+        if lost := [path for path, record in found.items() if record is None]:
+            raise ResultError(f"{lost[0]}: was removed or changed while the sweep ran: start it again")
+        return [record for record in found.values() if record is not None]
 
     def strains(self, points: Sequence[Point]) -> list[list[float] | None]:
         """Give the peak strain of each member at points, None where a point failed."""
@@ -360,12 +356,12 @@ class _SweepRun:
         records = [self.kept(quick, point) if point in its_own else quick.records([point])[0] for point in grid(values)]
         found = Sweep(self.dataset(values, records))
         found.save(self.folder / "sweep.nc")
-        for motion in self.points.glob("*.npz"):
+        for motion in self.points.glob("*.motion"):
             motion.unlink(missing_ok=True)
         places = itertools.product(*values)
-        lines = [",".join([*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"])]
-        lines += [",".join(map(str, (*at, record["seconds"], record["error"]))) for at, record in zip(places, records)]
-        write_whole(self.folder / "timings.csv", lambda temporary: temporary.write_text("\n".join(lines) + "\n"))
+        head = [*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"]
+        rows = [(*at, record["seconds"], record["error"]) for at, record in zip(places, records)]
+        write_table(self.folder / "timings.csv", [head, *rows])
         return found
 
     def kept(self, quick: _SweepRun, point: Point) -> Record:
@@ -390,5 +386,5 @@ class _SweepRun:
         data = tabulated(data, records, KEPT, first, dict(zip(paths, shape)))
         data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
-        data.attrs["stated_rate"] = abs(Scene.read(self.scene).cycle_rate)  # of the scene as it is without the sweep
+        data.attrs["stated_rate"] = abs(self.any_scene.cycle_rate)  # of the scene as it is without the sweep
         return data

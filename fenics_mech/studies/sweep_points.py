@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import logging
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,12 +16,10 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
-from fenics_mech._version import __version__
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import MechanismError
-from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.errors import MechanismError, SolverError
+from fenics_mech.forces.joint_forces import effort_units, joint_names
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of
@@ -31,52 +28,14 @@ from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_motions import read_motion, write_motion
+from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
 
 logger = logging.getLogger(__name__)
-Record = dict[str, Any]
 
-Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
-
-KEPT: Variables = {  # by variable: dimensions, unit, meaning
-    "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, also between stations"),
-    "peak_stress": (("member",), "Pa", "largest stress of the outer fibres over the cycle, at a station"),
-    "peak_doubt": ((), "1", "share by which peaks between few positions are uncertain, of strains or joint forces"),
-    "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain at a station"),
-    "peak_strain_s": (("member",), "1", "station of the largest strain"),
-    "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
-    "peak_deflection": (("member",), "m", "largest elastic displacement over the cycle"),
-    "peak_joint_force": (("joint",), "N", "largest force of the joint over the cycle"),
-    "peak_input_torque": ((), "N m", "largest torque of the first drive over the cycle; force where it slides"),
-    "strain_harmonic": (("member", "harmonic"), "1", "amplitude of the strain's harmonic; order 0 is its mean"),
-    "drive_rate": ((), "rad/s", "rate of the drive coordinate"),
-    "frequency_lowest": (("mode",), "Hz", "lowest natural frequency over the cycle"),
-    "frequency_highest": (("mode",), "Hz", "highest natural frequency over the cycle"),
-    "frequency_start": (("mode",), "Hz", "natural frequency at the start of the cycle"),
-    "multiplier": (("disturbance",), "1", "magnitude of the Floquet multiplier, largest first"),
-    "growth_rate": (("disturbance",), "1/s", "rate at which the disturbance grows"),
-    "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),
-    "bow": (("member",), "1", "largest distance of the member's axis from its chord, over its length"),
-    "rotation": (("member",), "rad", "largest rotation of the member's axis by deflection"),
-    "theory_share": ((), "1", "share of the largest strain that linear theory leaves out"),
-    "deflection_theory_share": ((), "1", "share of the largest deflection that linear theory leaves out"),
-    "error_estimate": ((), "1", "estimated error of the strains by all sources, relative to the largest"),
-    "deflection_error_estimate": ((), "1", "estimated error of the deflections, relative to the largest"),
-    "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
-    "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
-}
 READ = (  # variables of a result, from which they are made
     *("strain", "largest_strain", "stress", "deflection", "joint_force", "input_torque", "frequency"),
     *("multiplier", "growth_rate", "euler_ratio", "bow", "rotation"),
 )
-LOST = "LostProcess"  # error of a point whose process was ended from outside
-TEXTS = {
-    "error": "kind of error that the point ended with",
-    "message": "what it said",
-    "effects": "effects that acted",
-    "not_estimated": "what its error estimate leaves out",
-    "warnings": "numbers that can hardly be meant, one a line",
-    "too_coarse": "message about numerical errors that are too large, of a point whose answer is kept",
-}
 
 
 def _kept_unit(name: str, scene: Scene) -> str:
@@ -139,38 +98,6 @@ class Task(NamedTuple):
     errors_alone: bool = False
 
 
-def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
-    """Give the file of a point: its name is the hash of version, scene and gauge.
-
-    Parameters
-    ----------
-    folder
-        Folder of the sweep's points.
-    data
-        The point's scene, as plain data.
-    gauge
-        Where the strain is split into harmonics.
-    """
-    text = json.dumps([__version__, data, asdict(gauge)], sort_keys=True)
-    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-
-
-def read_point(path: Path) -> Record | None:
-    """Read a finished point; None where there is none, or one that is to be tried again.
-
-    Parameters
-    ----------
-    path
-        The point's file.
-    """
-    try:
-        record = json.loads(path.read_text())
-    except (OSError, ValueError):
-        return None
-    whole = isinstance(record, dict) and record.keys() >= {*TEXTS, "seconds", "again"}
-    return record if whole and not record["again"] else None
-
-
 def compute_point(task: Task, common: PointParts) -> None:
     """Analyse a scene and write what is kept of it, or the error that it ended with.
 
@@ -205,8 +132,7 @@ def compute_point(task: Task, common: PointParts) -> None:
         logger.info("the point %s failed: %s", task.path.stem, error)
         record |= {"error": type(error).__name__, "message": str(error), "again": not isinstance(error, MechanismError)}
     seconds = record.get("seconds", 0.0) + time.perf_counter() - start
-    text = json.dumps(record | {"seconds": seconds})
-    write_whole(task.path, lambda temporary: temporary.write_text(text))
+    write_point(task.path, record | {"seconds": seconds})
 
 
 def _analysed(task: Task, common: PointParts) -> Record:
@@ -218,7 +144,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
     if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
         common.go_to(None)
         common.keep(known)
-    multipliers = _examined(motion) if estimated else {}
+    multipliers = _examined(motion, scene) if estimated else {}
     result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
     if motion is not None and not estimated:
         common.keep_answer(motion)
@@ -226,13 +152,16 @@ def _analysed(task: Task, common: PointParts) -> Record:
             write_motion(motion, common.found)
     record = reduced(result, gauge)
     record["values"] |= multipliers
+    if wrong := unlike(record["values"], scene):
+        raise SolverError(f"this point has no answer that can be kept: {wrong}")
     return record
 
 
 def _with_errors(task: Task, common: PointParts) -> Record | None:
     """Give what is kept of a point without estimates, with errors of its answer; None where that was not kept."""
     assert task.motion is not None
-    before, estimates = read_point(task.motion.with_suffix(".json")), task.data["analysis"]["error_estimates"]
+    scene, estimates = Scene.read(task.data), task.data["analysis"]["error_estimates"]
+    before = read_point(task.motion.with_suffix(".json"), scene)
     if before is None or not estimates or (errors := common.errors(task.motion, estimates)) is None:
         return None
     data = of_errors(errors).dataset()
@@ -240,9 +169,9 @@ def _with_errors(task: Task, common: PointParts) -> Record | None:
     return before | {"not_estimated": _not_estimated(data), "values": values}
 
 
-def _examined(motion: Path | None) -> Record:
+def _examined(motion: Path | None, scene: Scene) -> Record:
     """Multipliers that a point has found without estimates, beside which its motion is; nothing where it has none."""
-    record = None if motion is None else read_point(motion.with_suffix(".json"))
+    record = None if motion is None else read_point(motion.with_suffix(".json"), scene)
     values = {} if record is None else record.get("values", {})
     return {name: values[name] for name in ("multiplier", "growth_rate") if name in values}
 
@@ -263,21 +192,8 @@ def compute_here(task: Task) -> None:
     compute_point(task, _common_here())
 
 
-def give_up(path: Path) -> None:
-    """Write that the process of a point was lost; the point is tried again by the next sweep.
-
-    Parameters
-    ----------
-    path
-        The point's file.
-    """
-    said = "the process that computed this point was ended from outside: there may be too little memory"
-    record = dict.fromkeys(TEXTS, "") | {"error": LOST, "message": said, "again": True, "seconds": 0.0}
-    write_whole(path, lambda temporary: temporary.write_text(json.dumps(record)))
-
-
 def reduced(result: Result, gauge: Gauge) -> Record:
-    """Keep of a result what `KEPT` lists, as far as it is there, with the labels of members and joints.
+    """Keep of a result what `KEPT` lists, as far as it is there.
 
     Parameters
     ----------
@@ -308,7 +224,6 @@ def reduced(result: Result, gauge: Gauge) -> Record:
         "effects": ", ".join(acting),
         "not_estimated": _not_estimated(data),
         "warnings": "\n".join(result.warnings),
-        "labels": {name: variables[name].to_numpy().tolist() for name in ("member", "joint")},
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},
     }
 
@@ -383,7 +298,7 @@ def tabulated(
     variables
         Dimensions, unit and meaning of each variable to add.
     scene
-        The scene of one point, for the unit of the drive's effort.
+        The scene of one point, for labels and the unit of the drive's effort.
     shape
         Number of values along each dimension of the grid.
     """
@@ -392,7 +307,7 @@ def tabulated(
         if not np.isnan(numbers).all():  # nor are there none at all
             attributes = {"units": _kept_unit(name, scene) if name in KEPT else unit, "long_name": meaning}
             data[name] = ((*shape, *dims), numbers.reshape(*shape.values(), *numbers.shape[1:]), attributes)
-    labels: Record = next((record["labels"] for record in records if "labels" in record), {})
+    labels = {"member": list(scene.members()), "joint": joint_names(scene.joints)}
     for name in sorted({str(name) for name in data.dims} - set(shape)):
         data = data.assign_coords({name: labels.get(name, np.arange(data.sizes[name]) + (name != "harmonic"))})
     return data

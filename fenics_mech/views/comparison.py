@@ -14,7 +14,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._constants import TINY
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_frame
 from fenics_mech.errors import ViewError, percent
 from fenics_mech.scene import Scene
 from fenics_mech.studies.compare import COLUMNS
@@ -155,7 +155,7 @@ def write_comparison(data: xr.Dataset, path: Path) -> Path:
         When the file cannot be written.
     """
     table = data.to_dataframe().dropna(subset=["peak"]).reset_index()
-    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+    write_frame(path, table)
     return path
 
 

@@ -10,7 +10,7 @@ from rich.console import Group
 from rich.markup import escape
 from rich.text import Text
 
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_frame
 from fenics_mech.recovery import Result
 from fenics_mech.views.tables import number, table_of
 
@@ -60,5 +60,5 @@ def write_fatigue(found: xr.Dataset, path: Path) -> Path:
         When the file cannot be written.
     """
     table = found["damage"].to_dataframe().dropna().reset_index()
-    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+    write_frame(path, table)
     return path

@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.markup import escape
 from rich.table import Table
 
-from fenics_mech._files import write_whole
+from fenics_mech._files import write_frame
 from fenics_mech.errors import percent
 from fenics_mech.studies.refine import RATIO, Refinement
 from fenics_mech.views.figures import empty_figure, finish, save
@@ -77,7 +77,7 @@ def write_refinement(found: Refinement, path: Path) -> Path:
     values.columns = [f"level {level}" for level in values.columns]
     table = found.data[["order", "extrapolated", "error"]].to_dataframe()
     table = values.join(table).dropna(subset=["level 1"]).reset_index()
-    write_whole(path, lambda temporary: table.to_csv(temporary, index=False))
+    write_frame(path, table)
     return path
 
 

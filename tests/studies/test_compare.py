@@ -21,7 +21,7 @@ from fenics_mech.views.reading import Reading
 from tests.common import response_of
 
 PLACE = Quantity("strain", "coupler", 0.3, "-")
-NAMED = ("member", "link")  # coordinates of a result
+NAMED = ("member", "link", "point", "pair")  # coordinates of a result, made of names of its scene
 
 
 @pytest.fixture(scope="module")

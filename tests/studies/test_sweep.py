@@ -325,7 +325,7 @@ def test_a_sweep_in_which_all_points_fail_is_a_sweep(tmp_path, seed):
 @pytest.mark.parametrize("damaged", ["{}", "[1]", '{"scene": {}, "gauge": {}, "values": 1}'])
 def test_a_damaged_plan_is_one_message(arm, tmp_path, damaged):
     (tmp_path / "sweep.json").write_text(damaged)
-    with pytest.raises(ResultError, match=r"cannot be used for a sweep: its sweep.json is not that of a sweep"):
+    with pytest.raises(ResultError, match=r"for a sweep: its sweep\.json is none that the program has written"):
         swept(arm, tmp_path, RANGE)
 
 

@@ -141,19 +141,19 @@ def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(see
         # estimates are linear about a motion, and Newton's last tangents are those of one up to 1e-4 beside it
         for name, apart in (("peak_strain", 1e-6), ("error_estimate", 1e-4)):
             assert found[name].to_numpy()[estimated] == pytest.approx(whole[name].to_numpy()[estimated], rel=apart)
-    assert not list(tmp_path.rglob("*.npz"))
+    assert not list(tmp_path.rglob("*.motion"))
 
 
 def test_a_motion_that_does_not_fit_is_not_read(seed, tmp_path):
     mesh = CommonParts().links(seed).mesh
     dofs, elements = 3 * len(mesh.node_name), len(mesh.cell)
     parts = [np.arange(4.0), *(np.ones((4, count)) for count in (dofs, dofs, elements))]
-    write_motion(tmp_path / "motion.npz", KnownMotion(mesh, *parts))
-    assert (read_motion(tmp_path / "motion.npz", mesh).tension == 1).all()
-    assert read_motion(tmp_path / "motion.npz", CommonParts().links(seed.changed(mesh__elements=2)).mesh) is None
-    assert read_motion(tmp_path / "none.npz", mesh) is None
-    (tmp_path / "motion.npz").write_bytes(b"PK of another kind")
-    assert read_motion(tmp_path / "motion.npz", mesh) is None
+    write_motion(tmp_path / "motion.motion", KnownMotion(mesh, *parts))
+    assert (read_motion(tmp_path / "motion.motion", mesh).tension == 1).all()
+    assert read_motion(tmp_path / "motion.motion", CommonParts().links(seed.changed(mesh__elements=2)).mesh) is None
+    assert read_motion(tmp_path / "none.motion", mesh) is None
+    (tmp_path / "motion.motion").write_bytes(b"PK of another kind")
+    assert read_motion(tmp_path / "motion.motion", mesh) is None
 
 
 @pytest.mark.slow

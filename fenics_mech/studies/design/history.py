@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from pathlib import Path
 
-from fenics_mech._files import write_table
+from fenics_mech._files import csv_text, write_table
 from fenics_mech.errors import ResultError
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.trial import Trial
@@ -40,11 +39,12 @@ class History:
         if problem.best is None:
             return
         new = problem.history[self.written :]
-        head = [[*_head(problem)]] if not self.written else []
         rows = [_row(problem, number, trial) for number, trial in enumerate(new, self.written + 1)]
+        if not self.written:
+            write_table(self.path, [_head(problem)])  # a new file, whatever was in its place
         try:
-            with open(self.path, "a" if self.written else "w", encoding="utf-8", newline="") as file:
-                csv.writer(file, lineterminator="\n").writerows([*head, *rows])
+            with open(self.path, "a", encoding="utf-8", newline="") as file:
+                file.write(csv_text(rows))
         except OSError as error:
             raise ResultError(f"{self.path}: cannot be written: {error.strerror}") from error
         self.written += len(new)

@@ -9,9 +9,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field, TypeAdapter
 
 from fenics_mech._files import write_whole
+from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery import Result
@@ -24,6 +27,17 @@ from fenics_mech.studies.sweep_axes import placed
 
 LOST = "LostProcess"  # error of a trial whose process was ended from outside
 Record = dict[str, Any]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class _Kept(Ended):
+    """What is kept of a trial."""
+
+    numbers: dict[Text, Number | None]
+    values: tuple[Number, ...]
+
+
+KEPT = TypeAdapter(_Kept)
 Analysed = Callable[[Scene, tuple[float, ...]], Result]  # of a scene, and the values of its variables
 
 
@@ -47,15 +61,10 @@ def known(task: Task) -> Record | None:
 
 def read(task: Task) -> Record | None:
     """Read a trial that was run; None where there is none."""
-    if task.path is None:
+    record = read_kept(task.path, KEPT)
+    if record is None or record["values"] != task.values or wrong_numbers(task.quantities, record["numbers"]):
         return None
-    try:
-        record = json.loads(task.path.read_text())
-    except (OSError, ValueError):
-        return None
-    whole = isinstance(record, dict) and record.keys() >= {"numbers", "error", "message", "seconds", "again"}
-    numbers = record["numbers"] if whole else None
-    return record if isinstance(numbers, dict) and numbers.keys() >= {*names_of(task.quantities)} else None
+    return dict(record)
 
 
 def run_task(task: Task, analysed: Analysed) -> Record:
@@ -100,7 +109,18 @@ def numbers_of(task: Task, analysed: Analysed) -> dict[str, float]:
     found = read_numbers(task.quantities, result, task.targets)
     if missing := [name for name, value in found.items() if not math.isfinite(value)]:
         raise MechanismError(f"{', '.join(missing)} has no value in this result")
+    if wrong := wrong_numbers(task.quantities, found):
+        raise MechanismError(wrong)
     return found
+
+
+def wrong_numbers(quantities: Sequence[ResultNumbers], numbers: Mapping[str, float | None]) -> str:
+    """Say which numbers are not those of the quantities, or not possible; an empty text where none are."""
+    if numbers.keys() != {*names_of(quantities)}:
+        return "these are other numbers"
+    strains = [name for quantity in quantities if quantity.name == "strain" for name in quantity.names]
+    large = [name for name in strains if abs(numbers[name] or 0.0) > LARGEST_STRAIN]
+    return f"{large[0]} is {numbers[large[0]]:.6g}, which no member reaches" if large else ""
 
 
 def read_numbers(
@@ -131,7 +151,7 @@ def names_of(quantities: Sequence[ResultNumbers]) -> list[str]:
 def write(path: Path | None, record: Record) -> None:
     """Keep what a trial found, where it is to be kept."""
     if path is not None:
-        text = json.dumps(record)
+        text = json.dumps(record | {"message": str(MechanismError(record["message"]))})
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, lambda temporary: temporary.write_text(text))
 

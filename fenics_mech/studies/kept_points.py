@@ -1,0 +1,187 @@
+"""What is kept of the points of sweeps: the files, and what may stand in them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NotRequired
+
+import numpy as np
+from pydantic import Field, TypeAdapter
+
+from fenics_mech._files import write_whole
+from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
+from fenics_mech._version import __version__
+from fenics_mech.errors import MechanismError
+from fenics_mech.forces.joint_forces import joint_names
+
+if TYPE_CHECKING:
+    from fenics_mech.scene import Scene
+    from fenics_mech.studies.sweep_points import Gauge
+
+Record = dict[str, Any]
+Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
+
+KEPT: Variables = {  # by variable: dimensions, unit, meaning
+    "peak_strain": (("member",), "1", "largest strain of the outer fibres over the cycle, also between stations"),
+    "peak_stress": (("member",), "Pa", "largest stress of the outer fibres over the cycle, at a station"),
+    "peak_doubt": ((), "1", "share by which peaks between few positions are uncertain, of strains or joint forces"),
+    "peak_strain_theta": (("member",), "rad", "drive angle of the largest strain at a station"),
+    "peak_strain_s": (("member",), "1", "station of the largest strain"),
+    "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
+    "peak_deflection": (("member",), "m", "largest elastic displacement over the cycle"),
+    "peak_joint_force": (("joint",), "N", "largest force of the joint over the cycle"),
+    "peak_input_torque": ((), "N m", "largest torque of the first drive over the cycle; force where it slides"),
+    "strain_harmonic": (("member", "harmonic"), "1", "amplitude of the strain's harmonic; order 0 is its mean"),
+    "drive_rate": ((), "rad/s", "rate of the drive coordinate"),
+    "frequency_lowest": (("mode",), "Hz", "lowest natural frequency over the cycle"),
+    "frequency_highest": (("mode",), "Hz", "highest natural frequency over the cycle"),
+    "frequency_start": (("mode",), "Hz", "natural frequency at the start of the cycle"),
+    "multiplier": (("disturbance",), "1", "magnitude of the Floquet multiplier, largest first"),
+    "growth_rate": (("disturbance",), "1/s", "rate at which the disturbance grows"),
+    "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),
+    "bow": (("member",), "1", "largest distance of the member's axis from its chord, over its length"),
+    "rotation": (("member",), "rad", "largest rotation of the member's axis by deflection"),
+    "theory_share": ((), "1", "share of the largest strain that linear theory leaves out"),
+    "deflection_theory_share": ((), "1", "share of the largest deflection that linear theory leaves out"),
+    "error_estimate": ((), "1", "estimated error of the strains by all sources, relative to the largest"),
+    "deflection_error_estimate": ((), "1", "estimated error of the deflections, relative to the largest"),
+    "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
+    "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
+}
+LOST = "LostProcess"  # error of a point whose process was ended from outside
+TEXTS = {
+    "error": "kind of error that the point ended with",
+    "message": "what it said",
+    "effects": "effects that acted",
+    "not_estimated": "what its error estimate leaves out",
+    "warnings": "numbers that can hardly be meant, one a line",
+    "too_coarse": "message about numerical errors that are too large, of a point whose answer is kept",
+}
+
+
+INFINITE = "theory_share", "deflection_theory_share"  # where a theory tells nothing at all
+SIGNED = "peak_strain_theta", "peak_strain_side", "drive_rate", "growth_rate"
+MOST = {"peak_strain": LARGEST_STRAIN, "peak_strain_s": 1.0, "peak_strain_side": 1.0}
+Numbers = float | list[float] | list[list[float]]
+
+
+class Point(Ended):
+    """What is kept of a point."""
+
+    effects: Text
+    not_estimated: Text
+    warnings: Text
+    too_coarse: Text
+    values: NotRequired[Annotated[dict[str, Numbers], Field(max_length=len(KEPT))]]
+
+
+POINT = TypeAdapter(Point)
+
+
+def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
+    """Give the file of a point: its name is the hash of version, scene and gauge.
+
+    Parameters
+    ----------
+    folder
+        Folder of the sweep's points.
+    data
+        The point's scene, as plain data.
+    gauge
+        Where the strain is split into harmonics.
+    """
+    text = json.dumps([__version__, data, asdict(gauge)], sort_keys=True)
+    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
+
+
+def kept_point(path: Path, scene: Scene) -> Record | None:
+    """Read a point that has been computed, also one that is to be tried again; None where there is none.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    scene
+        Its scene, or that of another point of the sweep.
+    """
+    record = read_kept(path, POINT)
+    return None if record is None or unlike(record.get("values", {}), scene) else dict(record)
+
+
+def read_point(path: Path, scene: Scene) -> Record | None:
+    """Read a finished point; None where there is none, or one that is to be tried again.
+
+    Parameters
+    ----------
+    path, scene
+        As of `kept_point`.
+    """
+    record = kept_point(path, scene)
+    return None if record is None or record["again"] else record
+
+
+def unlike(values: Mapping[str, Any], scene: Scene) -> str:
+    """Say what is not as the points of a scene have it, or not possible at all; an empty text where all is.
+
+    Parameters
+    ----------
+    values
+        The numbers of a point, by variable.
+    scene
+        The scene.
+    """
+    sizes = {"member": len(scene.members()), "joint": len(joint_names(scene.joints))}
+    for name, numbers in values.items():
+        if name not in KEPT:
+            return f"there is no {name} of a point"
+        try:
+            found = np.asarray(numbers, dtype=float)
+        except ValueError:  # lists of several lengths
+            return f"{name} is no table"
+        dims = KEPT[name][0]
+        if len(dims) != found.ndim or any(sizes.get(dim, n) != n for dim, n in zip(dims, found.shape)):
+            return f"{name} is not one number for each {' and '.join(dims) or 'point'}"
+        known = found[~np.isnan(found)]
+        least, most = -math.inf if name in SIGNED else 0.0, MOST.get(name, math.inf)
+        if (known < least).any() or (known > most).any():
+            return f"{name} has values from {known.min():.6g} to {known.max():.6g}, which is not possible"
+        if np.isinf(known).any() and name not in INFINITE:
+            return f"{name} is not finite"
+    return ""
+
+
+def write_point(path: Path, record: Record) -> None:
+    """Write what is kept of a point.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    record
+        What is kept. The message of an unknown error may be of any length.
+
+    Raises
+    ------
+    ResultError
+        When the file cannot be written.
+    """
+    text = json.dumps(record | {"message": str(MechanismError(record["message"]))})
+    write_whole(path, lambda temporary: temporary.write_text(text))
+
+
+def give_up(path: Path) -> None:
+    """Write that the process of a point was lost; the point is tried again by the next sweep.
+
+    Parameters
+    ----------
+    path
+        The point's file.
+    """
+    said = "the process that computed this point was ended from outside: there may be too little memory"
+    record = dict.fromkeys(TEXTS, "") | {"error": LOST, "message": said, "again": True, "seconds": 0.0}
+    write_point(path, record)
