@@ -28,14 +28,21 @@ def ritz(speed, length, width, height, mass=0.0, arm=0.0, hub=0.0, terms=9, spin
     inertia = line * (w * weight) @ w.T + mass * np.outer(tip, tip)
     stiffness = bending * (curve * weight) @ curve.T + (slope * weight * pull) @ slope.T
     stiffness += mass * speed**2 * reach * arm * np.outer(end_slope, end_slope)
-    return np.sqrt(eigh(stiffness - spin * speed**2 * inertia, inertia, eigvals_only=True))
+    squares = eigh(stiffness - spin * speed**2 * inertia, inertia, eigvals_only=True)
+    return np.sqrt(np.maximum(squares, 0.0))  # 0 where it diverges
 
 
-def turning_beam(speed, length=0.3, width=0.02, height=0.003, mass=0.0, arm=0.0, rigid=False, light=1e-3):
+def turning_beam(speed, length=0.3, width=0.02, height=0.003, mass=0.0, arm=0.0, hub=0.0, rigid=False, light=1e-3):
     """A beam whose end turns, with a mass on an arm at its tip: a rigid body, or a stiff member of the same link."""
     member = {"ends": ["O", "A"], "section": "strip", "material": "steel"}
     points, members = {"O": [0, 0], "A": [length, 0]}, {"OA": member | {"mesh": {"elements": 12}}}
     links, joints = {"beam": {"points": points, "members": members}}, {"O": {"connect": ["ground.O", "beam.O"]}}
+    if hub:
+        links["hub"] = {"points": {"O": [0, 0], "H": [hub, 0]}, "rigid": {"mass": 1.0, "inertia": 1e-2}}
+        joints = {
+            "O": {"connect": ["ground.O", "hub.O"]},
+            "H": {"kind": "weld", "connect": ["hub.H", "beam.O"]},
+        }
     masses = {"tip": {"at": "beam.A", "mass": mass}} if mass else {}
     if rigid:
         body = {"mass": mass, "inertia": 1e-8, "centre": [arm, 0]}
