@@ -25,15 +25,19 @@ def modes(
 ) -> None:
     """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table.
 
+    They are those of the mechanism at rest at each position. Where spin and axial forces change them by 0.5 % or more,
+    those in the motion stand below, and in running_frequencies.csv.
+
     Beside Hz the table has them in the unit of speed that is named by --units or by the scene, such as rpm.
     """
     with loading():
+        from fenics_mech.response.running_frequencies import RUNNING  # noqa: PLC0415
         from fenics_mech.scene import refined  # noqa: PLC0415
         from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
         from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
         from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
         from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
-        from fenics_mech.views.frequency_table import frequency_table, write_frequencies  # noqa: PLC0415
+        from fenics_mech.views.frequency_table import changes, frequency_table, write_frequencies  # noqa: PLC0415
 
     loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     speed = named_units(loaded.units).get("speed")
@@ -43,16 +47,19 @@ def modes(
         step("plot")
         supported = dict(zip(found.data["member"].to_numpy(), found.data["supported"].to_numpy()))
         frequency, theta = found.data["frequency"].to_numpy(), found.data["theta"].to_numpy()
-        table = write_frequencies(theta, frequency, folder / "frequencies.csv")
+        running = found.data["running_frequency"].to_numpy()
+        written = [write_frequencies(theta, frequency, folder / "frequencies.csv")]
+        if (changes(frequency, running) >= RUNNING.told).any():
+            written.append(write_frequencies(theta, running, folder / "running_frequencies.csv"))
         drawn = draw_frequencies(frequency, theta, supported, new_axes(height=4.8))
-        plot = save(figure_in(drawn), folder / "frequencies.png")
+        written.append(save(figure_in(drawn), folder / "frequencies.png"))
     assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
-    out.print(frequency_table(frequency, assurance, error, supported, speed))
+    out.print(frequency_table(frequency, assurance, error, supported, speed, running))
     for freedom in found.free:
         tell(f"Rigid-body motion: {freedom}")
     for warning in found.warnings:
         tell(f"Warning: {warning}.")
-    tell_written((table, plot), folder)
+    tell_written(written, folder)
     if draw is not None:
         from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
 

@@ -255,20 +255,28 @@ def _rigid_uneven_tension(scene: Scene, bare: System) -> Array:
     Nothing has to be solved for it. Of a motion with freedoms it is that of the loads: inertia that counts in the
     mass of the freedoms and not in that of the links would leave a mass that is not positive.
     """
-    system = _straight(scene, replace(bare, motion=bare.motion.held()) if scene.freedoms else bare)
+    system = without_stiffening(scene, replace(bare, motion=bare.motion.held()) if scene.freedoms else bare)
     still = np.zeros((len(system.motion.theta), system.size))
     return uneven_tension(system, ElasticResponse(still, system.rigid_acceleration))
 
 
-def _straight(scene: Scene, bare: System) -> System:
-    """Give the mechanism whose axial forces do not act on its bending."""
+def without_stiffening(scene: Scene, bare: System) -> System:
+    """Give the mechanism whose axial forces do not act on its bending.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    bare
+        Its mechanism without effects.
+    """
     linear = tuple(name for name in scene.named_effects if not EFFECTS[name].stress_stiffening)
     return _with_effects(scene.model_copy(update={"effects": linear}), bare)  # read anew it would take longer
 
 
 def _rigid_axial_forces(scene: Scene, bare: System) -> AxialForces:
     """Give the axial forces of the elements from loads and rigid motion."""
-    system = _straight(scene, bare)
+    system = without_stiffening(scene, bare)
     return axial_forces(system, static_response(scene, system))
 
 

@@ -19,6 +19,7 @@ from fenics_mech.mechanism import RigidModes, System
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
+from fenics_mech.response.running_frequencies import running_frequencies
 from fenics_mech.response.setup import CommonParts, freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 
@@ -34,7 +35,9 @@ class NaturalFrequencies(OfScene):
     data
         Coordinates theta (rad), mode (from 1), member, s (places 0 to 1 along it), component. Variables are
 
-        - frequency (Hz), by theta and mode,
+        - frequency (Hz), by theta and mode, of the mechanism held at each position,
+        - running_frequency (Hz), by theta and mode, about the motion: with spin, and with axial forces of loads and
+          rigid motion. NaN where nothing runs or loads, and 0 where a disturbance diverges,
         - assurance, the modal assurance criterion of each mode with itself at the next position, by theta and mode,
         - frequency_error, the estimated relative error of each frequency by the mesh,
         - shape, the displacement of the members' axes in the fixed frame over its largest, by theta, mode, member, s
@@ -98,10 +101,14 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     system = mechanism(chosen, progress, common)
     progress("modes")
     found = solve_modes(system, chosen.analysis.modes, chosen.petsc)
-    supported, left = simply_supported_frequencies(chosen), left_out_of_frequencies(chosen, system, found)
+    left = left_out_of_frequencies(chosen, system, found)
+    running = running_frequencies(chosen, system, found)
+    unknown = np.full_like(found.frequency, np.nan)
+    supported = simply_supported_frequencies(chosen)
     data = xr.Dataset(
         {
             "frequency": (("theta", "mode"), found.frequency, {"units": "Hz"}),
+            "running_frequency": (("theta", "mode"), unknown if running is None else running, {"units": "Hz"}),
             "assurance": (("theta", "mode"), found.assurance, {"units": "1"}),
             "frequency_error": ("mode", frequency_error(system, found), {"units": "1"}),
             "shape": (("theta", "mode", "member", "s", "component"), _shapes(system, found), {"units": "1"}),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +13,17 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech._files import write_whole
 from fenics_mech.accuracy.frequency_errors import FREQUENCY
+from fenics_mech.response.running_frequencies import RUNNING
 from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.words import percent
 
 MEANING = (
     "mesh error: share of the frequency, estimated without pins that travel along a member; MAC (modal assurance "
     "criterion): likeness of a mode's shape at neighbouring positions, 1 where it hardly changes"
+)
+RUNNING_MEANING = (
+    "frequencies are those of the mechanism at rest at each position; running: in the motion and under the loads, "
+    "where spin and axial forces change them by up to {}"
 )
 
 
@@ -27,6 +33,7 @@ def frequency_table(
     off: Array,
     supported: Mapping[str, float] | None = None,
     speed: tuple[str, float] | None = None,
+    running: Array | None = None,
 ) -> Table:
     """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
 
@@ -42,18 +49,30 @@ def frequency_table(
         Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
     speed
         Name and size in SI of a unit of speed, in which they stand too.
+    running
+        Frequencies about the motion (Hz), ``(angles, modes)``, NaN where they are not known. They have rows
+        of their own where spin and axial forces change one by `RUNNING.told` or more.
     """
     units = [("Hz", 1.0)] if speed is None else [("Hz", 1.0), (speed[0], TURN / speed[1])]
     gap = " " if speed is None else "\n"
     ranges = [f"{limit}{gap}({unit})" for unit, _ in units for limit in ("lowest", "highest")]
     table = table_of("Natural frequencies over the cycle", "mode", *ranges, "mesh error", "lowest MAC")
+
+    def span(curve: Array) -> Iterator[str]:
+        return (number(size * limit) for _, size in units for limit in (curve.min(), curve.max()))
+
     for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
         rigid = not curve.any()
         name = f"{mode}, rigid body" if rigid else str(mode)
         unknown = share >= FREQUENCY.largest_known
         wrong = f"{FREQUENCY.largest_known:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
-        span = (number(size * limit) for _, size in units for limit in (curve.min(), curve.max()))
-        table.add_row(name, *span, wrong, f"{mac.min():.3f}")
+        table.add_row(name, *span(curve), wrong, f"{mac.min():.3f}")
+    change = np.zeros(frequency.shape[1]) if running is None else changes(frequency, running)
+    changed = np.flatnonzero(change >= RUNNING.told)
+    if running is not None and len(changed):
+        table.add_section()
+        for mode in changed:
+            table.add_row(f"{mode + 1} running", *span(running[:, mode]), "", "")
     if supported:
         table.add_section()
         for member, value in supported.items():
@@ -61,7 +80,24 @@ def frequency_table(
                 f"{escape(member)} simply supported", *(number(size * value) for _, size in units for _ in "12"), "", ""
             )
         table.caption, table.caption_justify = MEANING, "left"
+    if running is not None and len(changed):
+        diverges = "" if running[:, changed].all() else " (0: it diverges)"
+        table.caption = f"{RUNNING_MEANING.format(percent(change.max()))}{diverges}; {MEANING}"
     return table
+
+
+def changes(frequency: Array, running: Array) -> Array:
+    """Give the largest share by which spin and axial forces change each frequency, ``(modes,)``; 0 where nothing runs.
+
+    Parameters
+    ----------
+    frequency, running
+        As of `frequency_table`.
+    """
+    elastic = frequency.any(axis=0) & np.isfinite(running).all(axis=0)
+    found = np.zeros(len(elastic))
+    found[elastic] = np.abs(running[:, elastic] / frequency[:, elastic] - 1).max(axis=0)
+    return found
 
 
 def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:

@@ -181,7 +181,7 @@ def floquet(
     values, states = values[kept], states[kept]
     period = float(np.sum(flow.duration))
     mode, share = _carriers(start, states[:, :n], states[:, n:] / flow.mean_step, modes)
-    turned, link, vibrates = turns(axes, flow, values, states)
+    turned, link, vibrates = turns(axes, flow, values, states, modes)
     known = np.abs(values) > rounding
     frequency = np.where(known, np.abs(turned) / period, np.nan)
     names = tuple(axes.names[i] for i in link)

@@ -10,13 +10,14 @@ Systems, ch. 2.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, summed
+from fenics_mech.eigenmodes import Modes
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.flow import Flow
@@ -32,6 +33,7 @@ class TurningLimits:
     equal: float = 1e-6  # relative distance of multipliers that count as one
     dependent: float = 1e-10  # part of a disturbance that others of its multiplier do not hold, for them to separate
     even: float = 1e-6  # difference of two links' parts of a disturbance, up to which the first link counts
+    in_mode: float = 0.6  # part of a disturbance in one mode, above which its turns are that mode's; a whirl has halves
 
 
 TURNING = TurningLimits()
@@ -53,6 +55,8 @@ class LinkAxes:
         Link of each of the links' coordinates.
     names
         Names of the links.
+    position
+        Number of the position whose modes each step takes, ``(steps,)``; or one for all.
     """
 
     rows: Index
@@ -62,6 +66,7 @@ class LinkAxes:
     mass: sp.csr_matrix
     link: Index
     names: tuple[str, ...]
+    position: Index = field(default_factory=lambda: np.zeros(1, dtype=int))
 
     @classmethod
     def of(cls, system: System, motion: Motion) -> LinkAxes:
@@ -83,6 +88,7 @@ class LinkAxes:
             mass=system.link_mass,
             link=system.link_of_coordinate,
             names=tuple(system.motion.links),
+            position=np.abs(motion.theta[:, None] - system.motion.theta).argmin(axis=1),
         )
 
     def carried(self, q: Complex, rate: Complex) -> tuple[Complex, Complex]:
@@ -101,6 +107,29 @@ class LinkAxes:
         v, velocity = (summed(part, self.rows, size) for part in moved)
         return v, velocity
 
+    def in_mode(self, modes: Modes, v: Complex, velocity: Complex) -> tuple[Complex, Complex]:
+        """Give of v and v' what the mode with the largest part holds, where that is most of v; else both as they are.
+
+        Gauss points hardly damp what is too fast for the steps, such as a mass on a stiff arm. Its velocity may be
+        larger than that of a slow disturbance, which would seem to turn as fast.
+
+        Parameters
+        ----------
+        modes
+            The modes of the mechanism held at its positions.
+        v, velocity
+            As `carried` gives them.
+        """
+        shapes = self.values[:, None] * modes.shapes[self.position][..., self.columns]
+        shapes = np.concatenate([every := summed(shapes, self.rows, len(self.link)), every[:1]])
+        momenta = self.momenta(shapes)
+        parts = np.stack([np.einsum("kdi,kmi->kdm", part, momenta, optimize=True) for part in (v, velocity)])
+        share = np.sum(np.abs(parts[0]) ** 2, axis=0) / np.sum(v.conj() * self.momenta(v), axis=(0, 2)).real[:, None]
+        most, own = share.argmax(axis=1), np.arange(len(share))
+        of_mode = parts[:, :, own, most, None] * shapes[:, most]
+        found = np.where((share.max(axis=1) > TURNING.in_mode)[:, None], of_mode, (v, velocity))
+        return found[0], found[1]
+
     def momenta(self, v: Complex) -> Complex:
         """``m v``, of the shape of v.
 
@@ -112,11 +141,14 @@ class LinkAxes:
         return np.asarray((self.mass @ v.reshape(-1, v.shape[-1]).T).T).reshape(v.shape)
 
 
-def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple[Array, Index, NDArray[np.bool_]]:
+def turns(
+    axes: LinkAxes, flow: Flow, values: Complex, states: Complex, modes: Modes
+) -> tuple[Array, Index, NDArray[np.bool_]]:
     """Count the turns of disturbances in a cycle: whole ones, and the part that their multipliers give.
 
     With ``a = v - i v'/speed`` also a real disturbance turns, ``cos t`` being ``exp(i t)``. The angle between one step
-    and the next is that of ``a_k^H m a_(k+1)``, which the modes' shapes do not enter but for how they change.
+    and the next is that of ``a_k^H m a_(k+1)``, which the modes' shapes do not enter but for how they change. Where one
+    mode holds most of the disturbance they are its own: what else there is may be too fast for the steps.
 
     Parameters
     ----------
@@ -126,6 +158,8 @@ def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple
         The steps.
     values, states
         The multipliers, and the disturbances at the start of the cycle, ``(disturbances, states)``.
+    modes
+        The modes of the mechanism held at its positions.
 
     Returns
     -------
@@ -134,7 +168,7 @@ def turns(axes: LinkAxes, flow: Flow, values: Complex, states: Complex) -> tuple
         The index of the link that has the largest part of it. Whether it vibrates; with a strong damper it may creep
         instead. Each is ``(disturbances,)``.
     """
-    v, velocity = axes.carried(*_through(flow, states, None))
+    v, velocity = axes.in_mode(modes, *axes.carried(*_through(flow, states, None)))
     parts = summed(np.sum(v.conj() * axes.momenta(v), axis=0).real, axes.link, len(axes.names))
     link = (parts > (1 - TURNING.even) * parts.max(axis=1, keepdims=True)).argmax(axis=1)
     momenta = axes.momenta(velocity)
