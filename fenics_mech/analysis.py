@@ -11,7 +11,7 @@ from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.springs import refuse_too_stiff
+from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
@@ -90,7 +90,7 @@ def analyse(
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
-    scene, laws = choose_laws(scene)
+    scene, laws = choose_laws(stated := scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
     if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
@@ -101,9 +101,9 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    result.data.attrs["warnings"] = json.dumps(
-        [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
-    )
+    told = [*implausible(scene), *wound_at_start(stated, scene)]
+    told.extend(exceeded(scene.members(), scene.sections, scene.materials, result.data))
+    result.data.attrs["warnings"] = json.dumps(told)
     return result
 
 

@@ -16,10 +16,12 @@ from fenics_mech._constants import TURN
 from fenics_mech.scene.applied_loads import FactorExpression, FactorTable, LineLoad, Pulse
 from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.drives import Drive
+from fenics_mech.scene.joint_units import with_units
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL
 from fenics_mech.scene.sections import CustomSection, Rigidity, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
+from fenics_mech.scene.units import OfTurning
 
 Unit = tuple[str, float]
 STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
@@ -191,6 +193,8 @@ def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
 def _angles(scene: Scene) -> Found:
     """Look for degrees without their unit, which are read as radians."""
     for place, angle in _stated_angles(scene):
+        if isinstance(angle, OfTurning):  # its unit is written
+            continue
         whole = angle == round(angle) and abs(angle) > USUAL.largest_whole
         if whole or abs(angle) > USUAL.largest_angle * (1 + 1e-9):
             text = f"{angle:.6g} rad are {angle / TURN:.3g} turns"
@@ -203,12 +207,12 @@ def _stated_angles(scene: Scene) -> Iterator[tuple[str, float]]:
         yield f"links.{name}.angle", link.angle
     for name, joint in scene.joints.items():
         for key in ("angle", "turn"):
-            yield f"joints.{name}.{key}", float(getattr(joint, key, 0.0))
+            yield f"joints.{name}.{key}", getattr(joint, key, 0.0)
     for name, load in scene.loads.items():
         place = f"loads.{name}.factor"
         if isinstance(load.factor, Pulse):
             for key in ("start", "end", "ramp"):
-                yield f"{place}.{key}", float(getattr(load.factor, key))
+                yield f"{place}.{key}", getattr(load.factor, key)
         if isinstance(load.factor, FactorTable):
             yield f"{place}.angles", max(load.factor.angles, key=abs)
     for name, impulse in scene.impulses.items():
@@ -304,7 +308,7 @@ def _strain(rigid: Rigidity, moment: float) -> float:
 
 def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
     mean, swing = float(angle.mean()), float(np.ptp(angle))
-    if drive.law is not None and max(abs(mean), swing) > USUAL.largest_angle:
+    if drive.law is not None and not any(with_units(drive.law)) and max(abs(mean), swing) > USUAL.largest_angle:
         yield (
             place,
             f"the law swings by {swing:.4g} rad about {mean:.4g} rad, or {swing / TURN:.3g} turns: degrees are likely "
