@@ -11,7 +11,7 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.springs import refuse_too_stiff
+from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range
@@ -89,7 +89,7 @@ def analyse(
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
-    scene, laws = choose_laws(scene)
+    scene, laws = choose_laws(stated := scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
     if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
@@ -100,7 +100,7 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    result.data.attrs.update(answer_remarks(scene, result))
+    result.data.attrs.update(answer_remarks(scene, result, wound_at_start(stated, scene)))
     return result
 
 

@@ -163,9 +163,8 @@ def _free_length(scene: Scene, mesh: BeamMesh, spring: LineSpring) -> float:
 
 
 def _free_angle(scene: Scene, mesh: BeamMesh, spring: HingeSpring) -> float:
-    """Rotation at which the spring is free; of all that differ by whole turns, the one nearest to that at the start."""
-    start = float(_at_start(scene, mesh, spring).value[0, 0])
-    return start if spring.angle is None else spring.angle + TURN * np.round((start - spring.angle) / TURN)
+    """Rotation at which the spring is free: as stated, whole turns and all, or that at the start."""
+    return float(_at_start(scene, mesh, spring).value[0, 0]) if spring.angle is None else spring.angle
 
 
 def too_stiff(scene: Scene) -> dict[str, float]:
@@ -219,6 +218,44 @@ def refuse_too_stiff(scene: Scene) -> None:
             f"beside it depends on the mesh. Take up to {bound:.2g} N m/rad, which is as good as rigid there, or "
             "damping.material instead of the ratio; analysis.allow_coarse lets it pass"
         )
+
+
+def wound_at_start(stated: Scene, scene: Scene) -> tuple[str, ...]:
+    """Tell of torsional springs that begin more than half a turn away from a free angle within one turn.
+
+    An angle read off a sketch may be a whole turn away from that of the joint. Where the scene states the joint's start
+    or a free angle of a turn and more, turns are meant.
+
+    Parameters
+    ----------
+    stated
+        The scene as it is stated.
+    scene
+        The same, with a freedom for all that can move and no drive leads.
+    """
+    chosen = {name for name, freedom in stated.freedoms.items() if freedom.start is not None}
+    chosen |= {drive.joint for drive in stated.drives}
+    found = []
+    for name, spring in stated.springs.items():
+        if not isinstance(spring, HingeSpring) or spring.angle is None or spring.joint in chosen:
+            continue
+        here = _angle_between(scene, spring)
+        turns = round((here - spring.angle) / TURN)
+        if turns and abs(spring.angle) < TURN:
+            angles = here, spring.angle, spring.angle + turns * TURN
+            begins, free, nearer = (f"{math.degrees(angle):.6g} deg" for angle in angles)
+            found.append(
+                f"springs.{name}.angle: the joint begins at {begins} and the spring is free at {free}, so that it is "
+                f'wound up at the start. Whole turns count: "{nearer}" is less'
+            )
+    return tuple(found)
+
+
+def _angle_between(scene: Scene, hinge: HingeSpring) -> float:
+    """Angle of a hinge's second body against its first at drive angle 0 (rad)."""
+    bodies = hinge.bodies or tuple(point.split(".")[0] for point in scene.joints[hinge.joint].connect)
+    angles = dict(zip(scene.links, solve_motion(scene, np.zeros(1)).angle[0].tolist())) | {"ground": 0.0}
+    return angles[bodies[1]] - angles[bodies[0]]
 
 
 def _refuse_winding(cycle_rate: float, name: str, separation: Separation) -> None:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import TINY, TURN
+from fenics_mech._constants import TINY
 from fenics_mech.effects.causes import Cause
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.scene import HingeDamper, HingeSpring, LineDamper, LineSpring, Load, Scene
@@ -215,13 +215,12 @@ class RigidLoads:
         return [(damper, pull(damper)) for damper in self.scene.dampers.values()]
 
     def _free(self, spring: LineSpring | HingeSpring) -> float:
-        """Length (m) or angle (rad) at which a spring is free; of whole turns, the one nearest to the start."""
+        """Length (m) or angle (rad) at which a spring is free: as stated, whole turns and all, or that at the start."""
         stated = spring.angle if isinstance(spring, HingeSpring) else spring.length
-        if stated is not None and isinstance(spring, LineSpring):
+        if stated is not None:
             return stated
         links = LinkStates.of(self.start[None], np.zeros_like(self.start[None]))
-        here = float(self._extent(spring, links)[0][0])
-        return here if stated is None else stated + TURN * round((here - stated) / TURN)
+        return float(self._extent(spring, links)[0][0])
 
     def _extent(
         self, part: LineSpring | HingeSpring | LineDamper | HingeDamper, links: LinkStates

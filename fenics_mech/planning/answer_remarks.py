@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterable
 
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.theory_ladder import UNKNOWN
@@ -23,7 +24,7 @@ WORDS = {
 OF_EQUATION = {"theory": "linear theory", "effects": "effects left out"}  # sources that steps and mesh do not lower
 
 
-def answer_remarks(scene: Scene, result: Result) -> dict[str, str]:
+def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) -> dict[str, str]:
     """Give what is said beside an answer, as attributes of the result: lists of sentences as JSON.
 
     Parameters
@@ -32,10 +33,12 @@ def answer_remarks(scene: Scene, result: Result) -> dict[str, str]:
         The scene as it was stated.
     result
         Its result.
+    of_starts
+        Warnings of how the motion starts.
     """
     too_weak = exceeded(scene.members(), scene.sections, scene.materials, result.data)
     taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
-    told = {"warnings": [*unmet(result), *implausible(scene), *too_weak], "notices": list(taken)}
+    told = {"warnings": [*unmet(result), *implausible(scene), *of_starts, *too_weak], "notices": list(taken)}
     return {name: json.dumps(sentences) for name, sentences in told.items()}
 
 

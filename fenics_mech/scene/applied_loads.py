@@ -19,7 +19,7 @@ from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
-from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Time, Torque
+from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, OfTurning, Time, Torque
 
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
@@ -53,6 +53,11 @@ class FactorHarmonics(Harmonics):
         return self.jet(theta).value
 
 
+def _in_rad(*angles: float) -> str:
+    """Recall the unit of numbers, where some angle other than 0 is one."""
+    return "; without a unit they are rad" * any(a and not isinstance(a, OfTurning) for a in angles)
+
+
 class FactorTable(Part):
     """A factor of a load by values at angles, joined by straight lines, also over the end of the cycle.
 
@@ -83,7 +88,7 @@ class FactorTable(Part):
             )
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
-            raise ValueError(f"the angles must increase, over at most one cycle, {found}; without a unit they are rad")
+            raise ValueError(f"the angles must increase, over at most one cycle, {found}{_in_rad(*self.angles)}")
         return self
 
     @property
@@ -170,8 +175,8 @@ class Pulse(Part):
         if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
             found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
             raise ValueError(
-                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}; angles "
-                "without a unit are rad"
+                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}"
+                + _in_rad(self.start, self.end, self.ramp)
             )
         return self
 

@@ -24,7 +24,7 @@ def check_units_of_joints(scene: Scene) -> None:
     """
     for joint, part, place in _stated(scene):
         slides = scene.joints[joint].kind != "revolute"
-        for at, value in _written(part, place):
+        for at, value in with_units(part, place):
             if slides == isinstance(value, OfTurning):
                 does, other, right = (
                     ("slides", "turn", "a length (m), a speed (m/s) or a force (N)")
@@ -51,13 +51,21 @@ def _stated(scene: Scene) -> Iterator[tuple[str, Any, str]]:
         yield section.joint, section, "analysis.poincare"
 
 
-def _written(part: Any, place: str) -> Iterator[tuple[str, float]]:
-    """Quantities in a part that have a unit of one kind of joints, with their places."""
+def with_units(part: Any, place: str = "") -> Iterator[tuple[str, float]]:
+    """Give quantities in a part that are written in a unit of one kind of joints, with their places.
+
+    Parameters
+    ----------
+    part
+        A part of a scene.
+    place
+        Its place in the scene.
+    """
     if isinstance(part, OfTurning | OfSliding):
         yield place, part
     elif isinstance(part, Part):
         for name in type(part).model_fields:
-            yield from _written(getattr(part, name), f"{place}.{name}")
+            yield from with_units(getattr(part, name), f"{place}.{name}")
     elif isinstance(part, tuple):
         for i, value in enumerate(part):
-            yield from _written(value, f"{place}.{i}")
+            yield from with_units(value, f"{place}.{i}")

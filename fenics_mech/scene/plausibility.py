@@ -20,6 +20,7 @@ from fenics_mech.scene.plausible_limits import USUAL, Found, likely
 from fenics_mech.scene.plausible_motion import bending_strain, drives_of, motion, turns
 from fenics_mech.scene.sections import CustomSection, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
+from fenics_mech.scene.units import OfTurning
 
 STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
 
@@ -176,6 +177,8 @@ def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
 def _angles(scene: Scene) -> Found:
     """Look for degrees without their unit, which are read as radians."""
     for place, angle in _stated_angles(scene):
+        if isinstance(angle, OfTurning):  # its unit is written
+            continue
         whole = angle == round(angle) and abs(angle) > USUAL.largest_whole
         if whole or abs(angle) > USUAL.largest_angle * (1 + 1e-9):
             text = f"{angle:.6g} rad are {angle / TURN:.3g} turns"
@@ -188,12 +191,12 @@ def _stated_angles(scene: Scene) -> Iterator[tuple[str, float]]:
         yield f"links.{name}.angle", link.angle
     for name, joint in scene.joints.items():
         for key in ("angle", "turn"):
-            yield f"joints.{name}.{key}", float(getattr(joint, key, 0.0))
+            yield f"joints.{name}.{key}", getattr(joint, key, 0.0)
     for name, load in scene.loads.items():
         place = f"loads.{name}.factor"
         if isinstance(load.factor, Pulse):
             for key in ("start", "end", "ramp"):
-                yield f"{place}.{key}", float(getattr(load.factor, key))
+                yield f"{place}.{key}", getattr(load.factor, key)
         if isinstance(load.factor, FactorTable):
             yield f"{place}.angles", max(load.factor.angles, key=abs)
     for name, impulse in scene.impulses.items():

@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech._constants import TURN
 from fenics_mech.scene.drives import Drive
+from fenics_mech.scene.joint_units import with_units
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
 from fenics_mech.scene.sections import Rigidity
@@ -104,7 +105,7 @@ def bending_strain(rigid: Rigidity, moment: float) -> float:
 
 def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
     mean, swing = float(angle.mean()), float(np.ptp(angle))
-    if drive.law is not None and max(abs(mean), swing) > USUAL.largest_angle:
+    if drive.law is not None and not any(with_units(drive.law)) and max(abs(mean), swing) > USUAL.largest_angle:
         yield (
             place,
             f"the law swings by {swing:.4g} rad about {mean:.4g} rad, or {swing / TURN:.3g} turns: degrees are likely "

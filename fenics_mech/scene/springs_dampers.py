@@ -64,8 +64,8 @@ class HingeSpring(Hinge):
     stiffness
         Moment over angle (N m/rad).
     angle
-        Rotation (rad) at which it is free of moment, of the second body's frame in the first's; whole turns do not
-        count. Without it, the spring is free of moment at drive angle 0.
+        Rotation (rad) at which it is free of moment, of the second body's frame in the first's. Whole turns count: a
+        spring of a joint at 0 with "720 deg" is wound by two turns. Without it, the spring is free at drive angle 0.
 
     Examples
     --------

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, PlainValidator, WithJsonSchema
+from pydantic import BeforeValidator, PlainValidator, ValidatorFunctionWrapHandler, WithJsonSchema, WrapValidator
 
 from fenics_mech.errors import shortened
 from fenics_mech.scene.unit_spellings import meant, spelled
@@ -292,13 +292,27 @@ def _either(turning: str, sliding: str, named: str) -> Any:
             return found[OfTurning]
         return next(kind(number) for kind, number in found.items())
 
-    schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{named}, or a string with a unit"}
-    return Annotated[float, PlainValidator(read), WithJsonSchema(schema)]
+    return Annotated[float, PlainValidator(read), _schema(named)]
+
+
+def _angle() -> Any:
+    """Give the type of an angle: an `OfTurning` where its unit is written, so that none is thought forgotten."""
+
+    def read(value: Any, checked: ValidatorFunctionWrapHandler) -> Any:
+        number = checked(in_unit("rad")(value))
+        written = isinstance(value, str) and NUMBER.fullmatch(value.strip()) is None
+        return OfTurning(number) if written or isinstance(value, OfTurning) else number
+
+    return Annotated[float, WrapValidator(read), _schema("rad")]
 
 
 def _of_reader(read: Callable[[Any], Any], unit: str) -> Any:
-    schema = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{unit}, or a string with a unit"}
-    return Annotated[float, BeforeValidator(read), WithJsonSchema(schema)]
+    return Annotated[float, BeforeValidator(read), _schema(unit)]
+
+
+def _schema(named: str) -> WithJsonSchema:
+    either = [{"type": "number"}, {"type": "string"}]
+    return WithJsonSchema({"anyOf": either, "description": f"{named}, or a string with a unit"})
 
 
 Share = _quantity("1")
@@ -308,7 +322,7 @@ SecondMoment = _quantity("m**4")
 Mass = _quantity("kg")
 Density = _quantity("kg/m**3")
 Modulus = _quantity("Pa")
-Angle = _quantity("rad")
+Angle = _angle()
 AngularSpeed = _quantity("rad/s")
 Time = _quantity("s")
 Rate = _quantity("1/s")
