@@ -14,7 +14,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
@@ -90,6 +90,7 @@ def analyse(
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
+    notices = assembly_notices(scene)
     scene, laws = choose_laws(scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
     if scene.analysis.method == "transient" or may_rest:
@@ -102,7 +103,7 @@ def analyse(
     else:
         result = _by_rungs(scene, progress, common, laws, names)
     result.data.attrs["warnings"] = json.dumps(
-        [*implausible(scene), *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
+        [*implausible(scene), *notices, *exceeded(scene.members(), scene.sections, scene.materials, result.data)]
     )
     return result
 
