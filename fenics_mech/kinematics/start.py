@@ -180,10 +180,29 @@ def _impossible(loops: Loops, drive: Array) -> str:
     gaps = loops.gaps(_place_links(loops, drive, nearest.rest[2::3]))
     worst = max(nearest.joints & gaps.keys() or gaps, key=gaps.__getitem__)
     return (
-        "the links cannot be assembled at drive angle 0, with the driven link along the x axis of the other body of "
-        f"its joint: joint {worst} stays open by {gaps[worst]:.3g} m at least. Check the lengths of the links, the "
-        "places of the joints, and where the drive starts"
+        f"the links cannot be assembled at drive angle 0{_driven_to(loops, drive)}: joint {worst} stays open by "
+        f"{gaps[worst]:.3g} m at least. Check lengths, places of joints, and where the drive starts"
+        f"{_closing_start(loops, drive)}"
     )
+
+
+def _driven_to(loops: Loops, drive: Array) -> str:
+    """Say where the drives hold the linkage."""
+    turned = zip(loops.driven_angles.name, drive[list(loops.drive_order)])
+    slid = zip(loops.driven_strokes.name, drive[list(loops.drive_order)][len(loops.driven_angles) :])
+    held = [f"joint {name} at {degrees(angle)} from the x axis of its first body" for name, angle in turned]
+    held += [f"joint {name} at {stroke:.6g} m" for name, stroke in slid]
+    return f", with {' and '.join(held)}" if held else ""
+
+
+def _closing_start(loops: Loops, drive: Array) -> str:
+    """Name a start of a single turning drive at which the linkage closes, the nearest; nothing where there is none."""
+    if loops.driven_strokes.name or len(loops.driven_angles) != 1:
+        return ""
+    for away in np.radians([sign * step for step in range(10, 190, 10) for sign in (1, -1)]):
+        if len(every_assembly(loops, _rough(loops), drive + away).q):
+            return f": with {loops.driven_angles.name[0]} at {degrees(float(drive[0] + away))} the links close"
+    return ""
 
 
 def _links(loops: Loops) -> Sequence[Link]:
