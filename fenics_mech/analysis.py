@@ -14,7 +14,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.answer_remarks import answer_remarks
@@ -89,6 +89,7 @@ def analyse(
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
+    of_start = assembly_notices(scene)
     scene, laws = choose_laws(stated := scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
     if scene.analysis.method == "transient" or may_rest:
@@ -100,7 +101,7 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    result.data.attrs.update(answer_remarks(scene, result, wound_at_start(stated, scene)))
+    result.data.attrs.update(answer_remarks(scene, result, [*of_start, *wound_at_start(stated, scene)]))
     return result
 
 

@@ -46,6 +46,8 @@ class BeamMesh(MadeOnce):
         Link of each node and its place in the link's frame (m).
     node_name
         "link.point", "label@s" for nodes inside a member, and "link.centre" for a rigid link, which has one node.
+    other_names
+        By "link.point" of a point that is no member's end: that of the end at its place.
     """
 
     mesh: Any
@@ -62,6 +64,7 @@ class BeamMesh(MadeOnce):
     node_link: Index
     node_xy: Array
     node_name: tuple[str, ...]
+    other_names: Mapping[str, str]
 
     def node(self, name: str) -> int:
         """Index of the node of that name.
@@ -95,7 +98,8 @@ class BeamMesh(MadeOnce):
 
     @cached_property
     def _index(self) -> dict[str, int]:
-        return {name: i for i, name in enumerate(self.node_name)}
+        index = {name: i for i, name in enumerate(self.node_name)}
+        return index | {other: index[name] for other, name in self.other_names.items()}
 
 
 def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
@@ -142,6 +146,12 @@ def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
         cell_member=member_of,
         cell_start=ends.min(axis=1) - start[member_of],
         cell_length=np.abs(ends[:, 1] - ends[:, 0]),
+        other_names={
+            f"{name}.{point}": f"{name}.{end}"
+            for name, link in scene.links.items()
+            for point in (link.points if link.members else ())
+            if (end := link.end_at(point)) != point
+        },
         **_number_nodes(scene.links, members, stations),
     )
 

@@ -92,12 +92,13 @@ def with_units(scene: Scene, units: str | None) -> Scene:
 
 
 def loaded_scene(path: Path, strict: bool) -> Scene:
-    """Load a scene file, and warn of implausible numbers in it; with `strict` they are an error."""
+    """Load a scene file, and warn of implausible numbers and unchosen assemblies; with `strict` they are errors."""
+    from fenics_mech.kinematics import assembly_notices  # noqa: PLC0415
     from fenics_mech.scene import load  # noqa: PLC0415  (numerical libraries take a second: not for --help)
     from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
 
     scene = load(path)
-    warn(implausible(scene), strict)
+    warn((*implausible(scene), *assembly_notices(scene)), strict)
     return scene
 
 

@@ -5,12 +5,14 @@ from fenics_mech.kinematics.linkage import Linkage, solve_motion, start_motion
 from fenics_mech.kinematics.motion import Motion
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.kinematics.singular import Critical, Range, reachable_range
+from fenics_mech.kinematics.start import assembly_notices
 
 __all__ = [
     "Critical",
     "Linkage",
     "Motion",
     "Range",
+    "assembly_notices",
     "missed_corner",
     "positions_for_corners",
     "reachable_range",

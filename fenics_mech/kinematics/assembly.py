@@ -1,4 +1,4 @@
-"""Putting the links together: a first position from rough angles, then along the branch over the drive angle."""
+"""Following an assembly branch over the drive angle, from a first position on."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from fenics_mech.kinematics.conditioning import (
     smallest_value,
 )
 from fenics_mech.kinematics.freedom import describe, free_motions
-from fenics_mech.kinematics.loops import GROUND, Loops
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import rates_by_drives
 
 
@@ -39,56 +39,6 @@ class AssemblyLimits:
 
 
 ASSEMBLY = AssemblyLimits()
-
-
-def assemble(loops: Loops) -> Array:
-    """Coordinates of the assembled linkage at theta = 0, from the links' rough angles; shape ``(3 links,)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-
-    Raises
-    ------
-    AssemblyError
-        When its loops cannot be closed.
-    """
-    _refuse_contradicted(loops)
-    start = loops.drive(np.zeros(1)).value
-    guess = _place_links(loops, start[0])
-    q, converged = newton(loops, guess[None], start, iterations=100, damped=True)
-    if not converged[0]:
-        raise AssemblyError(
-            f"the links cannot be assembled at drive angle 0, with the driven link along the x axis of the other body "
-            f"of its joint: {_open_loop(loops, q[0])}. Check the lengths and the rough angles of the links"
-        )
-    for i, link in enumerate(loops.scene.links.values()):
-        driven = i in loops.driven_angles.body
-        away = abs(math.remainder(q[0, 3 * i + 2] - link.angle, 2 * math.pi))
-        if link.angle and not driven and away > ASSEMBLY.farthest_from_guess:
-            raise AssemblyError(
-                f"at drive angle 0 link {loops.links[i]} came to lie at {_degrees(q[0, 3 * i + 2])}, far from its "
-                f"rough angle {_degrees(link.angle)}: give rough angles nearer to the intended position"
-            )
-    return q[0]
-
-
-def _refuse_contradicted(loops: Loops) -> None:
-    """Raise `AssemblyError` where rough angles contradict a joint that leaves its two bodies no angle between them."""
-    driven = loops.driven_angles.body  # a drive gives the angle of these, whatever their rough ones are
-    rough = {i: link.angle for i, link in enumerate(loops.scene.links.values()) if link.angle and i not in driven}
-    rough[GROUND] = 0.0
-    for joint, (first, second), held in zip(loops.angles.name, loops.angles.body.tolist(), loops.angles.angle):
-        if first not in rough or second not in rough:
-            continue
-        stated = rough[second] - rough[first]
-        if abs(math.remainder(stated - held, 2 * math.pi)) > ASSEMBLY.farthest_from_held:
-            names = [f"link {loops.links[i]}" if i != GROUND else "the ground" for i in (first, second)]
-            raise AssemblyError(
-                f"joint {joint} holds {names[1]} at {_degrees(held)} to {names[0]}, and their rough angles say "
-                f"{_degrees(math.remainder(stated, 2 * math.pi))}. Give the angle that the joint demands, or none"
-            )
 
 
 @dataclass(frozen=True)
@@ -142,10 +92,10 @@ def coordinates_at(loops: Loops, theta: Array, branch: AssemblyBranch) -> Array:
     if not converged.all():
         i = int(np.flatnonzero(~converged)[0])
         raise AssemblyError(
-            f"the linkage cannot be assembled at drive angle {_degrees(theta[i])}: {_open_loop(loops, q[i])}"
+            f"the linkage cannot be assembled at drive angle {degrees(theta[i])}: {open_loop(loops, q[i])}"
         )
     if (strays := side(loops, q) != branch.side).any():
-        where = _degrees(theta[int(np.argmax(strays))])
+        where = degrees(theta[int(np.argmax(strays))])
         raise AssemblyError(f"the linkage is at a change point at drive angle {where}: its motion is not unique there")
     return q
 
@@ -204,7 +154,8 @@ def newton(
         closed = (np.abs(residual) < tolerance * unit).all(axis=1)
         jacobian = loops.jacobian(q)
         if damped:  # least squares and short steps, as the guess may be far away or the Jacobian singular
-            step = -np.stack([np.linalg.lstsq(j, r, rcond=1e-9)[0] for j, r in zip(jacobian, residual)])
+            without_units = zip(jacobian * loops.unit / loops.scale[:, None], residual / loops.scale)
+            step = -loops.unit * np.stack([np.linalg.lstsq(j, r, rcond=1e-9)[0] for j, r in without_units])
             step *= np.minimum(1, 0.5 / np.maximum(np.abs(step[:, 2::3]).max(axis=1), 1e-300))[:, None]
         else:
             try:
@@ -220,13 +171,15 @@ def newton(
     return q, (np.abs(residual) < 10 * tolerance * unit).all(axis=1)
 
 
-def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> AssemblyBranch:
+def follow_branch(loops: Loops, start: Array, theta: Array, to_the_end: bool = False) -> AssemblyBranch:
     """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
 
     Parameters
     ----------
     loops
         Equations of the linkage.
+    start
+        Coordinates at theta = 0, ``(3 links,)``.
     theta
         Drive angles (rad) that the branch is to span.
     to_the_end
@@ -239,7 +192,6 @@ def follow_branch(loops: Loops, theta: Array, to_the_end: bool = False) -> Assem
     SceneError
         When there are fewer drives than freedoms.
     """
-    start = assemble(loops)
     _refuse_free(loops, start)
     refuse_singular(loops, np.zeros(1), start[None])
     points = [(0.0, start, *_derivatives_at(loops, start, 0.0))]
@@ -288,7 +240,7 @@ def _stepped(loops: Loops, point: tuple[float, Array, Array, Array], ahead: floa
 def _too_rough(loops: Loops, here: float, rate: Array, tried: int) -> AssemblyError:
     """Say that a motion changes too fast to be followed."""
     return AssemblyError(
-        f"the motion cannot be followed over the cycle: after {tried} steps the drive is at {_degrees(here)} only, "
+        f"the motion cannot be followed over the cycle: after {tried} steps the drive is at {degrees(here)} only, "
         f"where link {loops.links[_fastest(rate)]} turns fastest. Give a drive law that changes less often in a cycle"
     )
 
@@ -297,12 +249,12 @@ def _stuck(loops: Loops, here: float, q: Array, rate: Array) -> AssemblyError:
     """Say what keeps a branch from going on."""
     if locks(loops, q, rate):
         return AssemblyError(
-            f"the drive cannot turn beyond {_degrees(here)}: the linkage locks there "
+            f"the drive cannot turn beyond {degrees(here)}: the linkage locks there "
             f"({loops.links[_fastest(rate)]} turns {np.abs(rate[2::3]).max():.3g} times as fast as the drive)"
         )
     moved = ", ".join(links_moved(loops, singular_values(loops, q[None])[1][0, -1]))
     return AssemblyError(
-        f"the linkage is at a change point at drive angle {_degrees(here)}: its motion is not unique there, as {moved} "
+        f"the linkage is at a change point at drive angle {degrees(here)}: its motion is not unique there, as {moved} "
         "can go on in two ways. Change the lengths, or take a drive whose range keeps away from it"
     )
 
@@ -336,7 +288,7 @@ def derivatives(loops: Loops, q: Array, theta: Array) -> tuple[Array, Array]:
     try:
         return rates_by_drives(loops, q, jet.first, jet.second)
     except np.linalg.LinAlgError as error:
-        where = f" at drive angle {_degrees(theta[0])}" if len(theta) == 1 else ""
+        where = f" at drive angle {degrees(theta[0])}" if len(theta) == 1 else ""
         raise AssemblyError(
             f"the linkage is at a dead centre{where}: its velocities are not determined there"
         ) from error
@@ -348,48 +300,17 @@ def _derivatives_at(loops: Loops, q: Array, theta: float) -> tuple[Array, Array]
     return rate[0], curvature[0]
 
 
-def _place_links(loops: Loops, drive: Array) -> Array:
-    """Rough coordinates: rough angles, and each link put where its first joint with a placed body lies."""
-    q = np.zeros((len(loops.links) + 1, 3))
-    q[:-1, 2] = [link.angle for link in loops.scene.links.values()]
-    for (first, second), i in zip(loops.driven_angles.body, loops.drive_order):
-        if second != GROUND:
-            q[second, 2] = q[first, 2] + drive[i]
-        else:
-            q[first, 2] = -drive[i]
-    placed = {GROUND}
-    for i, link in enumerate(loops.scene.links.values()):
-        if link.position is not None:
-            q[i, :2] = link.position
-            placed.add(i)
-    pairs = [(tuple(body), point) for kind in (loops.points, loops.lines) for body, point in zip(kind.body, kind.point)]
-    while True:
-        for (a, b), (point_a, point_b) in pairs:
-            if (a in placed) != (b in placed):
-                known, new, at, arm = (a, b, point_a, point_b) if a in placed else (b, a, point_b, point_a)
-                q[new, :2] = q[known, :2] + _turned(at, q[known, 2]) - _turned(arm, q[new, 2])
-                placed.add(int(new))
-                break
-        else:
-            if not (afloat := set(range(len(loops.links))) - placed):
-                return q[:-1].reshape(-1)
-            placed.add(min(afloat))  # nothing leads from the ground to it
-
-
-def _turned(point: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
-
-
 def _fastest(rate: Array) -> int:
     return int(np.abs(rate[2::3]).argmax())
 
 
-def _open_loop(loops: Loops, q: Array) -> str:
+def open_loop(loops: Loops, q: Array) -> str:
+    """Say which joint stays open most, and by how much."""
     gaps = loops.gaps(q)
     worst = max(gaps, key=gaps.__getitem__)
     return f"joint {worst} stays open by {gaps[worst]:.3g} m"
 
 
-def _degrees(angle: float) -> str:
+def degrees(angle: float) -> str:
+    """Write an angle (rad) in degrees."""
     return f"{np.degrees(angle):.6g} deg"

@@ -16,11 +16,12 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.kinematics.assembly import assemble, newton
+from fenics_mech.kinematics.assembly import newton
 from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
+from fenics_mech.kinematics.start import assemble
 from fenics_mech.scene import Cam, Prismatic, Scene, Slot
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom

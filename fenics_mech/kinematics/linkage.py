@@ -11,13 +11,13 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError
-from fenics_mech.kinematics.assembly import AssemblyBranch, assemble, coordinates_at, derivatives, follow_branch, side
+from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at, derivatives, follow_branch, side
 from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
+from fenics_mech.kinematics.start import assemble, geometry
 from fenics_mech.scene import Scene
-from fenics_mech.scene.numbering import order_of
 
 Made = TypeVar("Made")
 
@@ -57,7 +57,7 @@ class Branch:
         """
         known = self._known
         if known is None or theta.min() < known.theta[0] or theta.max() > known.theta[-1]:
-            self._known = known = follow_branch(self.loops, theta)
+            self._known = known = follow_branch(self.loops, assemble(self.loops), theta)
         return known
 
 
@@ -76,7 +76,7 @@ class Linkage:
     def __init__(self, scene: Scene) -> None:
         self.loops = Loops.of(scene)
         self.branch = Branch(self.loops)
-        self._geometry = _geometry(scene)
+        self._geometry = geometry(scene)
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
     def moves_as(self, scene: Scene) -> bool:
@@ -87,7 +87,7 @@ class Linkage:
         scene
             Another scene.
         """
-        return self._geometry == _geometry(scene)
+        return self._geometry == geometry(scene)
 
     def path(self, theta: Array, near: Path | None = None) -> Path:
         """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
@@ -273,13 +273,3 @@ def _held_at(loops: Loops, q: Array, theta: Array) -> Motion:
     pose = np.broadcast_to(q, (len(theta), len(q)))
     still = np.zeros_like(pose)
     return as_motion(loops, theta, np.zeros_like(theta), pose, still, still)
-
-
-def _geometry(scene: Scene) -> tuple[object, ...]:
-    """Give what the positions of a scene's links depend on."""
-    links = {
-        name: (link.points, link.angle, link.position, {label: part.ends for label, part in link.members.items()})
-        for name, link in scene.links.items()
-    }
-    drives = [(drive.joint, drive.start, drive.law, drive.turns_in(scene.cycle_rate)) for drive in scene.drives]
-    return order_of(scene), links, scene.ground, scene.joints, drives, scene.freedoms

@@ -18,6 +18,7 @@ from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.linkage import solve_motion
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
+from fenics_mech.kinematics.start import assemble
 from fenics_mech.scene import Scene
 
 
@@ -97,11 +98,11 @@ def _over_cycle(loops: Loops, theta: Array) -> tuple[AssemblyBranch, Array, Arra
     none = np.zeros_like(theta), np.zeros(3 * len(loops.links))
     if np.ptp(np.append(theta, 0.0)) > TURN:
         ends = np.array([0.0, TURN])
-        branch = follow_branch(loops, ends)
+        branch = follow_branch(loops, assemble(loops), ends)
         first, last = coordinates_at(loops, ends, branch)
         step = (last - first).reshape(-1, 3)
         whole = np.zeros_like(step)
         whole[:, 2] = TURN * np.round(step[:, 2] / TURN)
         if np.abs((step - whole) / loops.unit.reshape(-1, 3)).max() < RUN_UP.same:
             return branch, np.floor(theta / TURN), whole.reshape(-1)
-    return follow_branch(loops, theta), *none
+    return follow_branch(loops, assemble(loops), theta), *none

@@ -12,11 +12,12 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech.kinematics.assembly import AssemblyBranch, assemble, coordinates_at, follow_branch
+from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at, follow_branch
 from fenics_mech.kinematics.conditioning import CONDITION, links_moved, locks, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.minimum import minimum
+from fenics_mech.kinematics.start import assemble
 from fenics_mech.kinematics.transmission import Transmission, worst_transmission
 from fenics_mech.scene import Scene
 
@@ -99,7 +100,7 @@ def reachable_range(scene: Scene) -> Range:
     if scene.open_joints:  # how far a drive goes is that of tight pins
         loops = Loops.of(scene.model_copy(update={"joint_laws": {}}))
     whole = np.array([-2 * np.pi, 2 * np.pi])
-    branch = follow_branch(loops, whole, to_the_end=True)
+    branch = follow_branch(loops, assemble(loops), whole, to_the_end=True)
     limits = [
         _limit(loops, branch, end) if abs(end) < 2 * np.pi else None
         for end in (float(branch.theta[0]), float(branch.theta[-1]))

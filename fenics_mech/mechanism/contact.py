@@ -71,8 +71,9 @@ class Contact:
         mesh
             Their mesh.
         """
-        label, point = members_under_pins({name: joint}, members)[name], joint.connect[0].split(".")[1]
-        return cls(name, joint, places, mesh, mesh.members.index(label), members[label][1].ends[0] != point)
+        member = mesh.members.index(members_under_pins({name: joint}, members)[name])
+        first = mesh.cell_nodes[mesh.cell_member == member][0, 0]
+        return cls(name, joint, places, mesh, member, bool(mesh.node(joint.connect[0]) != first))
 
     @cached_property
     def dofs(self) -> Index:

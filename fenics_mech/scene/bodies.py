@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -76,6 +76,7 @@ class MeshLimits:
     short: float = 0.35  # of an element, between its end and a load, up to which it carries the load inside
     just_before: float = 1e-15  # of an element, by which a load acts before a station at its place, as at a node
     past_end: float = 1e-9  # of a member's length, by which a pin may leave it
+    same_place: float = 1e-6  # of a link's size, between points that are one: digits to which drawings are written
 
 
 MESH = MeshLimits()
@@ -208,7 +209,8 @@ class Link(Part):
     Parameters
     ----------
     points
-        Points in the link's frame, whose origin moves with the link.
+        Points in the link's frame, whose origin moves with the link. Where it has members, each is at an end of one.
+        Several points may be at one place: each joint there has its own.
     members
         Beams, by name. They are welded where they share a point.
     rigid
@@ -236,6 +238,20 @@ class Link(Part):
         if bool(self.members) == (self.rigid is not None):
             raise ValueError("a link needs either members or `rigid`, not both")
         return self
+
+    def end_at(self, point: str) -> str | None:
+        """Name of the member's end that is at the place of a point; None where none is.
+
+        Parameters
+        ----------
+        point
+            Name of a point of the link. An end of a member is itself.
+        """
+        ends = [end for member in self.members.values() for end in member.ends]
+        if point in ends:
+            return point
+        near = MESH.same_place * max(math.dist(*pair) for pair in combinations(self.points.values(), 2))
+        return next((end for end in ends if math.dist(self.points[end], self.points[point]) <= near), None)
 
 
 class PointMass(Part):

@@ -206,12 +206,12 @@ def _check_members(scene: Scene) -> None:
                 raise SceneError(
                     "the member has length 0", place=f"{place}.ends", hint="Its two ends must be at different places"
                 )
-        unused = set(link.points) - {end for member in link.members.values() for end in member.ends}
-        if unused and link.members:
+        unused = [point for point in sorted(link.points) if link.members and link.end_at(point) is None]
+        if unused:
             raise SceneError(
-                f"point {min(unused)!r} is on no member",
+                f"point {unused[0]!r} is on no member",
                 place=f"links.{label}.points",
-                hint="Every point of a link must be an end of one of its members",
+                hint="Every point of a link must be an end of one of its members, or at the place of such an end",
             )
         if link.members:
             _check_welded(label, [set(member.ends) for member in link.members.values()])
@@ -265,7 +265,7 @@ def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) 
     if body == "ground":
         raise SceneError("the ground has no members", place=place, hint="Give the guide's `angle` instead")
     check_known(member, scene.links[body].members, f"member of {body}", place)
-    if point not in scene.links[body].members[member].ends:
+    if scene.links[body].end_at(point) not in scene.links[body].members[member].ends:
         raise SceneError(f"the guide's point {point!r} is no end of {member!r}", place=f"joints.{name}.connect")
 
 

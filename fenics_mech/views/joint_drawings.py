@@ -27,9 +27,11 @@ def pin_places(scene: Scene, motion: Motion, path: Array) -> Array:
         Centre lines of the members as drawn (m), ``(angles, members, stations, 2)``.
     """
     ends = {
-        f"{link}.{end}": (index, station)
+        f"{link}.{point}": (index, station)
         for index, (link, member) in enumerate(scene.members().values())
         for end, station in zip(member.ends, (0, -1))
+        for point in scene.links[link].points
+        if scene.links[link].end_at(point) == end
     }
     places: list[Array] = []
     moved: dict[str, Array] = {}  # by deflection, of links' pins
