@@ -52,6 +52,8 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "frequency_lowest": (("mode",), "Hz", "lowest natural frequency over the cycle"),
     "frequency_highest": (("mode",), "Hz", "highest natural frequency over the cycle"),
     "frequency_start": (("mode",), "Hz", "natural frequency at the start of the cycle"),
+    "running_lowest": (("mode",), "Hz", "lowest natural frequency about the motion, by spin and axial forces too"),
+    "running_highest": (("mode",), "Hz", "highest natural frequency about the motion"),
     "multiplier": (("disturbance",), "1", "magnitude of the Floquet multiplier, largest first"),
     "growth_rate": (("disturbance",), "1/s", "rate at which the disturbance grows"),
     "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),
@@ -225,7 +227,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
         if common.found is not None:
             write_motion(motion, common.found)
     record = reduced(result, gauge)
-    record["values"] |= multipliers
+    record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
     return record
 
 
