@@ -27,7 +27,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.effects import NOTHING, Entries
 from fenics_mech.effects.geometric_stiffness import of_forces
-from fenics_mech.eigenmodes import Modes, natural, solve_modes
+from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import axial_forces
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
@@ -64,14 +64,13 @@ def running_frequencies(scene: Scene, system: System, modes: Modes) -> Array | N
     idle = not system.motion.omega.any() and not system.load.any()
     if idle or scene.freedoms or len(RigidModes.of(system)):
         return None
-    held = natural(system)
-    wide = solve_modes(system, modes.omega.shape[1] + RUNNING.beside, scene.petsc).elastic
+    held = system.without_axial_forces
+    wide = solve_modes(held, modes.omega.shape[1] + RUNNING.beside, scene.petsc).elastic
     straight = without_stiffening(scene, replace(system, terms=NOTHING))
     response = static_response(scene, straight)
-    added = [_of_rigid_links(scene, straight, response)]
-    if held.terms.stiffening is None:
-        forces = of_forces(system.beams, axial_forces(straight, response))
-        added.append(Entries.of_elements(system.beams.mesh, np.sum(forces.axial_stiffness, axis=0)))
+    forces = of_forces(system.beams, axial_forces(straight, response))
+    stiffening = Entries.of_elements(system.beams.mesh, np.sum(forces.axial_stiffness, axis=0))
+    added = [stiffening, _of_rigid_links(scene, straight, response)]
     damping, stiffness = _about_motion(held, wide, [held.on_links(entries) for entries in added])
     likeness = np.einsum("kmi,kni->kmn", modes.shapes, held.mass_times(wide.shapes))
     found = np.zeros_like(modes.omega)

@@ -41,6 +41,8 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "frequency_lowest": (("mode",), "Hz", "lowest natural frequency over the cycle"),
     "frequency_highest": (("mode",), "Hz", "highest natural frequency over the cycle"),
     "frequency_start": (("mode",), "Hz", "natural frequency at the start of the cycle"),
+    "running_lowest": (("mode",), "Hz", "lowest natural frequency about the motion, by spin and axial forces too"),
+    "running_highest": (("mode",), "Hz", "highest natural frequency about the motion"),
     "multiplier": (("disturbance",), "1", "magnitude of the Floquet multiplier, largest first"),
     "growth_rate": (("disturbance",), "1/s", "rate at which the disturbance grows"),
     "euler_ratio": (("member",), "1", "largest axial force over the Euler load"),

@@ -151,7 +151,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
         if common.found is not None:
             write_motion(motion, common.found)
     record = reduced(result, gauge)
-    record["values"] |= multipliers
+    record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")
     return record

@@ -18,6 +18,7 @@ from fenics_mech.views.resonances import (
     distances,
     gains,
     raised,
+    ranges,
     resonances_of,
     sizes_at,
     whole_points,
@@ -39,8 +40,9 @@ BOX: dict[str, Any] = {"facecolor": "white", "edgecolor": "#dddddd", "pad": 2.5}
 def campbell_figure(sweep: Sweep) -> Figure:
     """Draw each mode's range of frequencies, multiples of the drive's rate as lines, and below it the peak strain.
 
-    Dots, as large as the strain, show where a mode raises a harmonic. The largest maxima are named with multiple, mode
-    and speed. The diagram ends not far above the lines, and shows the first mode.
+    Frequencies are those about the motion, where they are known. Dots, as large as the strain, show where a mode
+    raises a harmonic. The largest maxima are named with multiple, mode and speed. The diagram ends not
+    far above the lines, and shows the first mode.
 
     Parameters
     ----------
@@ -49,7 +51,7 @@ def campbell_figure(sweep: Sweep) -> Figure:
     """
     figure, (axes, lower) = empty_figure(rows=2, height=7.4, grid={"height_ratios": [1.9, 1]})
     x, data, units = along(sweep), sweep.data, units_of(sweep.data)
-    low, high = (data[f"frequency_{end}"].transpose(..., "mode").to_numpy() for end in ("lowest", "highest"))
+    low, high = ranges(data)
     own = np.abs(data["drive_rate"].to_numpy()) / (2 * math.pi)  # Hz
     places, rate = _rates(x, own)
     lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
@@ -68,7 +70,7 @@ def campbell_figure(sweep: Sweep) -> Figure:
         _draw_strains(axes, sweep)
     _name_resonances((axes, lower), sweep, [one for one in found if one.order * own[one.point] < top], own)
     title = f"Natural frequencies, multiples of the drive (dashed){', raised strains (dots)' if found else ''}"
-    settle(axes, sweep, title, "frequency (Hz)")
+    settle(axes, sweep, title, "frequency in the motion (Hz)" if "running_lowest" in data else "frequency (Hz)")
     settle(lower, sweep, "Largest strain in a cycle", labelled(units, "strain"), last=True)
     _mark_scene((axes, lower), x, own, data)
     return figure

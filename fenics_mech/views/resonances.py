@@ -91,6 +91,47 @@ def rising_at_ends(data: xr.Dataset) -> list[Resonance]:
     return found
 
 
+def peak_of_speed(data: xr.Dataset) -> tuple[int, float] | None:
+    """Find the strain that stands out most from those at the speeds beside it, whatever raises it.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+
+    Returns
+    -------
+    tuple or None
+        Number of the point, and how many times its strain is that of the higher valley beside it; None where that is
+        below `RESONANCE.named`.
+    """
+    points = whole_points(data)
+    if len(points) < RESONANCE.fewest:
+        return None
+    rate = np.abs(data["drive_rate"].to_numpy()[points])
+    points = points[np.argsort(rate)]
+    found = None
+    for strain in data["peak_strain"].transpose("member", ...).to_numpy()[:, points]:
+        below = np.maximum(*_lowest_beside(strain))
+        times = np.divide(strain, below, out=np.zeros_like(strain), where=below > 0)[1:-1]
+        best = int(times.argmax())
+        if times[best] > max(RESONANCE.named, 0.0 if found is None else found[1]):
+            found = int(points[best + 1]), float(times[best])
+    return found
+
+
+def _lowest_beside(strain: Array) -> tuple[Array, Array]:
+    """Lowest strain on each side of every point, as far as none is higher than that of the point."""
+    sides = []
+    for values in (strain, strain[::-1]):
+        found = values.copy()
+        for i, value in enumerate(values):
+            higher = np.flatnonzero(values[:i] > value)
+            found[i] = values[higher[-1] + 1 if len(higher) else 0 : i + 1].min()
+        sides.append(found)
+    return sides[0], sides[1][::-1]
+
+
 def whole_points(data: xr.Dataset) -> Index:
     """Give the numbers of the points of a sweep over one field that did not fail, where resonances can be sought.
 
@@ -102,10 +143,27 @@ def whole_points(data: xr.Dataset) -> Index:
     if not {"strain_harmonic", "frequency_lowest", "drive_rate"} <= set(data.variables):
         return np.zeros(0, dtype=int)
     rate = data["drive_rate"].to_numpy()
-    whole = np.isfinite(rate) & np.isfinite(data["frequency_lowest"].transpose(..., "mode").to_numpy()).all(axis=1)
+    whole = np.isfinite(rate) & np.isfinite(ranges(data)[0]).all(axis=1)
     if whole.sum() < RESONANCE.fewest or np.ptp(rate[whole]) < 1e-9 * np.abs(rate[whole]).max():
         return np.zeros(0, dtype=int)
     return np.flatnonzero(whole)
+
+
+def ranges(data: xr.Dataset) -> tuple[Array, Array]:
+    """Give the range of each mode's frequency (Hz) in a sweep over one field, ``(points, modes)`` each.
+
+    It is that about the motion, where that is known at all points that did not fail, else that at rest.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
+    ends = [f"{name}_{end}" for name in ("frequency", "running") for end in ("lowest", "highest")]
+    held_low, held_high, *running = (data[name].transpose(..., "mode").to_numpy() for name in ends if name in data)
+    if running and (np.isfinite(running[0]) == np.isfinite(held_low)).all():
+        return running[0], running[1]
+    return held_low, held_high
 
 
 def sizes_at(data: xr.Dataset, points: Index) -> tuple[Array, Array, Array, Array]:
@@ -119,7 +177,7 @@ def sizes_at(data: xr.Dataset, points: Index) -> tuple[Array, Array, Array, Arra
         Their numbers.
     """
     rate = np.abs(data["drive_rate"].to_numpy()[points]) / (2 * np.pi)
-    low, high = (data[f"frequency_{end}"].transpose(..., "mode").to_numpy()[points] for end in ("lowest", "highest"))
+    low, high = (end[points] for end in ranges(data))
     return rate, low, high, data["strain_harmonic"].transpose(..., "member", "harmonic").to_numpy()[points]
 
 

@@ -17,7 +17,7 @@ from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.errors import percent
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.studies.sweep_peaks import RESOLVED
-from fenics_mech.views.resonances import RESONANCE, resonances_of, rising_at_ends, whole_points
+from fenics_mech.views.resonances import RESONANCE, peak_of_speed, resonances_of, rising_at_ends, whole_points
 from fenics_mech.views.sweep_data import (
     beyond_theory,
     labelled,
@@ -128,6 +128,11 @@ def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
         for one in resonances_of(data)[: RESONANCE.most]
     ]
     none = "No resonance stands out: no harmonic near a mode rises above its growth with the speed squared."
+    if (peak := peak_of_speed(data)) is not None:
+        none = (
+            f"The strain peaks at {_value(data, paths[0], peak[0])}, where it is {number(peak[1])} times that beside "
+            "it. No multiple of the drive that was looked at meets a known mode there."
+        )
     rising = [
         f"Strains still rise at {_value(data, paths[0], one.point)}, where {one.order} times the drive nears mode "
         f"{one.mode + 1}: the resonance may lie beyond."

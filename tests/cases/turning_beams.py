@@ -9,14 +9,14 @@ from fenics_mech.scene import Scene
 MODULUS, DENSITY = 207e9, 7850.0
 
 
-def ritz(speed, length, width, height, mass=0.0, arm=0.0, hub=0.0, terms=9, spin=1.0):
+def ritz(speed, length, width, height, mass=0.0, arm=0.0, hub=0.0, terms=9, spin=1.0, modulus=MODULUS, density=DENSITY):
     """In-plane frequencies (rad/s) of a turning beam with a point mass on a rigid arm at its tip, inextensible.
 
     About the straight state, with the pull ``N = speed^2 [rho A ((h + L)^2 - (h + x)^2)/2 + m (h + L + arm)]``:
     ``K = int EI w''^2 + int N w'^2 + m speed^2 (h + L + arm) arm w'(L)^2 - speed^2 M``, h being the hub's radius.
     Functions are ``(x/L)^2, (x/L)^3, ...``. `spin` = 0 leaves out the last term: K and M alone.
     """
-    line, bending = DENSITY * width * height, MODULUS * width * height**3 / 12
+    line, bending = density * width * height, modulus * width * height**3 / 12
     shapes = [Polynomial([0] * (i + 2) + [1.0]) for i in range(terms)]  # of xi = x/L
     xi, weight = np.polynomial.legendre.leggauss(2 * terms + 2)
     xi, weight = (xi + 1) / 2, weight / 2 * length
