@@ -34,12 +34,14 @@ SOURCES = {  # of errors, in words
     "harmonics": "harmonics left out",
     "modes": "modes left out",
     "stations": "between stations",
+    "positions": "peaks between positions",
     "theory": "linear theory",
     "effects": "effects left out",
 }
 REMEDIES = {  # what lowers an error
     "mesh": "more elements",
     "time": "more sub_intervals",
+    "positions": "more sub_intervals",
     "harmonics": "more harmonics",
     "modes": "more modes",
     "stations": "more stations",
