@@ -61,11 +61,9 @@ class AcceptedErrors:
 
 ACCEPTED = AcceptedErrors()
 STEPS = ("time", "harmonics")
-NUMERICAL = (*STEPS, "modes", "mesh", "positions")  # sources that are judged
+NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
 JUDGED = (
     ("strain", STEPS, ACCEPTED.by_steps),
-    ("strain", ("positions",), ACCEPTED.by_positions),
-    ("joint_force", ("positions",), ACCEPTED.by_positions),
     ("strain", NUMERICAL, ACCEPTED.of_strain),
     ("deflection", NUMERICAL, ACCEPTED.of_rest),
     ("joint_force", NUMERICAL, ACCEPTED.of_rest),
@@ -77,13 +75,12 @@ PLACES = {  # of an error, in words, and what it is relative to
     "torque": ("effort of the drive at", "the largest effort of a drive"),
 }
 ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
-ORIGINS["positions"] = "peaks between positions"
+ORIGINS |= {"positions": "peaks between positions"}
 FAULTS = {
     "time": "the sub-intervals are too long",
     "mesh": "the elements are too long",
     "modes": "the modes kept are too few",
     "harmonics": "the harmonics are too few",
-    "positions": "the positions are too few",
 }
 
 
@@ -173,17 +170,25 @@ class Errors:
         if scene.analysis.allow_coarse:
             return
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
+        for what, shares in self._missed().items():
+            if self.missed is not None and shares.max(initial=0.0) > ACCEPTED.by_positions:
+                worst = int(shares.argmax())
+                allowed = ACCEPTED.by_positions * float(self.measure[what][worst])
+                raise self.missed.refusal((what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", allowed)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
                 worst = int(errors.argmax())
                 shares = {source: float(self.of([source], what)[worst]) for source in sources}
                 place, measure = PLACES[what]
-                if self.missed is not None and max(shares, key=shares.__getitem__) == "positions":
-                    allowed = limit * float(self.measure[what][worst])
-                    raise self.missed.refusal((what, worst), f"{place} {names[what][worst]!r}", allowed)
                 said = f"{place} {names[what][worst]!r} is uncertain by"
                 raise _refusal(scene, said, measure, shares, self.order, limit)
+
+    def _missed(self) -> dict[str, Array]:
+        """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
+        if self.missed is None:
+            return {}
+        return {what: self.missed.known[what] / self.measure[what] for what in ("joint_force", "strain")}
 
     def of(self, sources: Sequence[str], what: str = "strain") -> Array:
         """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""
@@ -233,6 +238,8 @@ class Errors:
     @property
     def too_large(self) -> bool:
         """Whether they are larger than `judge` lets pass."""
+        if any(shares.max(initial=0.0) > ACCEPTED.by_positions for shares in self._missed().values()):
+            return True
         return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in JUDGED)
 
 
@@ -323,7 +330,9 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
         add("positions", at.missed.errors, 1.0, 2.0)
     add("stations", at.between, 1.0, 2.0)
     told = [without.remark for without in corrected.values() if without.remark]
-    return Errors(found, order, measures(scene, largest), (*told, *not_estimated(solution), *remarks), largest, at.missed)
+    return Errors(
+        found, order, measures(scene, largest), (*told, *not_estimated(solution), *remarks), largest, at.missed
+    )
 
 
 def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
@@ -403,7 +412,6 @@ def _advice(scene: Scene, source: str, times: float) -> str:
         return f"Take {math.ceil(ACCEPTED.margin * times * 100) / 100:.3g} times as many elements, rounded up"
     name, now = {
         "time": ("sub_intervals", analysis.sub_intervals),
-        "positions": ("sub_intervals", analysis.sub_intervals),
         "modes": ("modes", analysis.modes),
         "harmonics": ("harmonics", analysis.harmonics),
     }[source]

@@ -21,7 +21,9 @@ class MissedPeaks:
     count
         Number of the positions.
     errors
-        By quantity, by how much peaks differ from those that positions show, ``(members, joints or drives,)``.
+        By quantity, how uncertain the peaks are that positions show, ``(members, joints or drives,)``.
+    known
+        The part of it that is surely missed: how far the peaks of loads and rigid motion are from those shown.
     peaks, angles
         By quantity, the largest values, and the drive angles (rad) at which they are.
     enough
@@ -30,6 +32,7 @@ class MissedPeaks:
 
     count: int
     errors: Mapping[str, Array]
+    known: Mapping[str, Array]
     peaks: Mapping[str, Array]
     angles: Mapping[str, Array]
     enough: Callable[[Owner, float], int | None]
@@ -47,9 +50,13 @@ class MissedPeaks:
             Error that would not be refused.
         """
         (name, which), unit = owner, {"joint_force": " N", "deflection": " m"}.get(owner[0], "")
-        angle, peak, missed = (float(part[name][which]) for part in (self.angles, self.peaks, self.errors))
+        angle, peak, missed = (float(part[name][which]) for part in (self.angles, self.peaks, self.known))
         enough = self.enough(owner, allowed)
-        advice = "Take lengths, laws or loads that change less fast" if enough is None else f"Take at least {enough} sub_intervals"
+        advice = (
+            "Take lengths, laws or loads that change less fast"
+            if enough is None
+            else f"Take at least {enough} sub_intervals"
+        )
         return UnresolvedError(
             f"the positions are too few: the {what} reaches {peak:.4g}{unit} at drive angle "
             f"{math.degrees(angle):.6g} deg, and {self.count} positions show another peak by {missed:.3g}{unit}. "

@@ -24,7 +24,6 @@ from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics import Motion, solve_motion
-from fenics_mech.mechanism import System
 from fenics_mech.mechanism.beam_links import links
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.fields import Fields
@@ -48,7 +47,7 @@ class BetweenLimits:
     angles: int = 720  # equal steps of a cycle, at least
     parts: int = 4  # of each step of the branch, over which rates are nearly straight, and of each between corners
     most_pieces: int = 200  # of a load's factor that are looked at; of more those about its largest value
-    drop: float = 2e-3  # of a peak to a place beside it: where more, it is looked at more closely
+    drop: float = 1e-4  # of a peak to a place beside it: where more, it is looked at more closely
     closer: int = 8  # times as closely
     rounds: int = 3  # of that
     nothing: float = 1e-9  # of the largest value: what is left of a response is rounding
@@ -221,22 +220,26 @@ class _Response:
 
     def missed(self, name: str) -> Array:
         """Give by how much the peaks of a quantity differ from those that the positions show, ``(owners,)``."""
+        return np.abs(self.best[name].value - _shown(self.still.scene, name, self.known[name]))
+
+    def doubt(self, name: str) -> Array:
+        """Give how uncertain what is left makes the peaks of a quantity, as halves of the positions show."""
         best = self.best[name].value
-        found = np.abs(best - _shown(self.still.scene, name, self.known[name]))
         if name not in self.halves or not best.size:
-            return found
+            return np.zeros_like(best)
         largest, curves = max(float(best.max()), TINY), self.rest[name]
         apart = np.abs(best - self.rough[name].value).max(axis=0) / largest
         cornered = None
         if curves.corners is not None:
             cornered = curves.corners.reshape(len(best), -1).any(axis=-1) | (not curves.of_harmonics)
-        return np.asarray(found + largest * gained(apart, cornered, self.count))
+        return np.asarray(largest * gained(apart, cornered, self.count))
 
 
 def _missed(still: _WithoutVibration, known: Values) -> MissedPeaks:
     """Compare the peaks of a response with those of the curves through its positions."""
     response = _Response(still, known)
     response.seek()
+    known_part = {name: response.missed(name) for name in known}
     rate = still.motion.theta[1] - still.motion.theta[0]
 
     def enough(owner: Owner, allowed: float) -> int | None:
@@ -244,7 +247,8 @@ def _missed(still: _WithoutVibration, known: Values) -> MissedPeaks:
 
     return MissedPeaks(
         count=response.count,
-        errors={name: response.missed(name) for name in known},
+        errors={name: known_part[name] + response.doubt(name) for name in known},
+        known=known_part,
         peaks={name: part.value for name, part in response.best.items()},
         angles={name: part.place * rate for name, part in response.best.items()},
         enough=enough,
