@@ -16,6 +16,7 @@ from fenics_mech.accuracy.base_response import Compared
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS
+from fenics_mech.accuracy.missed_peaks import MissedPeaks
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
 from fenics_mech.accuracy.quantities import Quantities, measures, measures_of_members, places_of
 from fenics_mech.accuracy.remarks import not_estimated
@@ -52,6 +53,7 @@ class AcceptedErrors:
     """Largest errors of a result that is not refused, relative to the largest value of a quantity."""
 
     by_steps: float = 0.02  # of a strain: steps are cheap
+    by_positions: float = 0.05  # of a strain or joint force: so are positions
     of_strain: float = 0.05  # by all numerical sources
     of_rest: float = 0.5  # of deflections and joint forces: beyond it not one digit is known
     margin: float = 1.2  # factor on the numbers that a refusal asks for
@@ -73,6 +75,7 @@ PLACES = {  # of an error, in words, and what it is relative to
     "torque": ("effort of the drive at", "the largest effort of a drive"),
 }
 ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
+ORIGINS |= {"positions": "peaks between positions"}
 FAULTS = {
     "time": "the sub-intervals are too long",
     "mesh": "the elements are too long",
@@ -94,11 +97,14 @@ class AtStations:
         Largest strain of each member under pins that travel along it, 0 where none do, ``(members,)``.
     sampling
         Error of the members' strains by the number of positions, ``(members,)``; it counts as "time".
+    missed
+        What lies between the positions of a cycle; None where nothing is known of it.
     """
 
     curves: Mapping[str, Array]
     under_pins: Array
     sampling: Array | None = None
+    missed: MissedPeaks | None = None
 
     @property
     def largest(self) -> dict[str, Array]:
@@ -134,6 +140,8 @@ class Errors:
         What is wrong by more than the estimates say.
     largest
         By quantity, the largest values.
+    missed
+        What lies between the positions of a cycle.
     """
 
     errors: Mapping[str, dict[str, Array]]
@@ -141,6 +149,7 @@ class Errors:
     measure: Mapping[str, Array]
     remarks: tuple[str, ...] = ()
     largest: Mapping[str, Array] = field(default_factory=dict)
+    missed: MissedPeaks | None = None
 
     def relative(self, what: str) -> dict[str, float]:
         """Largest error of a quantity by each source, relative to its measure."""
@@ -161,6 +170,11 @@ class Errors:
         if scene.analysis.allow_coarse:
             return
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
+        for what, shares in self._missed().items():
+            if self.missed is not None and shares.max(initial=0.0) > ACCEPTED.by_positions:
+                worst = int(shares.argmax())
+                allowed = ACCEPTED.by_positions * float(self.measure[what][worst])
+                raise self.missed.refusal((what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", allowed)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
@@ -169,6 +183,12 @@ class Errors:
                 place, measure = PLACES[what]
                 said = f"{place} {names[what][worst]!r} is uncertain by"
                 raise _refusal(scene, said, measure, shares, self.order, limit)
+
+    def _missed(self) -> dict[str, Array]:
+        """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
+        if self.missed is None:
+            return {}
+        return {what: self.missed.known[what] / self.measure[what] for what in ("joint_force", "strain")}
 
     def of(self, sources: Sequence[str], what: str = "strain") -> Array:
         """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""
@@ -218,6 +238,8 @@ class Errors:
     @property
     def too_large(self) -> bool:
         """Whether they are larger than `judge` lets pass."""
+        if any(shares.max(initial=0.0) > ACCEPTED.by_positions for shares in self._missed().values()):
+            return True
         return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in JUDGED)
 
 
@@ -304,9 +326,13 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
         add("mesh", most | {"strain": unlike * largest["strain"]}, 1.0, 1.0)
     if at.sampling is not None:
         add("time", {"strain": at.sampling}, 1.0, 1.0)
+    if at.missed is not None:
+        add("positions", at.missed.errors, 1.0, 2.0)
     add("stations", at.between, 1.0, 2.0)
     told = [without.remark for without in corrected.values() if without.remark]
-    return Errors(found, order, measures(scene, largest), (*told, *not_estimated(solution), *remarks), largest)
+    return Errors(
+        found, order, measures(scene, largest), (*told, *not_estimated(solution), *remarks), largest, at.missed
+    )
 
 
 def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:

@@ -20,7 +20,7 @@ from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation,
 from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import PEAK, PEAKS, doubts
+from fenics_mech.recovery.peaks import BETWEEN, PEAK, PEAKS, doubts
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
@@ -147,7 +147,9 @@ def within(
 def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
     stated = scene.effects != "auto"  # the tolerance is then that of the equation
-    data = result.data.drop_sel(source=["effects", "joints", *(["theory"] if stated else [])], errors="ignore")
+    apart = ["effects", "joints", *(["theory"] if stated else [])]
+    apart += [BETWEEN] if _periodic(scene) else []  # see _beyond
+    data = result.data.drop_sel(source=apart, errors="ignore")
     sources = [str(source) for source in data["source"].to_numpy()]
     names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
     errors = {what: dict(zip(sources, data[name].to_numpy().tolist())) for what, name in names.items()}
@@ -187,6 +189,9 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
             if error > SEARCH.share(source) * scene.tolerances[what]:
+                if source == BETWEEN:  # a quasi-static cycle has the positions that are stated
+                    stated = scene.analysis.sub_intervals
+                    raise _not_met(scene, trials, f"peaks lie between its {stated} sub_intervals: take more")
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
     if _stations_suffice(scene, last):  # which leave the motion as it is

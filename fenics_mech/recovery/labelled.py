@@ -11,6 +11,7 @@ from fenics_mech.accuracy.estimate import Errors, estimate
 from fenics_mech.accuracy.validity import refuse_far
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import SolverError
+from fenics_mech.recovery.between_positions import with_missed_peaks
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.fields import Fields, recover
 from fenics_mech.recovery.result import Result
@@ -55,7 +56,7 @@ def recovered(
         return fields, None
     progress("errors")
     if elsewhere is None:
-        errors = estimate(solution, fields.system, fields.at_stations, choices, theory)
+        errors = estimate(solution, fields.system, with_missed_peaks(solution, fields), choices, theory)
     else:
         errors = elsewhere.at_stations(fields.at_stations)
         errors.judge(solution.scene)

@@ -38,6 +38,7 @@ PEAK = PeakLimits()
 
 CYCLIC = "periodic", "quasi-static"  # methods whose positions are those of a cycle that repeats
 PEAKS = "strain", "joint_force"  # that may be doubted
+BETWEEN = "positions"  # the source of errors by what lies between them
 CURVES = {  # whose peaks are sought between positions, and along what each has its own
     "strain": "member",
     "stress": "member",
@@ -246,7 +247,8 @@ def doubts(result: Result) -> dict[str, float]:
 def doubt(result: Result, name: str) -> float:
     """By which share of the largest one peaks of a variable in `PEAKS` are uncertain.
 
-    It is estimated by the peaks that half of the positions show, and is larger than the error where these see the
+    The estimates of errors tell it as the source "positions". Where there are none, it is estimated by the peaks that
+    half of the positions show, and is larger than the error where these see the
     curves. On nine linkages it was less than half of the error only with 14 positions, of which half do not see the
     narrow peaks of one linkage.
 
@@ -257,6 +259,9 @@ def doubt(result: Result, name: str) -> float:
     name
         Name of the variable.
     """
+    if BETWEEN in result.data.get("source", ()):
+        prefix = "" if name == "strain" else f"{name}_"
+        return float(result.data[f"{prefix}relative_error"].sel(source=BETWEEN))
     count = result.data.sizes["theta"]
     if result.scene.analysis.method not in CYCLIC or not 4 <= count < PEAK.certain:
         return 0.0
@@ -265,11 +270,27 @@ def doubt(result: Result, name: str) -> float:
     apart = np.abs(peaks.max(axis=-1) - others.max(axis=-1)).max(axis=0)
     apart /= max(peaks.max(), np.finfo(float).tiny)
     if curves.corners is None:
-        return float(apart.max())
-    if count < PEAK.few:
-        return min(1.0, 2 * float(apart.max()))
+        return float(gained(apart, None, count).max())
     corners = curves.corners.any(axis=-1) if "component" in result.data.variables[name].dims else curves.corners
-    highest = corners[np.arange(len(peaks)), peaks.argmax(axis=1)] | (not curves.of_harmonics)
-    gained = np.where(apart < PEAK.apart, PEAK.gained, PEAK.gained_less)
-    gained = np.where(highest, PEAK.gained_at_corners, gained)
-    return float((apart / np.where(apart < PEAK.unseen, gained, 1.0)).max())
+    cornered = corners[np.arange(len(peaks)), peaks.argmax(axis=1)] | (not curves.of_harmonics)
+    return float(gained(apart, cornered, count).max())
+
+
+def gained(apart: Array, cornered: Array | None, count: int) -> Array:
+    """Give how uncertain peaks are by those that halves of the positions show, ``(peaks,)``.
+
+    Parameters
+    ----------
+    apart
+        By which share of the largest peak those of the halves differ from it, ``(peaks,)``.
+    cornered
+        Whether the curves may have corners, ``(peaks,)``; None where they are nowhere beyond the positions.
+    count
+        Number of the positions.
+    """
+    if cornered is None:
+        return apart
+    if count < PEAK.few:
+        return np.minimum(1.0, 2 * apart)
+    times = np.where(cornered, PEAK.gained_at_corners, np.where(apart < PEAK.apart, PEAK.gained, PEAK.gained_less))
+    return np.asarray(apart / np.where(apart < PEAK.unseen, times, 1.0))

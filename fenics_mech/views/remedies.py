@@ -14,6 +14,7 @@ from fenics_mech.recovery import Result
 REMEDIES = {
     "mesh": "more elements",
     "time": "more sub_intervals",
+    "positions": "more sub_intervals",
     "harmonics": "more harmonics",
     "modes": "more modes",
     "stations": "more stations",

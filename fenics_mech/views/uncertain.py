@@ -6,6 +6,7 @@ from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.peaks import BETWEEN
 from fenics_mech.views.words import error_share
 
 
@@ -55,7 +56,7 @@ def too_uncertain(result: Result) -> dict[str, float]:
         The result.
     """
     data, found = result.data, {}
-    numerical = [str(source) for source in data["source"].to_numpy() if source in NUMERICAL]
+    numerical = [str(source) for source in data["source"].to_numpy() if source in (*NUMERICAL, BETWEEN)]
     for what, name in quantities(result).items():
         wrong = float(data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source=numerical).sum())
         if what != "strain" and wrong > ACCEPTED.of_strain:

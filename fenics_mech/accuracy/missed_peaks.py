@@ -1,0 +1,64 @@
+"""Peaks of a cycle that lie between its positions, and by how much these miss them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import UnresolvedError
+
+Owner = tuple[str, int]  # a quantity, and the number of the member, joint or drive that has it
+
+
+@dataclass(frozen=True, eq=False)
+class MissedPeaks:
+    """By how much the positions of a cycle miss the peaks between them.
+
+    Parameters
+    ----------
+    count
+        Number of the positions.
+    errors
+        By quantity, how uncertain the peaks are that positions show, ``(members, joints or drives,)``.
+    known
+        The part of it that is surely missed: how far the peaks of loads and rigid motion are from those shown.
+    peaks, angles
+        By quantity, the largest values, and the drive angles (rad) at which they are.
+    enough
+        Gives the number of positions that show a peak to an error of the unit of its quantity; None where too many.
+    """
+
+    count: int
+    errors: Mapping[str, Array]
+    known: Mapping[str, Array]
+    peaks: Mapping[str, Array]
+    angles: Mapping[str, Array]
+    enough: Callable[[Owner, float], int | None]
+
+    def refusal(self, owner: Owner, what: str, allowed: float) -> UnresolvedError:
+        """Say where a peak is that the positions miss, and how many of them show it.
+
+        Parameters
+        ----------
+        owner
+            What has the peak.
+        what
+            The same in words.
+        allowed
+            Error that would not be refused.
+        """
+        (name, which), unit = owner, {"joint_force": " N", "deflection": " m"}.get(owner[0], "")
+        angle, peak, missed = (float(part[name][which]) for part in (self.angles, self.peaks, self.known))
+        enough = self.enough(owner, allowed)
+        advice = (
+            "Take lengths, laws or loads that change less fast"
+            if enough is None
+            else f"Take at least {enough} sub_intervals"
+        )
+        return UnresolvedError(
+            f"the positions are too few: the {what} reaches {peak:.4g}{unit} at drive angle "
+            f"{math.degrees(angle):.6g} deg, and {self.count} positions show another peak by {missed:.3g}{unit}. "
+            f"{advice}; analysis.allow_coarse lets it pass"
+        )

@@ -1,0 +1,106 @@
+"""Peaks between positions: told as an error, refused where it is large, against an own Newton-Euler four-bar."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fenics_mech import load
+from fenics_mech.analysis import analyse
+from fenics_mech.errors import UnresolvedError
+from fenics_mech.recovery.peaks import doubts, peak_of
+
+SCENES = Path(__file__).parent / "scenes"
+CRANK, COUPLER, ROCKER, SPEED, DENSITY = 0.1, 0.25, 0.2, 10.0, 2714 * 0.02 * 0.005  # m, rad/s, kg/m
+
+
+def newton_euler(ground, angles=60_000):
+    """Give the largest force in each of the joints A, B, C and O of uniform rods (N), from closed-form positions.
+
+    The rods are centred at their middles; equilibrium of coupler and rocker gives B and A, and so C and O.
+    """
+    theta = 2 * np.pi / angles * np.arange(angles)
+    a = CRANK * np.exp(1j * theta)
+    across = ground - a  # from A to C; B lies to the left of it, and is the meeting point of two circles
+    along = (COUPLER**2 - ROCKER**2 + np.abs(across) ** 2) / (2 * np.abs(across))
+    b = a + across / np.abs(across) * (along + 1j * np.sqrt(COUPLER**2 - along**2))
+    ab, cb = b - a, b - ground
+    va, aa = 1j * SPEED * a, -(SPEED**2) * a
+
+    def turning(force):  # rates of both rods by  va + i w1 ab = i w2 cb, or its derivative
+        return np.linalg.solve(
+            np.stack([np.stack([-ab.imag, cb.imag], -1), np.stack([ab.real, -cb.real], -1)], -2),
+            np.stack([-force.real, -force.imag], -1)[..., None],
+        )[..., 0]
+
+    w1, w2 = turning(va).T
+    alpha1, alpha2 = turning(aa - w1**2 * ab + w2**2 * cb).T
+    at_coupler = aa + (1j * alpha1 - w1**2) * ab / 2
+    at_rocker = (1j * alpha2 - w2**2) * cb / 2
+    m0, m1, m2 = DENSITY * CRANK, DENSITY * COUPLER, DENSITY * ROCKER
+    # moments about A of the coupler, under the force f on it at B, and about C of the rocker, under -f
+    cross = lambda r, f: r.real * f.imag - r.imag * f.real  # noqa: E731
+    one = m1 * COUPLER**2 / 12 * alpha1 + cross(ab / 2, m1 * at_coupler)
+    two = m2 * ROCKER**2 / 3 * alpha2
+    rows = np.stack([np.stack([-ab.imag, ab.real], -1), np.stack([cb.imag, -cb.real], -1)], -2)
+    f = np.linalg.solve(rows, np.stack([one, two], -1)[..., None])[..., 0]
+    f = f[:, 0] + 1j * f[:, 1]
+    on_a = m1 * at_coupler - f
+    on_c = m2 * at_rocker + f
+    on_o = m0 * aa / 2 + on_a
+    return {name: np.abs(part).max() for name, part in zip("ABCO", (on_a, f, on_c, on_o))}
+
+
+def four_bar(count, neutral_by=1e-4, **changes):
+    scene = load(SCENES / "near_neutral_four_bar.toml")
+    ground = {"points": {"O": (0.0, 0.0), "C": (0.35 - neutral_by, 0.0)}}
+    return scene.changed(ground=ground, analysis__sub_intervals=count, **changes)
+
+
+def largest(result):
+    return dict(zip(result.data["joint"].to_numpy().tolist(), np.abs(peak_of(result, "joint_force")[2])))
+
+
+@pytest.mark.parametrize("neutral_by", [1e-4, 1e-3, 1e-2])
+@pytest.mark.parametrize("count", [12, 25, 37, 60, 101, 121, 201, 360])
+def test_a_spike_between_positions_is_right_or_refused(count, neutral_by):
+    """At 60,000 angles the reference has its peaks to 1e-6: the spike is 0.03 rad wide."""
+    right = newton_euler(0.35 - neutral_by)
+    try:
+        found = largest(analyse(four_bar(count, neutral_by)))
+    except UnresolvedError as error:
+        assert " reaches " in str(error)
+        assert " at drive angle " in str(error)
+        enough = int(str(error).split("Take at least ")[1].split()[0])
+        found = largest(analyse(four_bar(enough, neutral_by)))  # the advice is true
+    for joint, force in right.items():
+        assert abs(found[joint] / max(right.values()) - force / max(right.values())) < 0.05, joint
+
+
+def test_the_reference_is_that_of_the_report():
+    """Own Newton-Euler of the report, 60,000 angles: 176.5 N."""
+    assert max(newton_euler(0.3499).values()) == pytest.approx(176.5, abs=0.05)
+
+
+@pytest.mark.parametrize("count", [12, 25, 37, 60, 121, 360])
+def test_told_is_true_and_falls_as_the_answer_improves(count):
+    """The motion without vibration is known between positions too: what is told is the error itself."""
+    result = analyse(four_bar(count, analysis__allow_coarse=True))
+    right = newton_euler(0.3499)
+    told = result.data["joint_force_error"].sel(source="positions")
+    for joint, force in largest(result).items():
+        missed = abs(force - right[joint])
+        assert float(told.sel(joint=joint)) == pytest.approx(missed, rel=0.02, abs=1e-3 * max(right.values()))
+    assert (doubts(result)["joint_force"] < 1e-3) == (max(abs(f - right[j]) for j, f in largest(result).items()) < 0.05)
+
+
+@pytest.mark.parametrize("count", [12, 25, 37, 60, 121])
+def test_a_narrow_pulse_between_positions_is_told(count):
+    """A force at the middle of the rocker, 3 deg wide: against 2880 positions, of which 24 see it."""
+    pulse = {"kind": "pulse", "start": 1.0, "end": 1.05, "ramp": 0.02}
+    loads = {"press": {"at": "rocker@0.5", "force": (0.0, -20.0), "factor": pulse}}
+    many = analyse(four_bar(2880, 1e-2, loads=loads, analysis__error_estimates=False))
+    few = analyse(four_bar(count, 1e-2, loads=loads, analysis__allow_coarse=True))
+    true = np.abs(np.abs(peak_of(few, "strain")[2]) - np.abs(peak_of(many, "strain")[2]))
+    told = few.data["strain_error"].sel(source="positions").to_numpy()
+    assert told == pytest.approx(true, rel=0.05, abs=2e-3 * np.abs(many.data["strain"]).max().item())
