@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import gc
 import io
 import json
@@ -9,6 +10,7 @@ import logging
 import math
 import os
 import signal
+import sys
 import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import chdir, contextmanager, suppress
@@ -21,8 +23,10 @@ from rich.segment import Segment
 
 from fenics_mech._libraries import alone, leave_pint_out
 from fenics_mech._progress import heard
+from fenics_mech._system import memory_limit
 from fenics_mech.errors import MechanismError, printable
 
+LEAST_MEMORY = 800_000_000  # bytes of addresses: `run` of one bar has 640 million; with less, libraries hang or crash
 PAUSE = 5  # seconds between two lines of progress
 OFTEN = 0.05  # seconds between two pictures of a bar
 LEAST_SHARE = 0.05  # of a motion, by which the time that it took is divided at least
@@ -39,6 +43,24 @@ class _Console(Console):
                 yield segment
             else:
                 yield Segment("\n".join(map(printable, segment.text.split("\n"))), segment.style)
+
+
+PLAIN = {"\N{DEGREE SIGN}": " deg", "\N{MINUS SIGN}": "-", "\N{MICRO SIGN}": "u", "\N{GREEK SMALL LETTER MU}": "u"}
+
+
+def _in_plain_letters(error: UnicodeError) -> tuple[str, int]:
+    """Give what stands for characters that the encoding of the output lacks."""
+    assert isinstance(error, UnicodeEncodeError)
+    lacking = error.object[error.start : error.end]
+    return "".join(PLAIN.get(letter, "?") for letter in lacking), error.end
+
+
+def print_in_any_encoding() -> None:
+    """Let what the system's encoding of the output lacks be told in plain letters: it may have no degree sign."""
+    codecs.register_error("plain letters", _in_plain_letters)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="plain letters")
 
 
 out, err = _Console(emoji=False), _Console(stderr=True, emoji=False)
@@ -76,13 +98,19 @@ def start_libraries(solver: bool = True) -> None:
     """Start PETSc and Matplotlib without the options that they read from files in the current folder.
 
     A scene may lie in a folder from a stranger, and such options run programs. MPI and xarray start without what the
-    command does not use.
+    command does not use. Figures are files of one look: no settings of Matplotlib count, which may ask for LaTeX.
 
     Parameters
     ----------
     solver
         Whether something is to be solved: that PETSc is not there is an error then.
     """
+    if (limit := memory_limit() or LEAST_MEMORY) < LEAST_MEMORY:
+        raise MechanismError(
+            f"a process may have {limit / 1e9:.2g} GB of memory here, and the libraries take {LEAST_MEMORY / 1e9:.2g} GB: "
+            "raise the limit (ulimit -v)"
+        )
+    os.environ |= {"MPLBACKEND": "agg", "MATPLOTLIBRC": os.devnull}
     with loading(), chdir(os.sep), alone():
         import matplotlib  # noqa: F401, PLC0415
 

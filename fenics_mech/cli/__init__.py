@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.markup import escape
 
-from fenics_mech._console import drop_empty_folders, err, log_to_terminal, start_libraries
+from fenics_mech._console import drop_empty_folders, err, log_to_terminal, print_in_any_encoding, start_libraries
 from fenics_mech._libraries import launched
 from fenics_mech._version import __version__
 from fenics_mech.cli.animate_command import animate
@@ -99,6 +99,7 @@ for _command in _COMMANDS:
 
 def main() -> None:
     """Run the command, which leaves no empty folder where it fails."""
+    print_in_any_encoding()
     try:
         _run()
     except BaseException as ended:
@@ -115,6 +116,8 @@ def _run() -> None:
         _fail(str(error))
     except MemoryError as error:
         _fail(f"not enough memory: take fewer sub_intervals, stations or elements, or a reduction. {error}".rstrip())
+    except ImportError as error:
+        _fail(f"a library is missing or cannot be loaded: {error}. Install it, or give the process more memory")
     except OSError as error:
         _fail(f"{error.filename or 'the output'}: {error.strerror or error}")
 
