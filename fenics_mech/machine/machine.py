@@ -225,7 +225,7 @@ class Machine:
             Stresses of every term that make the geometric stiffness, instead of the present ones: with those that the
             last step predicted, Newton's method is that of the stresses as unknowns.
         angles
-            Angles near those of every term and of the rows, ``(instants, elements)``, by which whole turns count.
+            Angles near those of every term, ``(instants, elements)``, by which whole turns count.
         loads
             Share of gravity and of all terms but beams that acts.
         moving
@@ -252,21 +252,22 @@ class Machine:
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
             measured.append(found)
         if self.rows:
-            self._add_rows(t, at, a, tangents, target, None if angles is None else angles[-1])
+            self._add_rows(t, at, a, tangents, target)
         if tangents and g.turns > 1 and not self.known.still:  # stresses depend on chart vectors by their rates too
             entries, pose = self._chart_at
             K[:, entries] += np.einsum("tik,tikl->til", C[:, entries], at.ways_c[:, pose])
         self.inertia.add(at, self.pattern, tangents, target)
         return Evaluation(F, M, C, K, self.pattern, measured)
 
-    def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target, angles: Array | None) -> None:
+    def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the gaps of the rows."""
         n, group = self.n, self.row_group
-        found = group.measure(at, angles)
-        group.spread(found.with_response(Response(a[:, n:, None])), None, self.pattern, tangents, target)
         values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
+        value = np.stack(values, axis=1)
+        found = group.measure(at, value)
+        group.spread(found.with_response(Response(a[:, n:, None])), None, self.pattern, tangents, target)
         slack = np.array([row.slack for row in self.rows])
-        target[0][:, n:] = found.x[..., 0] - np.stack(values, axis=1) - slack * a[:, n:]
+        target[0][:, n:] = found.x[..., 0] - value - slack * a[:, n:]
         if tangents:
             by, on, own = self._row_at
             shape = len(t), len(self.rows), found.gradient, by, on, self.size, self.pattern.entries
