@@ -1,7 +1,8 @@
-"""From a scene to its machine: poses of nodes and rigid links, beams from UFL forms, joints as shared places or rows."""
+"""From a scene to its machine: poses of nodes and rigid links, beams from UFL forms, joints."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,7 @@ from fenics_mech.kinematics import start_motion
 from fenics_mech.machine.machine import Machine, Row
 from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
+from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
 from fenics_mech.terms import Beams, Element, Look, Measure
 
@@ -157,7 +159,7 @@ class _Nodes:
         return fixed, shared
 
     def end(self, point: str, turn: float = 0.0) -> End:
-        """Give the end at a point of a link or the ground, with axes turned by an angle from those of the link (rad)."""
+        """Give the end at a point of a link or the ground, its axes turned by an angle from those of the link (rad)."""
         link, (x, y) = self.scene.point(point)
         place, axes = self.frames[link]
         return self.machine.end(self._pose_at(link, point), place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
@@ -193,14 +195,14 @@ def _add_drives(made: SceneMachine, nodes: _Nodes) -> None:
         joint = scene.joints[drive.joint]
         turn = joint.angle if isinstance(joint, Slot | Prismatic) else 0.0
         ends = nodes.end(joint.connect[0], turn), nodes.end(joint.connect[1], turn)
-        rate = scene.cycle_rate
-
-        def value(t: Array, drive: object = drive) -> Array:
-            return drive.jet(rate * t, rate).value  # type: ignore[attr-defined,no-any-return]
-
         measure = Measure(Look.ANGLE) if isinstance(joint, Revolute) else Measure(Look.ALONG, 0)
         made.driven.append(len(machine.rows))
-        machine.rows.append(Row(ends, measure, value, name=drive.joint))
+        machine.rows.append(Row(ends, measure, _law(drive, scene.cycle_rate), name=drive.joint))
+
+
+def _law(drive: Drive, rate: float) -> Callable[[Array], Array]:
+    """Give the angle (rad) or stroke (m) of a drive by time (s)."""
+    return lambda t: drive.jet(rate * t, rate).value
 
 
 def _add_beams(made: SceneMachine) -> None:

@@ -14,7 +14,7 @@ from fenics_mech._arrays import Array, Index
 Places = NDArray[np.int32]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Pattern:
     """Places of the entries of a sparse matrix, row by row.
 

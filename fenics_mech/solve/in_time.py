@@ -11,7 +11,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine import Machine
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.sparse import Factors
+from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 4.0  # of a step's change: Hairer and Wanner, Solving ODE II, chapter IV.8
@@ -117,7 +117,8 @@ def _step(
         rate = v + h * tableau.A @ a
         q[:, n:] = rate[:, n:] = 0.0
         found = machine.residual(instants, q, rate, a, predicted=stresses)
-        factors = Factors(stage_matrix(machine.pattern, tableau, h, found.M, found.C, found.K), f"step at {t:.6g} s")
+        matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
+        factors = Factors(blocks_of(machine.pattern, stages), matrix, f"step at {t:.6g} s")
         da = factors.solve(-found.force.T.ravel()).reshape(size, stages).T
         a = a + da
         dq, dv = h * h * tableau.square @ da, h * tableau.A @ da

@@ -12,7 +12,7 @@ from fenics_mech._petsc import PETSc, SLEPc
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.sparse import Factors
+from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 
@@ -75,8 +75,9 @@ class LinearSteps:
         self.pattern = machine.pattern
         by_step = [x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K)]
         self.C, self.K = by_step[1], by_step[2]
+        blocks = blocks_of(machine.pattern, self.stages)
         self.factors = [
-            Factors(stage_matrix(machine.pattern, tableau, h, *(x[k] for x in by_step)), f"step {k + 1} of the cycle")
+            Factors(blocks, stage_matrix(tableau, h, *(x[k] for x in by_step)), f"step {k + 1} of the cycle")
             for k in range(self.count)
         ]
 

@@ -2,12 +2,53 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SolverError
+from fenics_mech.machine import Pattern
+
+
+class Blocks:
+    """Where the entries of a matrix lie that has a block of `stages` rows and columns at each entry of a pattern.
+
+    Parameters
+    ----------
+    pattern
+        Of the blocks.
+    stages
+        Rows of a block.
+    """
+
+    def __init__(self, pattern: Pattern, stages: int) -> None:
+        row = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))[:, None, None] * stages
+        stage = np.arange(stages)
+        rows, columns = np.broadcast_arrays(row + stage[:, None], pattern.indices[:, None, None] * stages + stage)
+        self.size = pattern.size * stages
+        self._by_row, self._rows = _sorted(rows.ravel(), columns.ravel(), self.size)
+        self.by_column, self.indptr = _sorted(columns.ravel(), rows.ravel(), self.size)
+        self.indices = rows.ravel()[self.by_column].astype(np.int32)
+        self.columns = columns.ravel()[self.by_column]
+
+    def largest_of_rows(self, sizes: Array) -> Array:
+        """Give the largest entry of every row, by the sizes of all entries."""
+        return np.asarray(np.maximum.reduceat(sizes[self._by_row], self._rows[:-1]))
+
+
+def _sorted(first: Index, second: Index, size: int) -> tuple[Index, Index]:
+    """Give the order of entries by one of their places, then by the other, and where each of the first begins."""
+    starts = np.concatenate([[0], np.cumsum(np.bincount(first, minlength=size))])
+    return np.lexsort((second, first)), starts
+
+
+@lru_cache(maxsize=16)
+def blocks_of(pattern: Pattern, stages: int) -> Blocks:
+    """Give where the entries of a matrix of blocks lie, made once for a pattern."""
+    return Blocks(pattern, stages)
 
 
 class Factors:
@@ -15,8 +56,10 @@ class Factors:
 
     Parameters
     ----------
-    matrix
-        The matrix.
+    blocks
+        Where its entries lie.
+    values
+        Entries ``(entries of the pattern, stages, stages)``.
     what
         What it belongs to, for the message.
 
@@ -26,14 +69,16 @@ class Factors:
         When it is singular.
     """
 
-    def __init__(self, matrix: sp.spmatrix, what: str) -> None:
-        A = sp.csc_matrix(matrix)
-        size = np.abs(A)
-        rows = 1 / np.sqrt(np.maximum(size.max(axis=1).toarray()[:, 0], 1e-300))
-        columns = 1 / np.maximum(np.abs(sp.diags(rows) @ A).max(axis=0).toarray()[0], 1e-300)
-        self._rows, self._columns = rows, columns
+    def __init__(self, blocks: Blocks, values: Array, what: str) -> None:
+        flat = values.ravel()
+        self._rows = 1 / np.sqrt(np.maximum(blocks.largest_of_rows(np.abs(flat)), 1e-300))
+        data = flat[blocks.by_column] * self._rows[blocks.indices]
+        largest = np.maximum.reduceat(np.abs(data), blocks.indptr[:-1])
+        self._columns = 1 / np.maximum(largest, 1e-300)
+        data *= self._columns[blocks.columns]
+        shape = (blocks.size, blocks.size)
         try:
-            self._lu = splu(sp.csc_matrix(sp.diags(rows) @ A @ sp.diags(columns)))
+            self._lu = splu(sp.csc_matrix((data, blocks.indices, blocks.indptr.astype(np.int32)), shape=shape))
         except RuntimeError as error:
             raise SolverError(f"{what}: the equations are singular") from error
 

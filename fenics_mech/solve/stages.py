@@ -6,11 +6,9 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.polynomial import Polynomial, legendre
 
 from fenics_mech._arrays import Array
-from fenics_mech.machine import Pattern
 
 
 @dataclass(frozen=True)
@@ -53,13 +51,12 @@ def radau(stages: int) -> Tableau:
     return Tableau(c, A, A @ A, back, float(inside))
 
 
-def stage_matrix(pattern: Pattern, tableau: Tableau, h: float, M: Array, C: Array, K: Array) -> sp.bsr_matrix:
-    """Give the matrix of a step's accelerations, stages side by side: M + h A C + h^2 A A K.
+def stage_matrix(tableau: Tableau, h: float, M: Array, C: Array, K: Array) -> Array:
+    """Give the blocks of the matrix of a step's accelerations, stages side by side: M + h A C + h^2 A A K.
 
-    `M`, `C` and `K` are ``(stages, entries)``. Unknowns are ordered by coordinates, then by stages.
+    `M`, `C` and `K` are ``(stages, entries)``; the blocks are ``(entries, stages, stages)``.
     """
     blocks = h * tableau.A[None] * C.T[:, :, None] + h * h * tableau.square[None] * K.T[:, :, None]
     i = np.arange(len(tableau.c))
     blocks[:, i, i] = blocks[:, i, i] + M.T
-    size = pattern.size * len(tableau.c)
-    return sp.bsr_matrix((blocks, pattern.indices, pattern.indptr), shape=(size, size))
+    return np.asarray(blocks)

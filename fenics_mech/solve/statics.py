@@ -7,7 +7,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.sparse import Factors
+from fenics_mech.solve.sparse import Factors, blocks_of
 
 
 def equilibrium(
@@ -55,14 +55,14 @@ def equilibrium(
     n, size = machine.n, machine.size
     q = np.zeros(size) if q is None else q.copy()
     a, zero, time = np.zeros(size), np.zeros((1, size)), np.array([t])
-    stresses = None
+    blocks, stresses = blocks_of(machine.pattern, 1), None
     is_multiplier = machine.pattern.indices >= n
 
     def step() -> float:
         nonlocal stresses
         found = machine.residual(time, q[None], zero, a[None], predicted=stresses, loads=loads, moving=moving)
         values = np.where(is_multiplier, found.M[0], found.K[0])
-        x = Factors(machine.pattern.matrix(values), what).solve(-found.force[0])
+        x = Factors(blocks, values[:, None, None], what).solve(-found.force[0])
         change = np.concatenate([x[:n], np.zeros(size - n)])
         stresses = predicted(machine, found, change[None], zero)
         q[:] += change
