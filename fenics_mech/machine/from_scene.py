@@ -18,7 +18,7 @@ from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.terms import Beams, Element, Look, Measure
+from fenics_mech.terms import Element, Look, Measure
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
@@ -222,13 +222,12 @@ def _add_beams(made: SceneMachine) -> None:
         shapes = STRAINED * np.array([[length], [1.0], [1.0]])
         arch = np.einsum("ia,ab,jb->ij", shapes, bow[e], shapes) / (2 * length)
         numbers = np.array([[arch[1, 1], 2 * arch[1, 2], arch[2, 2]]])
-        elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers))
         made.element_ends.append((first, second))
         turning = np.array([0, 0, 1, 0, length, 1.0])  # of the element about its first node
         section = np.array([turning @ rotary[e] @ turning])
-        machine.masses.add_beam((first, second), (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)], section)
-    material = made.scene.damping.material
-    machine.terms.append(Beams(made.element_ends, elements, material))
+        across = (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]
+        elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section))
+    machine.add_beams(made.element_ends, elements, made.scene.damping.material)
 
 
 def _frame(made: SceneMachine, link: str) -> tuple[Array, Array]:

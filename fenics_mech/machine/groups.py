@@ -11,7 +11,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
 from fenics_mech.geometry import End, Geometry, PoseMotion
-from fenics_mech.machine.evaluation import Measured
+from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.terms import Beams, Masses, Measure, Response, Term
 
@@ -26,8 +26,8 @@ class Moved:
     ----------
     r, c
         Places ``(instants, poses, d)`` and chart vectors ``(instants, poses, turns)``.
-    R0
-        Rotations of the chart.
+    R0, R
+        Rotations of the chart, and of the poses.
     ways
         Rates of places, and of chart vectors as if the chart rested ``(instants, poses, d + turns)``.
     acc
@@ -43,6 +43,7 @@ class Moved:
     r: Array
     c: Array
     R0: Array
+    R: Array
     ways: Array
     acc: Array
     J: Array
@@ -59,11 +60,11 @@ class Moved:
         made = [np.empty((*lead, *shape)) for shape in shapes]
         given = (Q[..., d:], V[..., d:], A[..., d:], chart.R, chart.w, chart.al)
         call(f"rotations_{g.name}", lead[0] * lead[1], *[np.ascontiguousarray(x) for x in given], *made)
-        _, J, H, _, z2, z2_c, z2_v, u, u_c = made
+        R, J, H, _, z2, z2_c, z2_v, u, u_c = made
         acc = np.concatenate([(chart.a + A[..., :d] - gravity)[:, :, None], z2], axis=2)
         ways = np.concatenate([chart.v + V[..., :d], u], axis=-1)
         r, c = chart.r + Q[..., :d], np.ascontiguousarray(Q[..., d:])
-        return cls(r, c, np.ascontiguousarray(chart.R), ways, acc, J, H, z2_c, z2_v, u_c)
+        return cls(r, c, np.ascontiguousarray(chart.R), R, ways, acc, J, H, z2_c, z2_v, u_c)
 
 
 class Group:

@@ -12,10 +12,11 @@ from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
 from fenics_mech.geometry import Chart, End, Geometry, Rest
 from fenics_mech.geometry.charts import Path
-from fenics_mech.machine.evaluation import Evaluation, Measured
+from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.groups import Group, InertiaPlan, Moved, Target
+from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
-from fenics_mech.terms import Beams, Masses, Measure, Response, Term
+from fenics_mech.terms import Beams, Element, Masses, Measure, Response, Term
 
 
 @dataclass(frozen=True)
@@ -121,6 +122,24 @@ class Machine:
     def at_ground(self, place: Array | None = None, axes: Array | None = None) -> End:
         """Give an end that rests."""
         return self.end(self.ground, np.zeros(self.geometry.d) if place is None else place, axes)
+
+    def add_beams(
+        self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
+    ) -> None:
+        """Add beam elements with their inertia.
+
+        Parameters
+        ----------
+        pairs
+            Ends of each element, the first axes along the member.
+        elements
+            Their numbers.
+        damping
+            Stress per rate of strain over stress per strain, of all or of each element (s).
+        """
+        beams = Beams(pairs, elements, damping)
+        beams.add_to(self.masses)
+        self.terms.append(beams)
 
     # ---- the plan: where everything lies ----
     @property
@@ -257,7 +276,7 @@ class Machine:
             entries, pose = self._chart_at
             K[:, entries] += np.einsum("tik,tikl->til", C[:, entries], at.ways_c[:, pose])
         self.inertia.add(at, self.pattern, tangents, target)
-        return Evaluation(F, M, C, K, self.pattern, measured)
+        return Evaluation(F, M, C, K, self.pattern, measured, at)
 
     def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the gaps of the rows."""

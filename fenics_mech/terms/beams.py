@@ -9,6 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
+from fenics_mech.terms.inertia import Masses, hermite_mass
 from fenics_mech.terms.term import Response, Term
 
 
@@ -24,14 +25,28 @@ class Element:
         Of its strains, ``(strains, strains)`` (N m): energy is half of strain times stiffness times strain.
     arch
         Shallow-arch numbers of each plane of bending, ``(bends, 3)``: the share of the stretch that s^2, s k, k^2 make.
+    mass
+        Between places and first axes of both ends, ``(4, 4)`` (kg, kg m, kg m^2).
+    rotary
+        Rotary inertia of its sections along axes 2 (and 3), rho I L ``(bends,)`` (kg m^2).
     """
 
     length: float
     stiffness: Array
     arch: Array
+    mass: Array
+    rotary: Array
 
     @classmethod
-    def uniform(cls, length: float, EA: float, EI: Sequence[float], GJ: float = 0.0) -> Element:
+    def uniform(
+        cls,
+        length: float,
+        EA: float,
+        EI: Sequence[float],
+        GJ: float = 0.0,
+        line_mass: float = 0.0,
+        rotary: Sequence[float] = (),
+    ) -> Element:
         """Give the numbers of a uniform beam: EA L, 12 EI/L, EI/L, GJ/L; 1/10, 0, 1/24.
 
         Parameters
@@ -41,12 +56,18 @@ class Element:
         EA, EI, GJ
             Axial stiffness (N), bending stiffness about the third and in space about the second axis, torsional
             stiffness (N m^2).
+        line_mass
+            kg/m.
+        rotary
+            rho I about the same axes (kg m); none by default.
         """
         bending = np.asarray(EI)
         values = [EA * length, *(12 * bending / length), *(bending / length)]
         if len(bending) == 2:
             values.append(GJ / length)
-        return cls(length, np.diag(values), np.tile([1 / 10, 0, 1 / 24], (len(bending), 1)))
+        arch = np.tile([1 / 10, 0, 1 / 24], (len(bending), 1))
+        of_sections = length * np.asarray(rotary) if len(rotary) else np.zeros(len(bending))
+        return cls(length, np.diag(values), arch, hermite_mass(length, line_mass), of_sections)
 
 
 class Beams(Term):
@@ -69,6 +90,11 @@ class Beams(Term):
         self.elements = list(elements)
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
+
+    def add_to(self, masses: Masses) -> None:
+        """Add the inertia of all elements."""
+        for (first, second), element in zip(self.pairs, self.elements):
+            masses.add_beam((first, second), element.mass, element.rotary)
 
     def parameters(self, geometry: Geometry) -> Array:
         """Give what the kernel takes: length and arch numbers, ``(elements, 1 + 3 bends)``."""

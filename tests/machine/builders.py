@@ -12,7 +12,7 @@ from scipy.optimize import fsolve
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import PLANE, SPACE, End
 from fenics_mech.machine import Machine, Row
-from fenics_mech.terms import Beams, DeadLoad, Element, Look, Measure, hermite_mass
+from fenics_mech.terms import DeadLoad, Element, Look, Measure
 
 STEEL, ALUMINIUM = 207e9, 71e9  # Pa
 
@@ -47,14 +47,13 @@ class Members:
         ends = [machine.end(pose, machine.r[pose], axes) for pose in (a, *inner, b)]
         for pair in pairwise(ends):
             self.pairs.append(pair)
-            self.elements.append(Element.uniform(length, bar.EA, bar.EI, bar.GJ))
+            self.elements.append(Element.uniform(length, bar.EA, bar.EI, bar.GJ, bar.line_mass, bar.rotary))
             self.damping.append(bar.tau)
-            machine.masses.add_beam(pair, hermite_mass(length, bar.line_mass), length * np.asarray(bar.rotary))
         return inner
 
     def done(self) -> None:
         """Give the elements to the machine."""
-        self.machine.terms.append(Beams(self.pairs, self.elements, self.damping))
+        self.machine.add_beams(self.pairs, self.elements, self.damping)
 
 
 def load(machine: Machine, end: End, axis: int | None, force: float) -> None:
@@ -115,7 +114,6 @@ def chain(places: Array, bar: Bar, up: Array) -> tuple[Machine, int]:
         way = places[k + 1] - places[k]
         axes, length = SPACE.axes(way, up), float(np.linalg.norm(way))
         pairs.append((machine.end(poses[k], places[k], axes), machine.end(poses[k + 1], places[k + 1], axes)))
-        elements.append(Element.uniform(length, bar.EA, bar.EI, bar.GJ))
-        machine.masses.add_beam(pairs[-1], hermite_mass(length, bar.line_mass), length * np.asarray(bar.rotary))
-    machine.terms.append(Beams(pairs, elements))
+        elements.append(Element.uniform(length, bar.EA, bar.EI, bar.GJ, bar.line_mass, bar.rotary))
+    machine.add_beams(pairs, elements)
     return machine, poses[-1]

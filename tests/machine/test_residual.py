@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech.geometry import PLANE, SPACE, PoseMotion
 from fenics_mech.machine import Machine, Row
-from fenics_mech.terms import Beams, Damper, Element, Look, Measure, Spring, hermite_mass
+from fenics_mech.terms import Damper, Element, Look, Measure, Spring
 
 
 class Moving:
@@ -37,11 +37,12 @@ def everything(g, seed):
         axes = [g.axes(way) @ g.turn(0.3 * rng.normal(size=g.turns)) for _ in range(2)]
         pairs.append((machine.end(poses[k], places[k] + arms[0], axes[0]),
                       machine.end(poses[k + 1], places[k + 1] + arms[1], axes[1])))  # fmt: skip
-        machine.masses.add_beam(pairs[-1], hermite_mass(1.0, 2.0), np.array([0.3, 0.4])[: g.d - 1])
     machine.masses.add_body(pairs[0][1], 2.0, np.diag([0.1, 0.2, 0.3][: g.d]))
     lengths = [float(np.linalg.norm(places[k + 1] - places[k])) for k in range(3)]
+    bends = g.d - 1
+    bars = [Element.uniform(length, 5.0, [2.0, 3.0][:bends], 1.0, 2.0, [0.3, 0.4][:bends]) for length in lengths]
+    machine.add_beams(pairs, bars, 0.1)
     machine.terms += [
-        Beams(pairs, [Element.uniform(length, 5.0, [2.0, 3.0][: g.d - 1], 1.0) for length in lengths], 0.1),
         Spring(pairs[:1], 3.0, 0.2),
         Spring(pairs[:1], 3.0, 0.2, Look.ANGLE),
         Damper(pairs[1:2], 2.0),
