@@ -5,12 +5,12 @@ SHELL := /bin/bash
 # The Python that Debian's dolfinx is built for, wherever another python3 stands first on the PATH.
 SYSTEM_PYTHON ?= /usr/bin/python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
-# What gmsh's wheel and the solver need, and what VTK needs to draw without a screen.
-APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv \
+# What gmsh's wheel, the solver and the kernels in C++ need, and what VTK needs to draw without a screen.
+APT := python3-dolfinx python3-slepc4py python3-scipy python3-h5py python3-venv python3-dev g++ \
        libgl1 libglu1-mesa libxcursor1 libxft2 libxinerama1
 APT_VIEWS := libegl1 libgl1-mesa-dri
-# What the wheels need where the system has apt: the same, and a C compiler and Python's headers for the forms.
-APT_WHEELS = $(filter lib%,$(APT)) gcc libc6-dev $(if $(WHEELS_PYTHON),,python3-venv python3-dev)
+# What the wheels need where the system has apt: the same, and Python's headers for forms and kernels.
+APT_WHEELS = $(filter lib%,$(APT)) g++ libc6-dev $(if $(WHEELS_PYTHON),,python3-venv python3-dev)
 # Where dolfinx comes from: Debian's packages, or where there are none of 0.5 or later, wheels for Python 3.12 or later.
 # A new Debian has no lists of packages yet. Debian testing has no dolfinx at times, and lists that tell of slepc4py alone.
 ifndef STACK
@@ -52,7 +52,7 @@ docs: .venv/documented
 
 install: .venv/installed
 
-.venv/solver: pyproject.toml Makefile
+.venv/solver: pyproject.toml setup.py Makefile $(wildcard fenics_mech/_kernels/*.hpp) fenics_mech/_kernels/build.py
 ifeq ($(STACK),debian)
 	@$(call apt-missing,$(APT))
 	$(SYSTEM_PYTHON) -m venv --clear --system-site-packages .venv

@@ -1,0 +1,60 @@
+"""How the kernels are compiled: when the package is built or installed, and never in a run."""
+
+from pathlib import Path
+
+from cffi import FFI  # type: ignore[import-untyped]
+
+HERE = Path(__file__).parent
+POSES = "const double *r, const double *c, const double *R0"
+ENDS = f"long T, long E, long poses, {POSES}, const int *pose, const double *arms"
+TARGET = "long size, long entries, double *F, double *M, double *C, double *K"
+FUNCTIONS = {
+    "beam_strains": f"({ENDS}, const double *par, double *v, double *g, double *h)",
+    "relations": f"({ENDS}, const int *code, const double *before, double *v, double *g, double *h)",
+    "rotations": (
+        "(long n, const double *c, const double *v, const double *a, const double *R0, const double *w0,"
+        " const double *al0, double *R, double *J, double *H, double *z1, double *z2, double *z2_c, double *z2_v,"
+        " double *u, double *u_c)"
+    ),
+    "spread": (
+        "(long T, long E, long m, const double *g, const double *h, const double *s, const double *predicted,"
+        " const double *D, const double *B, const double *v, const int *dof, const int *at, int tangents,"
+        f" {TARGET})"
+    ),
+    "conditions": f"(long T, long E, const double *g, const int *by, const int *on, {TARGET})",
+    "inertia": (
+        "(long T, long P, long L, const int *entry, const double *mass, const int *at, const int *own, const int *dof,"
+        " const double *acc, const double *J, const double *H, const double *z2_c, const double *z2_v, int tangents,"
+        f" double *work, {TARGET})"
+    ),
+}
+CALLS = {
+    "beam_strains": "T, E, Poses{poses, r, c, R0}, pose, arms, par, v, g, h",
+    "relations": "T, E, Poses{poses, r, c, R0}, pose, arms, code, before, v, g, h",
+    "rotations": "n, c, v, a, R0, w0, al0, R, J, H, z1, z2, z2_c, z2_v, u, u_c",
+    "spread": "T, E, m, g, h, s, predicted, D, B, v, dof, at, tangents, Target{size, entries, F, M, C, K}",
+    "conditions": "T, E, g, by, on, Target{size, entries, F, M, C, K}",
+    "inertia": (
+        "T, P, L, entry, mass, at, own, dof, acc, J, H, z2_c, z2_v, tangents, work, Target{size, entries, F, M, C, K}"
+    ),
+}
+KINDS = {"plane": "Plane", "space": "Space"}
+
+builder = FFI()
+builder.cdef("\n".join(f"void {name}_{kind}{FUNCTIONS[name]};" for name in FUNCTIONS for kind in KINDS))
+builder.set_source(
+    "fenics_mech._kernels._compiled",
+    '#include "kernels.hpp"\n'
+    + "\n".join(
+        f"static void {name}_{kind}{FUNCTIONS[name]} {{ {name}<{of}>({CALLS[name]}); }}"
+        for name in FUNCTIONS
+        for kind, of in KINDS.items()
+    ),
+    source_extension=".cpp",
+    include_dirs=[str(HERE)],
+    depends=[str(HERE / name) for name in ("jet.hpp", "rotations.hpp", "measures.hpp", "kernels.hpp")],
+    extra_compile_args=["-std=c++17", "-O3", "-fno-math-errno"],
+)
+
+if __name__ == "__main__":
+    builder.compile(tmpdir=str(HERE.parents[1]), verbose=True)

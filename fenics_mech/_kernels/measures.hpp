@@ -1,0 +1,117 @@
+// Measures of two ends: the strains of a beam, and what joints, springs and loads look at. An end is a pose with an
+// offset p and a turn S: a rigid arm, a hub, a weld, the axes of a member. All depend on dr, the way from the first
+// pose's place to the second's, and on both chart vectors: N = d + 2 turns variables.
+#pragma once
+#include "rotations.hpp"
+
+template <class G>
+struct Ends {
+    static constexpr int d = G::d, N = d + 2 * G::turns;
+    using Number = Jet<N>;
+    Number x[d], A[d][d], B[d][d];  // from the first end to the second, and the axes of both
+
+    // arms: p and S (row by row) of both ends; R0: rotations of both charts
+    Ends(const double *r1, const double *r2, const double *c1, const double *c2, const double *R1, const double *R2,
+         const double *arms) {
+        Number p1[d], p2[d];
+        end(c1, d, R1, arms, p1, A);
+        end(c2, d + G::turns, R2, arms + d + d * d, p2, B);
+        for (int i = 0; i < d; i++) x[i] = Number::variable(r2[i] - r1[i], i) + p2[i] - p1[i];
+    }
+
+    static void end(const double *c, int first, const double *R0, const double *arm, Number *p, Number (&E)[d][d]) {
+        Number chart[G::turns], turn[d][d];
+        for (int i = 0; i < G::turns; i++) chart[i] = Number::variable(c[i], first + i);
+        G::turn(chart, turn);
+        double known[d][d + 1] = {};  // R0 S, and R0 p
+        for (int i = 0; i < d; i++)
+            for (int k = 0; k < d; k++) {
+                for (int j = 0; j < d; j++) known[i][j] += R0[i * d + k] * arm[d + k * d + j];
+                known[i][d] += R0[i * d + k] * arm[k];
+            }
+        for (int i = 0; i < d; i++) {
+            for (int j = 0; j < d; j++) {
+                E[i][j] = turn[i][0] * known[0][j];
+                for (int k = 1; k < d; k++) E[i][j] += turn[i][k] * known[k][j];
+            }
+            p[i] = turn[i][0] * known[0][d];
+            for (int k = 1; k < d; k++) p[i] += turn[i][k] * known[k][d];
+        }
+    }
+
+    static Number dot(const Number (&X)[d][d], int i, const Number (&Y)[d][d], int j) {
+        Number s = X[0][i] * Y[0][j];
+        for (int k = 1; k < d; k++) s += X[k][i] * Y[k][j];
+        return s;
+    }
+
+    Number along(const Number (&X)[d][d], int i) const {
+        Number s = X[0][i] * x[0];
+        for (int k = 1; k < d; k++) s += X[k][i] * x[k];
+        return s;
+    }
+
+    Number square() const {
+        Number s = x[0] * x[0];
+        for (int k = 1; k < d; k++) s += x[k] * x[k];
+        return s;
+    }
+};
+
+// Strains of a beam between two ends: stretch, shear modes s (both ends turned alike from the chord), curvature modes k
+// (turned against each other), twist. par: the length L, then for each plane of bending the numbers of the shallow arch,
+// (2 int w'w' dx/L of the shapes of s and s, s and k, k and k)/2: 1/10, 0, 1/24 in a uniform beam.
+template <class G>
+void strains(const Ends<G> &ends, const double *par, typename Ends<G>::Number *e) {
+    using Number = typename Ends<G>::Number;
+    constexpr int d = G::d, b = G::bends;
+    Number relative[d][d], c[G::turns], half[G::turns], mid[d][d], R[d][d];
+    for (int i = 0; i < d; i++)
+        for (int j = 0; j < d; j++) relative[i][j] = ends.dot(ends.A, i, ends.B, j);
+    G::cayley_of(relative, c);
+    Number size = c[0] * c[0];
+    for (int i = 1; i < G::turns; i++) size += c[i] * c[i];
+    const Number n = 1. / (1. + sqrt(1. + 0.25 * size)), turn = atan_over(0.25 * size);
+    for (int i = 0; i < G::turns; i++) half[i] = c[i] * n;
+    G::cayley(half, mid);
+    for (int i = 0; i < d; i++)
+        for (int j = 0; j < d; j++) {
+            R[i][j] = ends.A[i][0] * mid[0][j];
+            for (int k = 1; k < d; k++) R[i][j] += ends.A[i][k] * mid[k][j];
+        }
+    const Number length = sqrt(ends.square()), inverse_length = inverse(length);
+    e[0] = length * (1 / par[0]) - 1.;
+    for (int i = 0; i < b; i++) {
+        e[1 + i] = -(ends.along(R, i + 1) * inverse_length);
+        e[1 + b + i] = (d == 2 ? c[0] : i == 0 ? c[G::turns - 1] : -c[1 % G::turns]) * turn;
+        const Number &s = e[1 + i], &k = e[1 + b + i];
+        const double *q = par + 1 + 3 * i;
+        e[0] += q[0] * (s * s) + q[1] * (s * k) + q[2] * (k * k);
+    }
+    if (d == 3) e[5] = c[0] * turn;
+}
+
+// What a relation looks at.
+enum Measure {
+    PLACE,     // way from the first end to the second, along axis i of the fixed frame
+    ALONG,     // the same along axis i of the first end
+    ALIGNED,   // cosine between axis i of the first end and axis j of the second
+    DISTANCE,  // length of the way
+    ANGLE      // turn of the second end against the first about the last axis of the first; whole turns by the angle before
+};
+
+template <class G>
+typename Ends<G>::Number relation(const Ends<G> &ends, int measure, int i, int j, double before) {
+    using Number = typename Ends<G>::Number;
+    switch (measure) {
+        case PLACE: return ends.x[i];
+        case ALONG: return ends.along(ends.A, i);
+        case ALIGNED: return ends.dot(ends.A, i, ends.B, j);
+        case DISTANCE: return sqrt(ends.square());
+        default: {
+            Number angle = atan2(ends.dot(ends.A, 1, ends.B, 0), ends.dot(ends.A, 0, ends.B, 0));
+            angle.v += 2 * M_PI * std::round((before - angle.v) / (2 * M_PI));
+            return angle;
+        }
+    }
+}

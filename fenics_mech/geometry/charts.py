@@ -1,0 +1,98 @@
+"""Charts: known motions of all poses, from which the coordinates are deviations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.geometry.poses import PoseMotion
+from fenics_mech.geometry.spaces import Geometry
+
+Path = Callable[[Array], tuple[Array, Array, Array, Array, Array, Array]]  # t -> r, R, v, w, a, al of one pose
+
+
+class Chart(Protocol):
+    """A known motion of all poses; `still` says whether every pose that has coordinates rests in it."""
+
+    still: bool
+
+    def at(self, t: Array) -> PoseMotion:
+        """Give the motion at some instants ``(instants,)`` (s)."""
+
+
+@dataclass
+class Rest:
+    """Poses at rest, but for those that are led.
+
+    Parameters
+    ----------
+    geometry
+        The plane or space.
+    r, R
+        Places ``(poses, d)`` (m) and rotations ``(poses, d, d)``.
+    led
+        Motions of poses that a law leads.
+    """
+
+    geometry: Geometry
+    r: Array
+    R: Array
+    led: Mapping[int, Path] = field(default_factory=dict)
+    still: bool = True
+
+    def at(self, t: Array) -> PoseMotion:
+        """Give the motion at some instants."""
+        shape, turns = (len(t), *self.r.shape), self.geometry.turns
+        motion = PoseMotion(
+            np.broadcast_to(self.r, shape).copy(),
+            np.broadcast_to(self.R, (*shape, shape[-1])).copy(),
+            np.zeros(shape),
+            np.zeros((*shape[:2], turns)),
+            np.zeros(shape),
+            np.zeros((*shape[:2], turns)),
+        )
+        for pose, path in self.led.items():
+            for array, value in zip((motion.r, motion.R, motion.v, motion.w, motion.a, motion.al), path(t)):
+                array[:, pose] = value
+        return motion
+
+
+@dataclass
+class Fourier:
+    """A periodic motion by trigonometric polynomials of its places and rotation matrices.
+
+    Parameters
+    ----------
+    geometry
+        The plane or space.
+    period
+        Its period (s).
+    r, R
+        Places ``(instants, poses, d)`` and rotations ``(instants, poses, d, d)`` at even instants from 0.
+    """
+
+    geometry: Geometry
+    period: float
+    r: Array
+    R: Array
+    still: bool = False
+
+    def __post_init__(self) -> None:
+        n = len(self.r)
+        k = np.arange(n // 2 + 1)
+        shares = np.where((k == 0) | (2 * k == n), 1.0, 2.0) / n
+        self._rate = 2j * np.pi / self.period * k
+        self._r, self._R = (np.tensordot(np.diag(shares), np.fft.rfft(x, axis=0), 1) for x in (self.r, self.R))
+
+    def at(self, t: Array) -> PoseMotion:
+        """Give the motion at some instants."""
+        waves = np.exp(np.outer(t, self._rate))
+        r, v, a = (np.tensordot(waves * self._rate**p, self._r, 1).real for p in range(3))
+        R, R1, R2 = (np.tensordot(waves * self._rate**p, self._R, 1).real for p in range(3))
+        back = np.swapaxes(R, -1, -2)
+        axial = self.geometry.axial
+        return PoseMotion(r, R, v, axial(R1 @ back), a, axial(R2 @ back))

@@ -1,0 +1,187 @@
+"""What the kernels take: elements, moved poses and masses of a machine, with the places of their coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech._kernels import call
+from fenics_mech.geometry import End, Geometry, PoseMotion
+from fenics_mech.machine.measured import Measured
+from fenics_mech.machine.pattern import Pattern, Places
+from fenics_mech.terms import Beams, Masses, Measure, Response, Term
+
+Target = tuple[Array, Array, Array, Array]  # forces, and the values of M, C and K
+
+
+@dataclass(frozen=True)
+class Moved:
+    """All poses at some instants, by coordinates, rates and accelerations beside a chart.
+
+    Parameters
+    ----------
+    r, c
+        Places ``(instants, poses, d)`` and chart vectors ``(instants, poses, turns)``.
+    R0, R
+        Rotations of the chart, and of the poses.
+    ways
+        Rates of places, and of chart vectors as if the chart rested ``(instants, poses, d + turns)``.
+    acc
+        Second rates of places, less gravity, and of the columns of rotations ``(instants, poses, 1 + d, d)``.
+    J, H
+        Derivatives of the columns by chart vectors ``(instants, poses, d, d, turns)``, and second ones.
+    acc_c, acc_v
+        Derivatives of the second rates of the columns by chart vectors and by their rates.
+    ways_c
+        Derivatives of the rates of chart vectors by chart vectors ``(instants, poses, turns, turns)``.
+    """
+
+    r: Array
+    c: Array
+    R0: Array
+    R: Array
+    ways: Array
+    acc: Array
+    J: Array
+    H: Array
+    acc_c: Array
+    acc_v: Array
+    ways_c: Array
+
+    @classmethod
+    def by(cls, g: Geometry, chart: PoseMotion, Q: Array, V: Array, A: Array, gravity: Array) -> Moved:
+        """Move the poses of a chart by the coordinates of each, their rates and accelerations ``(..., d + turns)``."""
+        lead, d, k = Q.shape[:2], g.d, g.turns
+        shapes = [(d, d), (d, d, k), (d, d, k, k), (d, d), (d, d), (d, d, k), (d, d, k), (k,), (k, k)]
+        made = [np.empty((*lead, *shape)) for shape in shapes]
+        given = (Q[..., d:], V[..., d:], A[..., d:], chart.R, chart.w, chart.al)
+        call(f"rotations_{g.name}", lead[0] * lead[1], *[np.ascontiguousarray(x) for x in given], *made)
+        R, J, H, _, z2, z2_c, z2_v, u, u_c = made
+        acc = np.concatenate([(chart.a + A[..., :d] - gravity)[:, :, None], z2], axis=2)
+        ways = np.concatenate([chart.v + V[..., :d], u], axis=-1)
+        r, c = chart.r + Q[..., :d], np.ascontiguousarray(Q[..., d:])
+        return cls(r, c, np.ascontiguousarray(chart.R), R, ways, acc, J, H, z2_c, z2_v, u_c)
+
+
+class Group:
+    """Elements between pairs of ends: their poses, arms and coordinates.
+
+    Parameters
+    ----------
+    geometry
+        The plane or space.
+    places
+        Coordinates of every pose.
+    pairs
+        Both ends of each element.
+    what
+        The measure of each element, or the beams.
+    """
+
+    def __init__(
+        self, geometry: Geometry, places: Places, pairs: Sequence[tuple[End, End]], what: Sequence[Measure] | Beams
+    ) -> None:
+        self.geometry = geometry
+        self.pose = np.array([[e.pose for e in pair] for pair in pairs], dtype=np.int32).reshape(-1, 2)
+        self.arms = np.array([[[*e.offset, *e.turn.ravel()] for e in pair] for pair in pairs], dtype=float)
+        self.dof = np.ascontiguousarray(places[self.pose].reshape(len(self.pose), 2 * geometry.size))
+        self.beams = isinstance(what, Beams)
+        self.numbers = (
+            what.parameters(geometry)
+            if isinstance(what, Beams)
+            else np.array([tuple(one) for one in what], dtype=np.int32).reshape(-1, 3)
+        )
+
+    @classmethod
+    def of(cls, geometry: Geometry, places: Places, term: Term) -> Group:
+        """Give the elements of a term."""
+        what = term if isinstance(term, Beams) else [term.measure] * len(term.pairs)
+        return cls(geometry, places, term.pairs, what)  # type: ignore[arg-type]
+
+    def measure(self, at: Moved, angles: Array | None) -> Measured:
+        """Measure all elements; there is no response yet."""
+        g, T, E = self.geometry, len(at.r), len(self.pose)
+        N, m = g.d + 2 * g.turns, 3 * (g.d - 1) if self.beams else 1
+        x, gradient, hessian = (np.empty((T, E, m, *s)) for s in ((), (N,), (N * (N + 1) // 2,)))
+        given = (T, E, at.r.shape[1], at.r, at.c, at.R0, self.pose, self.arms, self.numbers)
+        if self.beams:
+            call(f"beam_strains_{g.name}", *given, x, gradient, hessian)
+        else:
+            near = np.zeros((T, E)) if angles is None else np.ascontiguousarray(angles)
+            call(f"relations_{g.name}", *given, near, x, gradient, hessian)
+        one, other = at.ways[:, self.pose[:, 0]], at.ways[:, self.pose[:, 1]]
+        ways = np.concatenate([other[..., : g.d] - one[..., : g.d], one[..., g.d :], other[..., g.d :]], axis=-1)
+        rate = np.einsum("temn,ten->tem", gradient, ways)
+        return Measured(x, rate, gradient, hessian, ways, Response(np.zeros_like(x)))
+
+    def spread(
+        self, found: Measured, predicted: Array | None, pattern: Pattern, tangents: bool, target: Target
+    ) -> None:
+        """Add forces and tangents of all elements."""
+        T, E, m = found.x.shape
+        response, F, K = found.response, target[0], target[3]
+        D = np.zeros((T, E, m, m)) if response.by_measure is None else response.by_measure
+        given = (response.stress, response.stress if predicted is None else predicted, D, response.by_rate, found.ways)
+        arrays = [None if x is None else np.ascontiguousarray(x) for x in given]
+        call(
+            f"spread_{self.geometry.name}", T, E, m, found.gradient, found.hessian, *arrays,
+            self.dof, self.entries(pattern), int(tangents), F.shape[1], K.shape[1], *target,
+        )  # fmt: skip
+
+    def entries(self, pattern: Pattern) -> Places:
+        """Give the places of the entries between the coordinates of each element."""
+        if not hasattr(self, "_entries"):
+            self._entries = pattern.at(self.dof, self.dof)
+        return self._entries
+
+    def variables(self, changes: Array) -> Array:
+        """Give the changes of the ways and turns of every element by those of the coordinates ``(instants, size)``."""
+        d, k = self.geometry.d, self.geometry.turns
+        own = np.concatenate([changes, np.zeros((len(changes), 1))], axis=1)[:, self.dof]
+        one, other = own[..., : d + k], own[..., d + k :]
+        return np.concatenate([other[..., :d] - one[..., :d], one[..., d:], other[..., d:]], axis=-1)
+
+
+class InertiaPlan:
+    """The constant mass of a machine, as the kernel takes it.
+
+    Parameters
+    ----------
+    geometry
+        The plane or space.
+    places
+        Coordinates of every pose.
+    masses
+        The masses.
+    """
+
+    def __init__(self, geometry: Geometry, places: Places, masses: Masses) -> None:
+        kept = [(*a, *b, m) for (a, b), m in masses.entries.items() if m]
+        self.geometry, self.places = geometry, places
+        self.entries = np.array([one[:4] for one in kept], dtype=np.int32).reshape(-1, 4)
+        self.mass = np.array([one[4] for one in kept], dtype=float)
+
+    @cached_property
+    def dof(self) -> Places:
+        """Coordinates of both poses of every entry."""
+        return self.places[self.entries[:, [0, 2]]].reshape(len(self.mass), 2 * self.geometry.size)
+
+    def at(self, pattern: Pattern) -> tuple[Places, Places]:
+        """Give where the tangents of every entry lie, and those of every pose."""
+        if not hasattr(self, "_at"):
+            one, other = self.places[self.entries[:, 0]], self.places[self.entries[:, 2]]
+            self._at = pattern.at(one, other), pattern.at(self.places, self.places)
+        return self._at
+
+    def add(self, at: Moved, pattern: Pattern, tangents: bool, target: Target) -> None:
+        """Add inertia forces and their tangents."""
+        T, P = at.acc.shape[:2]
+        call(
+            f"inertia_{self.geometry.name}", T, P, len(self.mass), self.entries, self.mass, *self.at(pattern),
+            self.places, np.ascontiguousarray(at.acc), at.J, at.H, at.acc_c, at.acc_v, int(tangents),
+            np.zeros((P, 1 + self.geometry.d, self.geometry.d)), target[0].shape[1], target[3].shape[1], *target,
+        )  # fmt: skip

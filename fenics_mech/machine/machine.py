@@ -1,0 +1,294 @@
+"""Poses, terms, rows of joints, and the one residual of the coordinates, their rates, accelerations and multipliers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech._kernels import call
+from fenics_mech.geometry import Chart, End, Geometry, Rest
+from fenics_mech.geometry.charts import Path
+from fenics_mech.machine.evaluation import Evaluation
+from fenics_mech.machine.groups import Group, InertiaPlan, Moved, Target
+from fenics_mech.machine.measured import Measured
+from fenics_mech.machine.pattern import Pattern, Places
+from fenics_mech.terms import Beams, Element, Masses, Measure, Response, Term
+
+
+@dataclass(frozen=True)
+class Row:
+    """A condition of a joint: a measure of two ends has a value.
+
+    Parameters
+    ----------
+    pair
+        The ends.
+    measure
+        What they are held by.
+    value
+        Its value: a number, or by time ``(instants,)`` (s).
+    slack
+        Change of the measure per multiplier (m/N, 1/(N m)): of joints that others hold already.
+    name
+        Of the joint.
+    """
+
+    pair: tuple[End, End]
+    measure: Measure
+    value: float | Callable[[Array], Array] = 0.0
+    slack: float = 0.0
+    name: str = ""
+
+
+class Machine:
+    """A machine in the plane or in space.
+
+    Coordinates are deviations of poses from a chart. Multipliers of the rows follow them, and stand among the
+    accelerations: ``residual(t, q, v, a)`` and its tangents are all that a solver sees.
+
+    Parameters
+    ----------
+    geometry
+        The plane or space.
+    gravity
+        Acceleration of free fall ``(d,)`` (m/s^2).
+    """
+
+    def __init__(self, geometry: Geometry, gravity: Sequence[float] | None = None) -> None:
+        self.geometry = geometry
+        self.gravity = np.zeros(geometry.d) if gravity is None else np.asarray(gravity, dtype=float)
+        self.r: list[Array] = []
+        self.R: list[Array] = []
+        self.led: dict[int, Path] = {}
+        self.terms: list[Term] = []
+        self.rows: list[Row] = []
+        self.masses = Masses()
+        self.chart: Chart | None = None
+        self.n = 0  # coordinates
+        self._places: list[list[int]] = []
+        self._turns: list[list[int]] = []
+        self.ground = self.add_pose(np.zeros(geometry.d), fixed="place and turn")
+
+    # ---- building ----
+    def add_pose(
+        self,
+        place: Array,
+        axes: Array | None = None,
+        shared: int | None = None,
+        fixed: str = "",
+        led: Path | None = None,
+    ) -> int:
+        """Add a pose, and give its number.
+
+        Parameters
+        ----------
+        place
+            Where it is drawn ``(d,)`` (m).
+        axes
+            Its rotation as drawn ``(d, d)``; None for that of the fixed frame.
+        shared
+            A pose whose place it shares: a pin, or a ball.
+        fixed
+            What rests: "place", "turn", or "place and turn".
+        led
+            A law that leads it.
+        """
+        d, turns = self.geometry.d, self.geometry.turns
+        if led is not None:
+            fixed, self.led[len(self.r)] = "place and turn", led
+        self.r.append(np.asarray(place, dtype=float))
+        self.R.append(np.eye(d) if axes is None else np.asarray(axes, dtype=float))
+        if shared is not None:
+            self._places.append(self._places[shared])
+        else:
+            self._places.append([-1] * d if "place" in fixed else self._new(d))
+        self._turns.append([-1] * turns if "turn" in fixed else self._new(turns))
+        return len(self.r) - 1
+
+    def _new(self, count: int) -> list[int]:
+        self.n += count
+        return list(range(self.n - count, self.n))
+
+    def end(self, pose: int, place: Array | None = None, axes: Array | None = None) -> End:
+        """Give the end that is fixed to a pose and is drawn at a place with some axes."""
+        back = self.R[pose].T
+        offset = np.zeros(self.geometry.d) if place is None else back @ (np.asarray(place, dtype=float) - self.r[pose])
+        return End(pose, offset, np.eye(self.geometry.d) if axes is None else back @ axes)
+
+    def at_ground(self, place: Array | None = None, axes: Array | None = None) -> End:
+        """Give an end that rests."""
+        return self.end(self.ground, np.zeros(self.geometry.d) if place is None else place, axes)
+
+    def add_beams(
+        self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
+    ) -> None:
+        """Add beam elements with their inertia.
+
+        Parameters
+        ----------
+        pairs
+            Ends of each element, the first axes along the member.
+        elements
+            Their numbers.
+        damping
+            Stress per rate of strain over stress per strain, of all or of each element (s).
+        """
+        beams = Beams(pairs, elements, damping)
+        beams.add_to(self.masses)
+        self.terms.append(beams)
+
+    # ---- the plan: where everything lies ----
+    @property
+    def size(self) -> int:
+        """Coordinates and rows."""
+        return self.n + len(self.rows)
+
+    @cached_property
+    def places(self) -> Places:
+        """Coordinates of the place and the turn of every pose, -1 where it has none: ``(poses, d + turns)``."""
+        return np.array([[*a, *b] for a, b in zip(self._places, self._turns)], dtype=np.int32)
+
+    @cached_property
+    def groups(self) -> list[Group]:
+        """Elements of every term, where they lie."""
+        return [Group.of(self.geometry, self.places, term) for term in self.terms]
+
+    @cached_property
+    def row_group(self) -> Group:
+        """The rows, where they lie."""
+        pairs, measures = [row.pair for row in self.rows], [row.measure for row in self.rows]
+        return Group(self.geometry, self.places, pairs, measures)
+
+    @cached_property
+    def inertia(self) -> InertiaPlan:
+        """The constant mass, where it lies."""
+        return InertiaPlan(self.geometry, self.places, self.masses)
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """Where tangents have entries."""
+        numbers = np.arange(self.n, self.size, dtype=np.int32)[:, None]
+        of_rows = np.concatenate([self.row_group.dof, numbers], axis=1)
+        return Pattern.of(self.size, [*(group.dof for group in self.groups), of_rows, self.inertia.dof, self.places])
+
+    @cached_property
+    def _row_at(self) -> tuple[Places, Places, Places]:
+        """Where derivatives of rows lie: by coordinates, of forces by multipliers, of rows by multipliers."""
+        numbers, dof, pattern = np.arange(self.n, self.size, dtype=np.int32)[:, None], self.row_group.dof, self.pattern
+        by, on, own = pattern.at(numbers, dof)[:, 0], pattern.at(dof, numbers)[:, :, 0], pattern.at(numbers, numbers)
+        return np.ascontiguousarray(by), np.ascontiguousarray(on), own[:, 0, 0]
+
+    @cached_property
+    def _chart_at(self) -> tuple[Places, Places]:
+        """Entries of a row of the pattern in the columns of a turn ``(., turns)``, and the poses of these turns."""
+        rows = np.arange(self.n, dtype=np.int32)
+        entries = self.pattern.at(rows, self.places[:, self.geometry.d :])  # (poses, n, turns)
+        pose, row = np.nonzero(entries[..., 0] >= 0)
+        return entries[pose, row], pose.astype(np.int32)
+
+    @cached_property
+    def _rest(self) -> Rest:
+        return Rest(self.geometry, np.array(self.r), np.array(self.R), self.led)
+
+    @property
+    def known(self) -> Chart:
+        """The chart: a stated one, or the drawn poses at rest."""
+        return self._rest if self.chart is None else self.chart
+
+    def rebase(self, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
+        """Move a chart at rest to the poses of some coordinates, and give rates and accelerations in the new chart.
+
+        Parameters
+        ----------
+        q, v, a
+            Coordinates, rates and accelerations ``(size,)`` in the present chart; multipliers stay.
+        """
+        g = self.geometry
+        place, turn = self.places[:, : g.d], self.places[:, g.d :]
+        free = turn[:, 0] >= 0
+        Q, V, A = (np.append(x, 0.0)[turn] for x in (q, v, a))
+        chart = self.known
+        assert isinstance(chart, Rest)
+        self.chart = Rest(g, chart.r + np.append(q, 0.0)[place], g.turn(Q) @ chart.R, self.led)
+        v, a = v.copy(), a.copy()
+        v[turn[free]], a[turn[free]] = g.spin(Q, V)[free], g.spin_rate(Q, V, A)[free]
+        return v, a
+
+    # ---- the equation ----
+    def residual(
+        self,
+        t: Array,
+        q: Array,
+        v: Array,
+        a: Array,
+        *,
+        predicted: Sequence[Array] | None = None,
+        angles: Sequence[Array] | None = None,
+        loads: float = 1.0,
+        moving: bool = True,
+        tangents: bool = True,
+    ) -> Evaluation:
+        """Evaluate the equation of motion and the rows of the joints.
+
+        Parameters
+        ----------
+        t
+            Instants ``(instants,)`` (s).
+        q, v, a
+            Coordinates, rates and accelerations ``(instants, size)``; multipliers stand in the last of `a`.
+        predicted
+            Stresses of every term that make the geometric stiffness, instead of the present ones: with those that the
+            last step predicted, Newton's method is that of the stresses as unknowns.
+        angles
+            Angles near those of every term, ``(instants, elements)``, by which whole turns count.
+        loads
+            Share of gravity and of all terms but beams that acts.
+        moving
+            Whether the chart moves; else only its places count.
+        tangents
+            Whether M, C and K are given.
+        """
+        g, T = self.geometry, len(t)
+        chart = self.known.at(t)
+        if not moving:
+            for rate in (chart.v, chart.w, chart.a, chart.al):
+                rate[:] = 0.0
+        Q, V, A = (np.concatenate([x, np.zeros((T, 1))], axis=1)[:, self.places] for x in (q, v, a))
+        at = Moved.by(g, chart, Q, V, A, loads * self.gravity)
+        F = np.zeros((T, self.size))
+        M, C, K = (np.zeros((T, self.pattern.entries)) for _ in range(3))
+        target = F, M, C, K
+
+        measured: list[Measured] = []
+        for k, (term, group) in enumerate(zip(self.terms, self.groups)):
+            found = group.measure(at, None if angles is None else angles[k])
+            response = term.respond(t, found.x, found.rate)
+            found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
+            group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
+            measured.append(found)
+        if self.rows:
+            self._add_rows(t, at, a, tangents, target)
+        if tangents and g.turns > 1 and not self.known.still:  # stresses depend on chart vectors by their rates too
+            entries, pose = self._chart_at
+            K[:, entries] += np.einsum("tik,tikl->til", C[:, entries], at.ways_c[:, pose])
+        self.inertia.add(at, self.pattern, tangents, target)
+        return Evaluation(F, M, C, K, self.pattern, measured, at)
+
+    def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
+        """Add the forces of the multipliers, and the gaps of the rows."""
+        n, group = self.n, self.row_group
+        values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
+        value = np.stack(values, axis=1)
+        found = group.measure(at, value)
+        group.spread(found.with_response(Response(a[:, n:, None])), None, self.pattern, tangents, target)
+        slack = np.array([row.slack for row in self.rows])
+        target[0][:, n:] = found.x[..., 0] - value - slack * a[:, n:]
+        if tangents:
+            by, on, own = self._row_at
+            shape = len(t), len(self.rows), found.gradient, by, on, self.size, self.pattern.entries
+            call(f"conditions_{self.geometry.name}", *shape, *target)
+            target[1][:, own] = -slack

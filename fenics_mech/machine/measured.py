@@ -1,0 +1,59 @@
+"""Measures of the elements of a term, and the stresses that answer them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.terms import Response
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Measures of the elements of a term.
+
+    Parameters
+    ----------
+    x, rate
+        Measures and their rates ``(instants, elements, measures)``.
+    gradient, hessian
+        By the way between both poses and both chart vectors: ``(..., variables)``, and the lower triangle.
+    ways
+        Rates of these variables, ``(instants, elements, variables)``.
+    response
+        The stresses.
+    """
+
+    x: Array
+    rate: Array
+    gradient: Array
+    hessian: Array
+    ways: Array
+    response: Response
+
+    def with_response(self, response: Response) -> Measured:
+        """Give the same measures with other stresses."""
+        return replace(self, response=response)
+
+    @property
+    def power(self) -> Array:
+        """Power that the elements take ``(instants, elements)`` (W)."""
+        return np.sum(self.response.stress * self.rate, axis=-1)
+
+    def predicted(self, change: Array, change_of_ways: Array) -> Array:
+        """Give the stresses after a change of the variables and of their rates, to first order."""
+        n = self.gradient.shape[-1]
+        stress = self.response.stress.copy()
+        x = np.einsum("temn,ten->tem", self.gradient, change)
+        if self.response.by_measure is not None:
+            stress += np.einsum("temk,tek->tem", self.response.by_measure, x)
+        if self.response.by_rate is not None:
+            whole = np.empty((*self.hessian.shape[:-1], n, n))
+            i, j = np.tril_indices(n)
+            whole[..., i, j] = whole[..., j, i] = self.hessian
+            rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
+            rate += np.einsum("tea,temab,teb->tem", self.ways, whole, change)
+            stress += np.einsum("temk,tek->tem", self.response.by_rate, rate)
+        return stress

@@ -1,0 +1,72 @@
+"""Forces in sections of beams, by equilibrium of what acts on the ends of an element and of its inertia."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.machine.groups import Group, Moved
+from fenics_mech.machine.measured import Measured
+from fenics_mech.terms import Beams
+
+
+@dataclass(frozen=True)
+class EndForces:
+    """What acts on the ends of every element, in the fixed frame.
+
+    Parameters
+    ----------
+    force
+        ``(instants, elements, 2, d)`` (N).
+    moment
+        About the end ``(instants, elements, 2, turns)`` (N m).
+    place, axes
+        Of the ends ``(instants, elements, 2, d)`` (m) and ``(instants, elements, 2, d, d)``.
+    """
+
+    force: Array
+    moment: Array
+    place: Array
+    axes: Array
+
+
+def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> EndForces:
+    """Give what holds each element of a planar machine at its ends: against its stresses, and for its motion.
+
+    Gravity counts as an acceleration of its mass, so that these forces balance within the element.
+
+    Parameters
+    ----------
+    beams, group, measured
+        The elements, where they lie, and their stresses.
+    at
+        The poses.
+    """
+    d = at.r.shape[-1]
+    pose, arms = group.pose, group.arms
+    offset, turn = arms[..., :d], arms[..., d:].reshape(*pose.shape, d, d)
+    way = np.einsum("tekij,ekj->teki", at.R[:, pose], offset)
+    axes = at.R[:, pose] @ turn
+    along = np.einsum("temn,tem->ten", measured.gradient, measured.response.stress)
+    force = np.stack([-along[..., :d], along[..., :d]], axis=2)
+    moment = np.stack([along[..., d : d + 1], along[..., d + 1 :]], axis=2)
+    moment = moment - _cross(way, force)[..., None]  # the gradient by a turn of the pose holds the arm's
+
+    columns = np.swapaxes(at.acc[:, :, 1:], -1, -2)[:, pose]  # second rates of R, (T, E, 2, d, d)
+    of_place = at.acc[:, pose, 0] + np.einsum("tekij,ekj->teki", columns, offset)
+    of_axes = columns @ turn
+    vectors = np.stack([of_place, of_axes[..., 0]], axis=3).reshape(*along.shape[:2], 4, d)
+    mass = np.array([element.mass for element in beams.elements])
+    inert = np.einsum("eij,tejd->teid", mass, vectors).reshape(*along.shape[:2], 2, 2, d)
+    force = force + inert[:, :, :, 0]
+    moment = moment + _cross(axes[..., 0], inert[:, :, :, 1])[..., None]
+    rotary = np.array([element.rotary[0] for element in beams.elements]) / 6
+    sections = rotary[None, :, None, None] * (of_axes[..., 1] + of_axes[..., 1].sum(axis=2, keepdims=True))
+    moment = moment + _cross(axes[..., 1], sections)[..., None]
+    return EndForces(force, moment, at.r[:, pose] + way, axes)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])

@@ -1,0 +1,62 @@
+"""Radau IIA collocation of second-order equations: accelerations at the stages are the unknowns of a step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+from numpy.polynomial import Polynomial, legendre
+
+from fenics_mech._arrays import Array
+
+
+@dataclass(frozen=True)
+class Tableau:
+    """Points and weights of a step of length 1.
+
+    Parameters
+    ----------
+    c
+        Stages ``(stages,)``; the last is the end of the step.
+    A
+        ``(stages, stages)``: a rate at the stages is its start plus A times the accelerations.
+    square
+        A A, for the coordinates.
+    inside
+        Largest error of a coordinate inside the step, by the difference between the acceleration at its start and the
+        stages' polynomial there; from the remainder of interpolation, whose zeros are the stages.
+    """
+
+    c: Array
+    A: Array
+    square: Array
+    back: Array
+    inside: float
+
+
+@cache
+def radau(stages: int) -> Tableau:
+    """Give the tableau of Radau IIA (Hairer and Wanner, Solving ODE II, chapter IV.5): order 2 stages - 1."""
+    points = legendre.legroots([0] * (stages - 1) + [-1, 1]).real
+    c = (np.sort(points) + 1) / 2
+    c[-1] = 1.0
+    powers = np.vander(c, stages, increasing=True)
+    integrals = np.array([[x ** (k + 1) / (k + 1) for k in range(stages)] for x in c])
+    A = integrals @ np.linalg.inv(powers)
+    back = np.linalg.inv(powers)[0]  # value of the stages' polynomial at the start
+    product = Polynomial.fromroots(c)
+    twice = product.integ(2, [0, 0])
+    inside = np.abs(twice(np.linspace(0, 1, 201))).max() / abs(product(0.0))
+    return Tableau(c, A, A @ A, back, float(inside))
+
+
+def stage_matrix(tableau: Tableau, h: float, M: Array, C: Array, K: Array) -> Array:
+    """Give the blocks of the matrix of a step's accelerations, stages side by side: M + h A C + h^2 A A K.
+
+    `M`, `C` and `K` are ``(stages, entries)``; the blocks are ``(entries, stages, stages)``.
+    """
+    blocks = h * tableau.A[None] * C.T[:, :, None] + h * h * tableau.square[None] * K.T[:, :, None]
+    i = np.arange(len(tableau.c))
+    blocks[:, i, i] = blocks[:, i, i] + M.T
+    return np.asarray(blocks)

@@ -1,0 +1,20 @@
+"""What acts in a machine: a term measures its ends and answers with stresses, and inertia is one constant mass."""
+
+from fenics_mech.terms.beams import Beams, Element
+from fenics_mech.terms.inertia import Masses, hermite_mass
+from fenics_mech.terms.laws import Damper, DeadLoad, Spring
+from fenics_mech.terms.term import Look, Measure, Response, Term
+
+__all__ = [
+    "Beams",
+    "Damper",
+    "DeadLoad",
+    "Element",
+    "Look",
+    "Masses",
+    "Measure",
+    "Response",
+    "Spring",
+    "Term",
+    "hermite_mass",
+]

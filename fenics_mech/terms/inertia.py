@@ -1,0 +1,99 @@
+"""Inertia as one constant mass between vectors of poses: their places and the columns of their rotations.
+
+Rigid bodies, point masses, beams and their sections have a constant mass in these vectors. So no gyroscopic or
+centrifugal force is written: they come from the second rates of the vectors.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.geometry import End
+
+Vector = tuple[int, int]  # pose; 0 for its place, 1 + j for column j of its rotation
+
+
+def place_of(end: End) -> dict[Vector, float]:
+    """Give the place of an end by vectors of its pose: r + sum p_j d_j."""
+    return {(end.pose, 0): 1.0, **{(end.pose, 1 + j): float(p) for j, p in enumerate(end.offset) if p}}
+
+
+def axis_of(end: End, axis: int) -> dict[Vector, float]:
+    """Give an axis of an end by vectors of its pose: sum S_j d_j."""
+    return {(end.pose, 1 + j): float(s) for j, s in enumerate(end.turn[:, axis]) if s}
+
+
+@dataclass
+class Masses:
+    """The mass matrix of a machine, by pairs of vectors (kg)."""
+
+    entries: dict[tuple[Vector, Vector], float] = field(default_factory=lambda: defaultdict(float))
+
+    def couple(self, one: dict[Vector, float], other: dict[Vector, float], mass: float) -> None:
+        """Add a mass between two combinations of vectors."""
+        for a, x in one.items():
+            for b, y in other.items():
+                self.entries[a, b] += mass * x * y
+
+    def add_body(self, end: End, mass: float, tensor: Array) -> None:
+        """Add a rigid body, or with a tensor of zeros a point mass.
+
+        Parameters
+        ----------
+        end
+            Its centre of mass and its axes.
+        mass
+            kg.
+        tensor
+            Second moments of its mass about the centre, ``(d, d)`` (kg m^2): sum of m x_i x_j (Euler's tensor). In the
+            plane its trace is the moment of inertia.
+        """
+        self.couple(place_of(end), place_of(end), mass)
+        for i, j in np.argwhere(tensor):
+            self.couple(axis_of(end, i), axis_of(end, j), tensor[i, j])
+
+    def add_beam(self, ends: tuple[End, End], mass: Array, sections: Array) -> None:
+        """Add an element whose places are Hermite polynomials between its ends' places and first axes.
+
+        Parameters
+        ----------
+        ends
+            Its ends.
+        mass
+            Between places and first axes of both ends, ``(4, 4)`` (kg, kg m, kg m^2).
+        sections
+            Rotary inertia of the sections along axes 2 (and 3), rho I L of each, ``(bends,)`` (kg m^2).
+        """
+        vectors = [made for end in ends for made in (place_of(end), axis_of(end, 0))]
+        for i, one in enumerate(vectors):
+            for j, other in enumerate(vectors):
+                self.couple(one, other, float(mass[i, j]))
+        for axis, inertia in enumerate(sections, start=1):
+            if inertia:
+                first, second = (axis_of(end, axis) for end in ends)  # between them linear
+                for one, other, share in (
+                    (first, first, 2),
+                    (first, second, 1),
+                    (second, first, 1),
+                    (second, second, 2),
+                ):
+                    self.couple(one, other, inertia * share / 6)
+
+
+def hermite_mass(length: float, line_mass: float) -> Array:
+    """Give the mass of a uniform beam between its ends' places and first axes, ``(4, 4)``.
+
+    Parameters
+    ----------
+    length
+        m.
+    line_mass
+        kg/m.
+    """
+    numbers = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
+    scale = np.array([1, length, 1, length])
+    return np.asarray(line_mass * length / 420 * np.array(numbers) * np.outer(scale, scale))

@@ -1,0 +1,99 @@
+"""The one interface of everything that exerts forces: measures of two ends, and stresses by them and their rates."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.geometry import End
+
+
+class Look(IntEnum):
+    """What a measure looks at; the kernels have the same numbers."""
+
+    PLACE = 0
+    ALONG = 1
+    ALIGNED = 2
+    DISTANCE = 3
+    ANGLE = 4
+
+
+class Measure(NamedTuple):
+    """A number that two ends have: way along an axis, cosine between axes, distance, or angle.
+
+    Parameters
+    ----------
+    look
+        What it looks at.
+    axis, other
+        The axis of the first end or of the fixed frame, and for cosines that of the second.
+    """
+
+    look: Look
+    axis: int = 0
+    other: int = 0
+
+
+@dataclass(frozen=True)
+class Response:
+    """Stresses at some instants, and their derivatives.
+
+    Parameters
+    ----------
+    stress
+        ``(instants, elements, measures)``; stress times rate of its measure is the power that the term takes (W).
+    by_measure, by_rate
+        Derivatives ``(instants, elements, measures, measures)``; None where there is none.
+    """
+
+    stress: Array
+    by_measure: Array | None = None
+    by_rate: Array | None = None
+
+    def times(self, share: float) -> Response:
+        """Give a share of the stresses."""
+        return Response(*(None if x is None else share * x for x in (self.stress, self.by_measure, self.by_rate)))  # type: ignore[arg-type]
+
+
+class Term:
+    """Elements of one kind between pairs of ends.
+
+    A term states what it looks at (`measure`), and `respond` gives the stresses. The machine makes forces, tangents and
+    powers from that. A term that stores energy states it, for the energy balance.
+
+    Parameters
+    ----------
+    pairs
+        Both ends of each element.
+    """
+
+    measure: Measure | None = None  # of each element; None for the strains of beams
+
+    def __init__(self, pairs: Sequence[tuple[End, End]]) -> None:
+        self.pairs = list(pairs)
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give the stresses at some instants.
+
+        Parameters
+        ----------
+        t
+            Instants ``(instants,)`` (s).
+        x, v
+            Measures and their rates, ``(instants, elements, measures)``.
+        """
+        raise NotImplementedError
+
+    def energy(self, t: Array, x: Array) -> Array:
+        """Give the energy that the elements store ``(instants, elements)`` (J): none, unless a term says so."""
+        return np.zeros(x.shape[:2])
+
+
+def diagonal(values: Array) -> Array:
+    """Derivatives of stresses that depend on their own measure alone: ``(..., measures)`` as matrices."""
+    return values[..., None] * np.eye(values.shape[-1])
