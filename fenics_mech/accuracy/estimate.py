@@ -123,7 +123,7 @@ class AtStations:
 class Errors:
     """Errors by their sources.
 
-    These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory" and "effects" (left out).
+    These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory", "effects" and "joints".
     Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
 
     Parameters

@@ -39,16 +39,16 @@ from fenics_mech.response.solution import (
 )
 from fenics_mech.response.static.quasi_static import held_still, solve_static, yielding_to
 from fenics_mech.scene import Scene
-from fenics_mech.scene.base import SCENE
 
 
 @dataclass(frozen=True)
 class JointLimits:
     """How much of an answer joints may leave out."""
 
-    little: float = 1e-5  # of what is left out, to which exact strains answer in proportion, of stiff members too
-    margin: float = 1.25  # on the first order, which is 0.8 to 1.1 of the truth where it is small
-    warned: float = 0.01  # share of a strain, deflection or joint force from which it is told
+    little: float = 1e-2  # of what is left out, with both signs: exact strains of stiff members answer in proportion
+    margin: float = 1.25  # on the first order, which is 0.8 to 1.1 of the truth: without it 1 % could pass untold
+    counted: float = 1e-3  # share of a strain, deflection or joint force from which it counts as an error
+    warned: float = 0.01  # the same, from which it is told
     refused: float = 0.05  # the same, from which the answer is refused: then its first order says no more
     of_stiffness: float = 0.25  # of the stiffness in statics, from which buckling loads are not those that are told
 
@@ -125,7 +125,7 @@ class LeftByJoints:
         errors
             The errors.
         """
-        if self.share < SCENE.neglected:
+        if self.share < JOINTS.counted:
             return errors
         found = {name: {**parts, "joints": self.errors[name]} for name, parts in errors.errors.items()}
         return replace(errors, errors=found, order=errors.order | {"joints": 0.0})
@@ -187,11 +187,10 @@ def left_by_joints(solution: Solution, system: System, found: Reactions) -> Left
     turn = next((n for n in (i, i - 1) if n in _turns(maps)), i)
     base = Quantities.of(scene, system, response)
     loads, moved = _left_out(scene, maps, sizes)
-    little, none = (loads.of_columns(part * loads.columns()) for part in (JOINTS.little, 0.0))
-    with_them, without = _answers(solution, system, (little, none))
-    change = Quantities.of(scene, system, with_them, little) - Quantities.of(scene, system, without, none)
-    change = change.with_nodes(system, JOINTS.little * moved)
-    errors = {name: JOINTS.margin / JOINTS.little * part for name, part in change.largest.items()}
+    both = [loads.of_columns(sign * JOINTS.little * loads.columns()) for sign in (1.0, -1.0)]
+    more, less = (Quantities.of(scene, system, *pair) for pair in zip(_answers(solution, system, both), both))
+    change = (more - less).with_nodes(system, 2 * JOINTS.little * moved)
+    errors = {name: JOINTS.margin / (2 * JOINTS.little) * part for name, part in change.largest.items()}
     of = measures(scene, base.largest)
     shares = [float((errors[name] / of[name]).max(initial=0.0)) for name in ("strain", "deflection", "joint_force")]
     return LeftByJoints(

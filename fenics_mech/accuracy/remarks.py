@@ -150,7 +150,7 @@ def _of_shear(solution: Solution) -> list[str]:
 
 
 def _of_rigid_links(solution: Solution) -> list[str]:
-    """What arms of rigid links miss where strains are exact and the links turn far with elastic ones."""
+    """What places of points on rigid links miss where strains are exact and the links turn far with elastic ones."""
     scene, system, found = solution.scene, solution.system, list[str]()
     if system.terms.law is None:
         return found
@@ -161,8 +161,8 @@ def _of_rigid_links(solution: Solution) -> list[str]:
         turn = float(turned[system.beams.mesh.node(f"{name}.centre")])
         if turn**2 / 2 >= LITTLE:
             found.append(
-                f"what an elastic rotation by {turn:.2g} rad changes of the arms of the rigid link {name!r}, "
-                "which are those of small rotations (a stiff member of one element has none of this error)"
+                f"what an elastic rotation by {turn:.2g} rad changes of the places of points on the rigid link "
+                f"{name!r}, which are those of small rotations (a stiff member of one element has none of this error)"
             )
     return found
 

@@ -346,5 +346,5 @@ def test_arms_of_rigid_links_are_told_to_be_those_of_small_rotations():
     weld = {"kind": "weld", "connect": ("beam.B", "plate.B")}
     given = scene.model_dump()
     given = given | {"links": given["links"] | {"plate": plate}, "joints": given["joints"] | {"weld": weld}}
-    told = "rotation by 0.72 rad changes of the arms of the rigid link 'plate'"
+    told = "rotation by 0.72 rad changes of the places of points on the rigid link 'plate'"
     assert told in analyse(Scene.read(given)).data.attrs["not_estimated"]
