@@ -60,6 +60,7 @@ def test_held_frequencies_with_a_rigid_tip_body_are_not_those_of_the_motion():
 
 
 @pytest.mark.xfail(strict=True, reason="T: multipliers lack the force on the arms of rigid links")
+@pytest.mark.slow
 def test_multipliers_with_a_rigid_tip_body():
     """About the same motion as above: Ritz' 43.999 rad/s, less what stretching takes."""
     options = {"sub_intervals": 60, "solver": "collocation", "allow_unstable": True, "error_estimates": False}
