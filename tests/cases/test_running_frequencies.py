@@ -126,6 +126,15 @@ def test_modes_tells_no_change_below_half_a_percent(tmp_path, monkeypatch, capsy
     assert "running" not in printed(slow, tmp_path, monkeypatch, capsys)
 
 
+def test_all_modes_are_not_looked_at():
+    """Of 36 coordinates the lowest 30 are; the others are those held."""
+    found = modes(turning_beam(120.0, **PLAIN).changed({"analysis.modes": "all"})).data
+    share = np.abs(found["running_frequency"] / found["frequency"] - 1).max("theta").to_numpy()
+    assert found.sizes["mode"] == 36
+    assert share[0] > 0.01
+    assert not share[30:].any()
+
+
 @pytest.mark.parametrize("tip", [{"rigid": True}, {}])
 def test_coordinates_along_fixed_axes_make_no_difference(tip):
     """A welded body's coordinates are along fixed axes, those of a member of the link along its own."""
