@@ -25,7 +25,7 @@ def modes(
 ) -> None:
     """Solve for the natural frequencies over the cycle: write frequencies.csv and a plot, print a table.
 
-    They are those of the mechanism at rest at each position. Where spin and axial forces change them by 0.5 % or more,
+    They are those of the mechanism held at each position. Where spin and axial forces change them by 0.5 % or more,
     those in the motion stand below, and in running_frequencies.csv.
 
     Beside Hz the table has them in the unit of speed that is named by --units or by the scene, such as rpm.
@@ -54,7 +54,10 @@ def modes(
         drawn = draw_frequencies(frequency, theta, supported, new_axes(height=4.8))
         written.append(save(figure_in(drawn), folder / "frequencies.png"))
     assurance, error = found.data["assurance"].to_numpy(), found.data["frequency_error"].to_numpy()
-    out.print(frequency_table(frequency, assurance, error, supported, speed, running))
+    theory = found.data["theory_error"].to_numpy()
+    out.print(frequency_table(frequency, assurance, error, supported, speed, running, theory))
+    for decision in found.decisions:
+        tell(f"Effects: {decision}")
     for freedom in found.free:
         tell(f"Rigid-body motion: {freedom}")
     for warning in found.warnings:

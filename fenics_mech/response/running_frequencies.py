@@ -41,6 +41,9 @@ class RunningLimits:
     """How frequencies about the motion are found, and when they are told."""
 
     beside: int = 12  # modes beside those that are asked for, in which motions about the running one are sought
+    most: int = (
+        30  # modes that are looked at, the lowest: the time goes with the third power, and high ones change little
+    )
     told: float = 0.005  # share of a frequency, from which spin and axial forces are told
 
 
@@ -50,7 +53,8 @@ RUNNING = RunningLimits()
 def running_frequencies(scene: Scene, system: System, modes: Modes) -> Array | None:
     """Give natural frequencies about the loaded motion (Hz), ``(angles, modes)``; None where nothing runs or loads.
 
-    Where a disturbance diverges there instead of vibrating, its frequency is 0.
+    Where a disturbance diverges there instead of vibrating, its frequency is 0. Beyond the lowest `RUNNING.most` modes
+    they are those held.
 
     Parameters
     ----------
@@ -65,14 +69,15 @@ def running_frequencies(scene: Scene, system: System, modes: Modes) -> Array | N
     if idle or scene.freedoms or len(RigidModes.of(system)):
         return None
     held = system.without_axial_forces
-    wide = solve_modes(held, modes.omega.shape[1] + RUNNING.beside, scene.petsc).elastic
+    count = min(modes.omega.shape[1], RUNNING.most)
+    wide = solve_modes(held, count + RUNNING.beside, scene.petsc).elastic
     straight = without_stiffening(scene, replace(system, terms=NOTHING))
     response = static_response(scene, straight)
     forces = of_forces(system.beams, axial_forces(straight, response))
     stiffening = Entries.of_elements(system.beams.mesh, np.sum(forces.axial_stiffness, axis=0))
     added = [stiffening, _of_rigid_links(scene, straight, response)]
     damping, stiffness = _about_motion(held, wide, [held.on_links(entries) for entries in added])
-    likeness = np.einsum("kmi,kni->kmn", modes.shapes, held.mass_times(wide.shapes))
+    likeness = np.einsum("kmi,kni->kmn", modes.shapes[:, :count], held.mass_times(wide.shapes))
     found = np.zeros_like(modes.omega)
     for k, (c, s) in enumerate(zip(damping, stiffness)):
         found[k] = _of_modes(c, s, likeness[k], modes.omega[k])

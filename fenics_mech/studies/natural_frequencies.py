@@ -10,8 +10,10 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech.accuracy.beam_theory import frequency_shares
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, left_out_of_frequencies
+from fenics_mech.effects import EFFECTS
 from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.eigenmodes.tracking import Modes
 from fenics_mech.forces.section_forces import deflection_of_nodes
@@ -40,6 +42,8 @@ class NaturalFrequencies(OfScene):
           rigid motion. NaN where nothing runs or loads, and 0 where a disturbance diverges,
         - assurance, the modal assurance criterion of each mode with itself at the next position, by theta and mode,
         - frequency_error, the estimated relative error of each frequency by the mesh,
+        - theory_error, the share by which shear flexibility and rotary inertia of the beams would lower it, where they
+          do not act,
         - shape, the displacement of the members' axes in the fixed frame over its largest, by theta, mode, member, s
           and component,
         - supported (Hz), the lowest frequency of each member as a simply supported beam, (7.6).
@@ -53,6 +57,11 @@ class NaturalFrequencies(OfScene):
 
     KIND: ClassVar[str] = "set of natural frequencies"
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "free")
+
+    @property
+    def decisions(self) -> tuple[str, ...]:
+        """What was decided about shear flexibility and rotary inertia by their shares of the frequencies, in words."""
+        return tuple(str(self.data.attrs.get("decisions", "")).splitlines())
 
     @property
     def free(self) -> tuple[str, ...]:
@@ -71,7 +80,9 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     Parameters
     ----------
     scene
-        The scene: ``analysis.modes`` states how many modes, ``analysis.sub_intervals`` at how many positions.
+        The scene: ``analysis.modes`` states how many modes, ``analysis.sub_intervals`` at how many positions. With
+        ``effects = "auto"`` shear and rotary inertia act where they change a frequency by more than half of what may
+        be neglected.
     progress
         Called with the name of each step as it begins.
 
@@ -96,11 +107,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     >>> found.free
     ()
     """
-    common = CommonParts()
-    chosen, _ = choose(scene, common)
-    system = mechanism(chosen, progress, common)
-    progress("modes")
-    found = solve_modes(system, chosen.analysis.modes, chosen.petsc)
+    chosen, system, found, shares, said = _chosen(scene, progress)
     left = left_out_of_frequencies(chosen, system, found)
     running = running_frequencies(chosen, system, found)
     unknown = np.full_like(found.frequency, np.nan)
@@ -111,6 +118,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
             "running_frequency": (("theta", "mode"), unknown if running is None else running, {"units": "Hz"}),
             "assurance": (("theta", "mode"), found.assurance, {"units": "1"}),
             "frequency_error": ("mode", frequency_error(system, found), {"units": "1"}),
+            "theory_error": ("mode", sum(shares.values(), np.zeros(found.omega.shape[1])), {"units": "1"}),
             "shape": (("theta", "mode", "member", "s", "component"), _shapes(system, found), {"units": "1"}),
             "supported": ("member", [float(lowest[0]) for lowest in supported.values()], {"units": "Hz"}),
         },
@@ -122,11 +130,35 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
             "component": ["x", "y"],
         },
         stamp(chosen)
+        | {"decisions": "\n".join(said)}
         | {"free": "\n".join(freedoms_in_words(chosen.links, chosen.joints, system, RigidModes.of(system)))},
     )
     if left is not None and left[1] >= JOINTS.warned:
         data.attrs["warnings"] = in_frequencies(*left)
     return NaturalFrequencies(data)
+
+
+def _chosen(scene: Scene, progress: Callable[[str], None]) -> tuple[Scene, System, Modes, dict[str, Array], list[str]]:
+    """The scene with effects that its frequencies call for, its mechanism and modes, what is left out, and words."""
+    common = CommonParts()
+    chosen, _ = choose(scene, common)
+    system = mechanism(chosen, progress, common)
+    progress("modes")
+    found = solve_modes(system, chosen.analysis.modes, chosen.petsc)
+    shares, said = frequency_shares(chosen, system, found), []
+    if scene.effects == "auto":
+        large = [name for name, share in shares.items() if share.max(initial=0.0) > scene.neglected / 2]
+        missing = {name: what for name in large if (what := EFFECTS[name].missing_data(chosen))}
+        said = [f"{name} is left out: {what}" for name, what in missing.items()]
+        if added := tuple(name for name in large if name not in missing):
+            chosen = chosen.changed(effects=(*chosen.named_effects, *added))
+            system, before = mechanism(chosen, common=common), found.omega
+            found = solve_modes(system, chosen.analysis.modes, chosen.petsc)
+            after, before = (np.sort(omega, axis=1).mean(axis=0) for omega in (found.omega, before))
+            most = np.divide(before - after, before, out=np.zeros_like(before), where=before > 0).max()
+            said.append(f"{' and '.join(added)} act here: they change these frequencies by up to {100 * most:.2g} %")
+            shares = frequency_shares(chosen, system, found)
+    return chosen, system, found, shares, said
 
 
 def _shapes(system: System, found: Modes) -> Array:

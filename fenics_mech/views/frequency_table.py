@@ -22,7 +22,7 @@ MEANING = (
     "criterion): likeness of a mode's shape at neighbouring positions, 1 where it hardly changes"
 )
 RUNNING_MEANING = (
-    "frequencies are those of the mechanism at rest at each position; running: in the motion and under the loads, "
+    "frequencies are those of the mechanism held at each position; running: in the motion and under the loads, "
     "where spin and axial forces change them by up to {}"
 )
 
@@ -34,6 +34,7 @@ def frequency_table(
     supported: Mapping[str, float] | None = None,
     speed: tuple[str, float] | None = None,
     running: Array | None = None,
+    theory: Array | None = None,
 ) -> Table:
     """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
 
@@ -52,11 +53,17 @@ def frequency_table(
     running
         Frequencies about the motion (Hz), ``(angles, modes)``, NaN where they are not known. They have rows
         of their own where spin and axial forces change one by `RUNNING.told` or more.
+    theory
+        Share by which shear and rotary inertia, which do not act, would lower each, ``(modes,)``. It has a column
+        where one is `RUNNING.told` or more.
     """
     units = [("Hz", 1.0)] if speed is None else [("Hz", 1.0), (speed[0], TURN / speed[1])]
     gap = " " if speed is None else "\n"
     ranges = [f"{limit}{gap}({unit})" for unit, _ in units for limit in ("lowest", "highest")]
-    table = table_of("Natural frequencies over the cycle", "mode", *ranges, "mesh error", "lowest MAC")
+    theory = np.zeros(frequency.shape[1]) if theory is None else theory
+    by_theory = theory.max(initial=0.0) >= RUNNING.told
+    errors = ["mesh error", *(["theory error"] if by_theory else [])]
+    table = table_of("Natural frequencies over the cycle", "mode", *ranges, *errors, "lowest MAC")
 
     def span(curve: Array) -> Iterator[str]:
         return (number(size * limit) for _, size in units for limit in (curve.min(), curve.max()))
@@ -66,7 +73,8 @@ def frequency_table(
         name = f"{mode}, rigid body" if rigid else str(mode)
         unknown = share >= FREQUENCY.largest_known
         wrong = f"{FREQUENCY.largest_known:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
-        table.add_row(name, *span(curve), wrong, f"{mac.min():.3f}")
+        beside = [f"{100 * theory[mode - 1]:.2g} %" if theory[mode - 1] else ""] if by_theory else []
+        table.add_row(name, *span(curve), wrong, *beside, f"{mac.min():.3f}")
     change = np.zeros(frequency.shape[1]) if running is None else changes(frequency, running)
     changed = np.flatnonzero(change >= RUNNING.told)
     if running is not None and len(changed):
@@ -79,10 +87,11 @@ def frequency_table(
             table.add_row(
                 f"{escape(member)} simply supported", *(number(size * value) for _, size in units for _ in "12"), "", ""
             )
-        table.caption, table.caption_justify = MEANING, "left"
+        by = "theory error: share that shear and rotary inertia would take off; " if by_theory else ""
+        table.caption, table.caption_justify = f"{by}{MEANING}", "left"
     if running is not None and len(changed):
         diverges = "" if running[:, changed].all() else " (0: it diverges)"
-        table.caption = f"{RUNNING_MEANING.format(percent(change.max()))}{diverges}; {MEANING}"
+        table.caption = f"{RUNNING_MEANING.format(percent(change.max()))}{diverges}; {table.caption}"
     return table
 
 

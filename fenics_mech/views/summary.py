@@ -217,7 +217,7 @@ def _vibrates(result: Result, units: AnswerUnits) -> str:
 
 
 def _frequencies(result: Result) -> str:
-    """Write the range of each natural frequency over the cycle."""
+    """Write the range over the cycle of each natural frequency, which knows no speed."""
     if "frequency" not in result.data:
         return ""
     frequency = result.data["frequency"].transpose("theta", "mode").to_numpy()
@@ -226,7 +226,7 @@ def _frequencies(result: Result) -> str:
         for low, high in zip(frequency.min(axis=0), frequency.max(axis=0))
     ]
     more = f" and {len(ranges) - MOST_MODES} more" if len(ranges) > MOST_MODES else ""
-    return f"{', '.join(ranges[:MOST_MODES])} Hz over the cycle{more}"
+    return f"{', '.join(ranges[:MOST_MODES])} Hz{more}, held at each position"
 
 
 def _effects(result: Result) -> str:

@@ -60,6 +60,7 @@ def test_held_frequencies_with_a_rigid_tip_body_are_not_those_of_the_motion():
 
 
 @pytest.mark.xfail(strict=True, reason="T: multipliers lack the force on the arms of rigid links")
+@pytest.mark.slow
 def test_multipliers_with_a_rigid_tip_body():
     """About the same motion as above: Ritz' 43.999 rad/s, less what stretching takes."""
     options = {"sub_intervals": 60, "solver": "collocation", "allow_unstable": True, "error_estimates": False}
@@ -123,6 +124,15 @@ def test_modes_tells_no_change_below_half_a_percent(tmp_path, monkeypatch, capsy
     slow = tmp_path / "slow.toml"
     slow.write_text(STRIP.read_text().replace("400 rpm", "20 rpm").replace('"1 N"', '"0.01 N"'))
     assert "running" not in printed(slow, tmp_path, monkeypatch, capsys)
+
+
+def test_all_modes_are_not_looked_at():
+    """Of 36 coordinates the lowest 30 are; the others are those held."""
+    found = modes(turning_beam(120.0, **PLAIN).changed({"analysis.modes": "all"})).data
+    share = np.abs(found["running_frequency"] / found["frequency"] - 1).max("theta").to_numpy()
+    assert found.sizes["mode"] == 36
+    assert share[0] > 0.01
+    assert not share[30:].any()
 
 
 @pytest.mark.parametrize("tip", [{"rigid": True}, {}])
