@@ -14,6 +14,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.joints.dry_friction import creeping
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
@@ -101,7 +102,7 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    told = [*implausible(scene), *wound_at_start(stated, scene)]
+    told = [*implausible(scene), *wound_at_start(stated, scene), *creeping(scene)]
     told.extend(exceeded(scene.members(), scene.sections, scene.materials, result.data))
     result.data.attrs["warnings"] = json.dumps(told)
     return result
