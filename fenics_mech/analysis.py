@@ -14,6 +14,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.joints.dry_friction import creeping
 from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
@@ -101,7 +102,8 @@ def analyse(
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
         result = _by_rungs(scene, progress, common, laws, names)
-    result.data.attrs.update(answer_remarks(scene, result, [*of_start, *wound_at_start(stated, scene)]))
+    said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
+    result.data.attrs.update(answer_remarks(scene, result, said))
     return result
 
 

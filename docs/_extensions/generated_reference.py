@@ -45,7 +45,17 @@ PAGES: dict[
     ),
     "loads": (
         "Loads and impulses",
-        ["Load", "LineLoad", "Impulse", "Pulse", "FactorHarmonics", "FactorTable", "FactorExpression"],
+        [
+            "Load",
+            "LineLoad",
+            "Impulse",
+            "Pulse",
+            "FactorHarmonics",
+            "FactorTable",
+            "FactorExpression",
+            "FactorFormula",
+            "FactorTimes",
+        ],
     ),
     "springs_and_damping": (
         "Springs, dampers and damping",

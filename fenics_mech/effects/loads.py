@@ -11,6 +11,7 @@ from fenics_mech.beams.shapes import point_equivalent
 from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.rotation_forces import RotationForces, of_sines
 from fenics_mech.effects.terms import NOTHING, AddedMatrices, Entries, LoadInElement, Loads, Situation, Terms, in_links
+from fenics_mech.kinematics.load_factors import factor_in
 from fenics_mech.scene.applied_loads import LineLoad, Load
 from fenics_mech.scene.bodies import MESH
 
@@ -46,7 +47,11 @@ def _at_point(situation: Situation, load: Load) -> Terms:
     One that follows stays as it is in axes that turn with the point: ``f = F + phi Q F`` with Q a quarter turn. On a
     rigid link its moment about the centre stays the same, as arm and force turn together.
     """
-    scene, mesh, factor = situation.scene, situation.beams.mesh, load.factor_at(situation.motion.theta)[:, None]
+    scene, mesh, factor = (
+        situation.scene,
+        situation.beams.mesh,
+        factor_in(situation.scene, load, situation.motion)[:, None],
+    )
     label, _, at = load.at.partition("@")
     if at and not mesh.has_node(f"{label}@{float(at):.12g}"):
         return _inside(situation, load, factor)
@@ -97,7 +102,7 @@ def _spread(situation: Situation, load: LineLoad) -> Terms:
     values = np.broadcast_to(along_and_across, (len(situation.motion.theta), *place.shape, 2))
     line = np.zeros((len(values), len(here), 4))
     by_component = values.swapaxes(-1, -2).reshape(*values.shape[:2], 4)
-    line[:, here] = load.factor_at(situation.motion.theta)[:, None, None] * by_component
+    line[:, here] = factor_in(situation.scene, load, situation.motion)[:, None, None] * by_component
     return Terms(loads=Loads(line=line))
 
 

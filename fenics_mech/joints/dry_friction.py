@@ -13,7 +13,55 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
-from fenics_mech.scene import Friction
+from fenics_mech.scene import Friction, Scene
+
+
+@dataclass(frozen=True)
+class FrictionLimits:
+    """How sharply friction changes its sense, and what creep of bodies that stick is told."""
+
+    width: float = 1e-8  # m/s: what sticks creeps by less than 1e-3 mm in 20 s; a pin of 10 mm turns by 1e-6 rad/s
+    width_of_bent: float = 1e-4  # m/s: vibration of links that bend crosses it, and steps become as short as it asks
+    told: float = 1e-4  # m, of creep in a motion
+
+
+FRICTION = FrictionLimits()
+
+
+def with_width(stated: Friction, scene: Scene) -> Friction:
+    """Give a law of friction with the speed over which it changes its sense.
+
+    Parameters
+    ----------
+    stated
+        What the scene states.
+    scene
+        The scene.
+    """
+    if stated.width is not None:
+        return stated
+    return stated.model_copy(update={"width": FRICTION.width_of_bent if scene.members() else FRICTION.width})
+
+
+def creeping(scene: Scene) -> tuple[str, ...]:
+    """Tell of joints whose bodies may creep where they stick, by more than a limit in a motion.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    if scene.analysis.method != "transient":
+        return ()
+    lasts, found = scene.period * (scene.analysis.cycles if scene.drives else 1), []
+    for name, law in scene.joint_laws.items():
+        w = (with_width(law, scene).width or 0.0) if isinstance(law, Friction) and law.coefficient else 0.0
+        if w * lasts > FRICTION.told:
+            found.append(
+                f"joint_laws.{name}.width: where its bodies stick, they creep at up to about {w:.3g} m/s, which is "
+                f"{1e3 * w * lasts:.3g} mm in {lasts:.4g} s. A smaller width lets them creep less, and takes more steps"
+            )
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -71,4 +119,5 @@ def coefficient(stated: Friction, speed: Array) -> Array:
     size = np.full_like(speed, stated.coefficient)
     if stated.static is not None and stated.stribeck is not None:
         size += (stated.static - stated.coefficient) * np.exp(-((speed / stated.stribeck) ** 2))
+    assert stated.width is not None  # see `with_width`
     return size * np.tanh(speed / stated.width)

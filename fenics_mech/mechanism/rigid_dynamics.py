@@ -172,7 +172,7 @@ class RigidDynamics:
             When friction locks the linkage.
         """
         links = states.links
-        forces = self.loads.by_cause(states.theta, links)
+        forces = self.loads.by_cause(states.theta, states.time, links)
         joints = self.law_states(links)
         for name, law in self.laws.items():
             wrench = law.wrench(states.time, joints[name], contacts[name])

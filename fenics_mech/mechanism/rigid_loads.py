@@ -12,6 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.effects.causes import Cause
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
+from fenics_mech.kinematics.load_factors import load_factor
 from fenics_mech.scene import HingeDamper, HingeSpring, LineDamper, LineSpring, Load, Scene
 from fenics_mech.scene.springs_dampers import Hinge
 
@@ -137,13 +138,13 @@ class RigidLoads:
     def _bodies(self) -> dict[str, int]:
         return {name: i for i, name in enumerate(self.scene.links)} | {"ground": -1}
 
-    def by_cause(self, theta: Array, links: LinkStates) -> dict[Cause, Array]:
+    def by_cause(self, theta: Array, time: Array, links: LinkStates) -> dict[Cause, Array]:
         """Forces on the coordinates of the links by their cause, ``(states, 3 links)`` each.
 
         Parameters
         ----------
-        theta
-            Drive angles (rad), ``(states,)``.
+        theta, time
+            Drive angles (rad) and times (s), ``(states,)`` each.
         links
             How the links move.
         """
@@ -159,7 +160,7 @@ class RigidLoads:
             on = self._none(links)
             for load in scene.loads.values():
                 if isinstance(load, Load):
-                    self._add_load(on, load, theta, links)
+                    self._add_load(on, load, load_factor(scene, load, theta, time, links), links)
             found[Cause.LOADS] = on.on_coordinates
         for cause, parts in ((Cause.SPRINGS, self._springs), (Cause.DAMPERS, self._dampers)):
             if parts:
@@ -185,14 +186,14 @@ class RigidLoads:
     def _none(self, links: LinkStates) -> BodyForces:
         return BodyForces.none(len(links.pose), links.pose.shape[1] - 1)
 
-    def _add_load(self, on: BodyForces, load: Load, theta: Array, links: LinkStates) -> None:
-        """Add a force and a moment at a point of a link, or at a pin."""
+    def _add_load(self, on: BodyForces, load: Load, factor: Array, links: LinkStates) -> None:
+        """Add a force and a moment at a point of a link, or at a pin, times a factor ``(states,)``."""
         name = (
             load.at if "." in load.at else next(at for at in self._points_of(load.at) if not at.startswith("ground."))
         )
         label, place = self.scene.point(name)
-        body, factor = self._bodies[label], load.factor_at(theta)
-        force = links.turned(body, load.force) if load.follows else np.broadcast_to(load.force, (len(theta), 2))
+        body = self._bodies[label]
+        force = links.turned(body, load.force) if load.follows else np.broadcast_to(load.force, (len(factor), 2))
         on.add(body, links.turned(body, place), factor[:, None] * force)
         on.turn(body, factor * load.moment)
 

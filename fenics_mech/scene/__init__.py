@@ -51,6 +51,7 @@ from fenics_mech.scene.sections import (
     VariableSection,
 )
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
+from fenics_mech.scene.state_factors import FactorFormula, FactorTimes
 from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.study import Limit, Scatter, Study, Target, Tied, Variable
 from fenics_mech.scene.synthesis_tasks import FunctionTask, MotionTask, PathTask, Pose, load_task
@@ -70,8 +71,10 @@ __all__ = [
     "Drive",
     "Expression",
     "FactorExpression",
+    "FactorFormula",
     "FactorHarmonics",
     "FactorTable",
+    "FactorTimes",
     "FormulaEffort",
     "Freedom",
     "Friction",

@@ -18,8 +18,10 @@ from fenics_mech._constants import TURN
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.pulses import Pulse, in_rad
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
-from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, OfTurning, Time, Torque
+from fenics_mech.scene.state_factors import FactorFormula, FactorTimes, StateFactor
+from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Time, Torque
 
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
@@ -53,11 +55,6 @@ class FactorHarmonics(Harmonics):
         return self.jet(theta).value
 
 
-def _in_rad(*angles: float) -> str:
-    """Recall the unit of numbers, where some angle other than 0 is one."""
-    return "; without a unit they are rad" * any(a and not isinstance(a, OfTurning) for a in angles)
-
-
 class FactorTable(Part):
     """A factor of a load by values at angles, joined by straight lines, also over the end of the cycle.
 
@@ -88,7 +85,7 @@ class FactorTable(Part):
             )
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
-            raise ValueError(f"the angles must increase, over at most one cycle, {found}{_in_rad(*self.angles)}")
+            raise ValueError(f"the angles must increase, over at most one cycle, {found}{in_rad(*self.angles)}")
         return self
 
     @property
@@ -147,74 +144,17 @@ def _evaluated(formula: str, theta: Array) -> Array:
     return Formula(formula, ("theta",)).jet(Jet.variable(theta)).value
 
 
-class Pulse(Part):
-    """Acts in a part of the cycle: 1 from one angle to another in the sense of theta, 0 in the rest.
-
-    Parameters
-    ----------
-    start, end
-        Angles (rad) at which the factor is 1/2, on its way up and down.
-    ramp
-        Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
-
-    Examples
-    --------
-    >>> fm.Pulse(start="30 deg", end="60 deg", ramp="5 deg").kind
-    'pulse'
-    """
-
-    kind: Literal["pulse"] = "pulse"
-    start: Angle
-    end: Angle
-    ramp: Annotated[Angle, Field(ge=0)] = 0.0
-
-    @model_validator(mode="after")
-    def _has_room(self) -> Self:
-        if self.start == self.end:
-            raise ValueError("the pulse starts and ends at the same angle")
-        if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
-            found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
-            raise ValueError(
-                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}"
-                + _in_rad(self.start, self.end, self.ramp)
-            )
-        return self
-
-    @property
-    def width(self) -> float:
-        """Part of the cycle in which the pulse acts (rad)."""
-        return (self.end - self.start) % TURN or TURN
-
-    @property
-    def jumps(self) -> tuple[float, ...]:
-        """Drive angles (rad) at which the value jumps."""
-        return () if self.ramp else (self.start, self.end)
-
-    @property
-    def corners(self) -> tuple[float, ...]:
-        """Drive angles (rad) between which the value is a polynomial."""
-        return tuple(angle + side * self.ramp / 2 for angle in (self.start, self.end) for side in (-1, 1))
-
-    def at(self, theta: Array) -> Array:
-        """Values at drive angles (rad), of their shape."""
-        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, TURN) - math.pi
-        inside = self.width / 2 - np.abs(from_middle)
-        if self.ramp == 0:
-            return np.where(inside >= 0, 1.0, 0.0)
-        x = np.clip(inside / self.ramp + 0.5, 0, 1)
-        return x**3 * (10 - 15 * x + 6 * x**2)
+OverCycle = FactorHarmonics | FactorTable | FactorExpression | Pulse
+Factor = Annotated[OverCycle | FactorFormula | FactorTimes, Field(discriminator="kind")]
 
 
-Factor = Annotated[FactorHarmonics | FactorTable | FactorExpression | Pulse, Field(discriminator="kind")]
-
-
-def _equally(factor: Factor, count: int) -> Array:
+def _equally(factor: OverCycle, count: int) -> Array:
     """Values of a factor at so many equal steps of a cycle."""
     return factor.equally(count) if isinstance(factor, FactorHarmonics) else factor.at(equal_steps(count))
 
 
 @lru_cache(maxsize=8)
-def _over_a_cycle(factor: Factor) -> SampledFunction:
+def _over_a_cycle(factor: OverCycle) -> SampledFunction:
     """Values of a factor over a cycle, which several checks look at."""
     if isinstance(factor, FactorHarmonics):
         return SampledFunction.equally(factor.equally(SAMPLING.samples))
@@ -223,7 +163,7 @@ def _over_a_cycle(factor: Factor) -> SampledFunction:
     )
 
 
-def factor_pieces(factor: Factor) -> Array:
+def factor_pieces(factor: OverCycle) -> Array:
     """Give angles (rad) from 0 to 2 pi, ascending, between which Gauss points integrate a factor, ``(pieces + 1,)``.
 
     Parameters
@@ -246,15 +186,20 @@ class Varying(Part):
         """Drive angles (rad) at which it jumps."""
         return () if self.factor is None else self.factor.jumps
 
+    @property
+    def over_cycle(self) -> OverCycle | None:
+        """Its factor, where that goes by the drive angle."""
+        return None if isinstance(self.factor, StateFactor) else self.factor
+
     def factor_at(self, theta: Array) -> Array:
-        """Factor at drive angles, ``(angles,)``.
+        """Factor at drive angles, ``(angles,)``; 1 of one that goes by time or by a joint, see `load_factor`.
 
         Parameters
         ----------
         theta
             Drive angles (rad), ``(angles,)``.
         """
-        return np.ones_like(theta) if self.factor is None else self.factor.at(theta)
+        return np.ones_like(theta) if self.over_cycle is None else self.over_cycle.at(theta)
 
     def computed(self) -> dict[str, Any]:
         """Give values of keys such as ``force`` or ``line``, by key, in SI: a class of another package has others."""
@@ -262,10 +207,10 @@ class Varying(Part):
 
     @property
     def factor_range(self) -> tuple[float, float]:
-        """Smallest and largest value of the factor."""
-        if self.factor is None:
+        """Smallest and largest value of the factor; 1 where it does not go by the drive angle."""
+        if (factor := self.over_cycle) is None:
             return 1.0, 1.0
-        values = np.append(_over_a_cycle(self.factor).values, self.factor.at(np.array(self.factor.corners)))
+        values = np.append(_over_a_cycle(factor).values, factor.at(np.array(factor.corners)))
         return float(values.min()), float(values.max())
 
     @property
@@ -275,7 +220,7 @@ class Varying(Part):
 
     def enough_angles(self, least: int) -> int:
         """Number of equal parts of a cycle, at least so many, that show what the factor does inside them."""
-        if (factor := self.factor) is None:
+        if (factor := self.over_cycle) is None:
             return least
         return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
 
@@ -292,10 +237,10 @@ class Varying(Part):
         float
             0 where the positions see all of the factor, 1 where they see nothing of it.
         """
-        if self.factor is None:
+        if (factor := self.over_cycle) is None:
             return 0.0
         whole = max(map(abs, self.factor_range))
-        seen = float(np.abs(_equally(self.factor, 2 * count)).max())
+        seen = float(np.abs(_equally(factor, 2 * count)).max())
         return 1 - seen / whole if whole else 0.0
 
 
@@ -313,7 +258,7 @@ class Load(Varying):
     follows
         The force turns with the link, and with its elastic rotation at the point.
     factor
-        What it is multiplied by, over the drive angle.
+        What it is multiplied by, over the drive angle, the time, or a joint's place and rate.
 
     Examples
     --------
@@ -341,7 +286,7 @@ class LineLoad(Varying):
     axes
         With "member" the two components are along the member's axis and its normal, and turn with its rigid motion.
     factor
-        What it is multiplied by, over the drive angle.
+        What it is multiplied by, over the drive angle, the time, or a joint's place and rate.
 
     Examples
     --------

@@ -8,6 +8,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.base import check_known
 from fenics_mech.scene.joints import members_under_pins
+from fenics_mech.scene.state_factors import StateFactor
 
 if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
@@ -34,6 +35,7 @@ def check_freedoms(scene: Scene) -> None:
         _check_free_motion(scene)
     _check_cycles(scene)
     _check_impulses(scene)
+    _check_factors(scene)
 
 
 def _check_places(scene: Scene) -> None:
@@ -85,6 +87,33 @@ def _check_impulses(scene: Scene) -> None:
     for wrong, place, why in refused:
         if wrong:
             raise SceneError(why, place=place)
+
+
+def _check_factors(scene: Scene) -> None:
+    """Raise where the factor of a load goes by what the motion does not have."""
+    free = bool(scene.freedoms) or not scene.members()
+    for name, load in scene.loads.items():
+        place = f"loads.{name}.factor"
+        if load.over_cycle is not None and not scene.drives:
+            raise SceneError(
+                "the factor goes by the angle of a drive, and nothing is driven",
+                place=place,
+                hint="State it over time or a joint: factor = { kind = 'formula', formula = 'sin(5 * t)' } in seconds, "
+                "or formula = '-2 * rate' with joint = 'O'",
+            )
+        if not isinstance(load.factor, StateFactor):
+            continue
+        if not free:
+            raise SceneError(
+                "a factor over time or a joint acts in motions with freedoms and on rigid links",
+                place=place,
+                hint="Where drives lead links that bend, state it over theta: kind = 'expression'",
+            )
+        if load.factor.joint is not None:
+            check_known(load.factor.joint, scene.joints, "joint", f"{place}.joint")
+            joint = scene.joints[load.factor.joint]
+            if joint.kind == "weld" or len(joint.connect) != 2:
+                raise SceneError("a place and a rate are those of a joint of two bodies", place=f"{place}.joint")
 
 
 def refuse_late_impulses(scene: Scene, start: float) -> None:

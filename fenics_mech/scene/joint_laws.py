@@ -79,14 +79,15 @@ class Friction(AtJoint):
     viscous
         Force over speed (N s/m), or moment over rate of rotation (N m s/rad), beside the dry friction.
     width
-        w (m/s): speed at which 76 % of the friction act. What sticks creeps at a part of it.
+        w (m/s): speed at which 76 % of the friction act. What sticks creeps at a part of it. Without it, 1e-8 m/s
+        between links that are rigid, and 1e-4 m/s in a scene with links that bend.
     belt_speed
         Speed of the first body's surface along its guide (m/s), such as of a belt that runs on it.
 
     Examples
     --------
-    >>> fm.Friction(joint="A", coefficient=0.1, radius="10 mm").width
-    0.0001
+    >>> fm.Friction(joint="A", coefficient=0.1, radius="10 mm").radius
+    0.01
     """
 
     kind: Literal["friction"] = "friction"
@@ -95,7 +96,7 @@ class Friction(AtJoint):
     static: Coefficient | None = None
     stribeck: Width | None = None
     viscous: Annotated[float, Field(ge=0)] = 0.0
-    width: Width = 1e-4
+    width: Width | None = None
     belt_speed: Speed = 0.0
 
     @model_validator(mode="after")

@@ -8,6 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, turned
 from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics.load_factors import factor_in
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.link_motion import place_in_link
 from fenics_mech.recovery.result import at_place
@@ -133,7 +134,7 @@ def _at_a_place(load: Load, shown: Moments, motion: Motion, drawn: tuple[Array, 
         point = _point_of(scene, load.at)
         place, link = point_places(shown, [point], drawn[1]), point.split(".")[0]
     angle = motion.angle[:, motion.links.index(link)] if load.follows else np.zeros(len(shown.at))
-    force = load.factor_at(motion.theta)[:, None] * turned(np.array(load.force), angle)
+    force = factor_in(shown.result.scene, load, motion)[:, None] * turned(np.array(load.force), angle)
     return np.stack([place, force[:, None]], axis=2)
 
 
@@ -144,7 +145,7 @@ def _along_a_member(load: LineLoad, shown: Moments, motion: Motion, lines: tuple
     chord = np.diff(ends[:, [*shown.result.scene.members()].index(load.member)], axis=1)[:, 0]
     angle = np.arctan2(chord[:, 1], chord[:, 0]) if load.axes == "member" else np.zeros(len(shown.at))
     force = turned((1 - s[:, None]) * load.ends[0] + s[:, None] * load.ends[1], angle[:, None])
-    force *= load.factor_at(motion.theta)[:, None, None]
+    force *= factor_in(shown.result.scene, load, motion)[:, None, None]
     return np.stack([_on_line(shown, path, load.member, s), force], axis=2)
 
 

@@ -152,7 +152,8 @@ def _acting(scene: Scene) -> Iterator[str]:
             parts = [f"{_pair(load.force)} N"] * any(load.force) + [f"{number(load.moment)} N m"] * bool(load.moment)
             what, where = " and ".join(parts) or "nothing", f"at {load.at}"
         low, high = map(number, load.factor_range)
-        varies = "" if load.factor is None else f", times a factor from {low} to {high} ({load.factor.kind})"
+        between = "" if load.over_cycle is None else f" from {low} to {high}"
+        varies = "" if load.factor is None else f", times a factor{between} ({load.factor.kind})"
         yield f"load {name}: {what} {where}{varies}"
 
 

@@ -181,7 +181,7 @@ def loads_with_hidden_peaks(scene: Scene) -> list[str]:
     return [
         name
         for name, load in scene.loads.items()
-        if not (load.factor is None or isinstance(load.factor, FactorHarmonics))
+        if not (load.over_cycle is None or isinstance(load.factor, FactorHarmonics))
         and _Means.of(load, steps, tableau).outside.any()
     ]
 
@@ -208,9 +208,9 @@ class _Means:
     @classmethod
     def of(cls, load: Varying, steps: Steps, tableau: Tableau) -> _Means:
         """Integrate a load's factor over steps."""
-        assert load.factor is not None
+        assert load.over_cycle is not None
         sense, begin = math.copysign(1, steps.rate), np.abs(steps.start)
-        pieces = _turned(steps.rate, factor_pieces(load.factor))
+        pieces = _turned(steps.rate, factor_pieces(load.over_cycle))
         angles, weights = gauss_points(np.unique(np.concatenate([begin, pieces, [TURN]])))
         values, step = load.factor_at(sense * angles), np.searchsorted(begin, angles, side="right") - 1
         width = np.bincount(step, weights, len(begin))

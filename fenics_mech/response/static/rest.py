@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
 from fenics_mech.joints.joint_state import Touching
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
@@ -54,6 +57,27 @@ def without_friction(scene: Scene) -> Scene:
     return scene.model_copy(update={"joint_laws": laws})
 
 
+@contextmanager
+def saying_what_is_left_out(scene: Scene) -> Iterator[None]:
+    """Say in an error of the search that dry friction, which may hold the linkage, has no part in it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    try:
+        yield
+    except SolverError as error:
+        rubs = next((name for name, law in scene.joint_laws.items() if isinstance(law, Friction)), None)
+        if rubs is None:
+            raise
+        raise SolverError(
+            f"{error}. The search leaves dry friction out, such as joint_laws.{rubs}: method = 'transient' with a "
+            "duration shows whether it holds the linkage"
+        ) from error
+
+
 def resting(scene: Scene, places: Array) -> Scene:
     """Give a scene whose freedoms start at other places.
 
@@ -92,7 +116,8 @@ def rigid_rest(scene: Scene) -> RigidMotion:
     search = RestSearch(
         state, tuple(scene.freedoms), lambda places: state.move_on(states(places)), scene.analysis.allow_unstable
     )
-    places, vibrations = search.found_from(stated_start(scene).displacement)
+    with saying_what_is_left_out(scene):
+        places, vibrations = search.found_from(stated_start(scene).displacement)
     dynamics = RigidDynamics(scene, state.linkage.loops, state.linkage.start)
     found = part_of(instants_of(dynamics, states(places), dynamics.all_closed()), slice(None))
     return RigidMotion(scene, [found], [places[None]], [still], vibrations=vibrations)
@@ -123,7 +148,8 @@ def by_rest(scene: Scene, system: System) -> RestSolution:
 
     names, allowed = tuple(scene.freedoms), analysis.allow_unstable
     search = RestSearch(BentEquation(state), names, move_on, allowed, min(n, REST.basis * modes))
-    y, motions = search.found_from(np.append(np.zeros(n), stated_start(scene).displacement))
+    with saying_what_is_left_out(scene):
+        y, motions = search.found_from(np.append(np.zeros(n), stated_start(scene).displacement))
     states = y[None], np.zeros((1, len(y))), np.zeros((1, len(y)))
     here = state.system_at(time, states)
     response = state.response(here, states)

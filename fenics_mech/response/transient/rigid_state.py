@@ -29,9 +29,10 @@ class RigidDifferences:
 
     place: float = 1e-7  # rad or m: contacts are as stiff as that needs
     rate: float = 1e-7  # of the fastest rate there is, or of 1 rad/s
+    width: float = 0.03  # the same at most, of the width over which dry friction changes its sense
     second: float = 1.0  # rad/s^2 or m/s^2
     most_iterations: int = 30
-    converged: float = 1e-12  # of the largest acceleration
+    converged: float = 1e-12  # of the accelerations that the forces of the joints would give, each alone
     near: float = 0.05  # rad or m, between freedoms, up to which the Jacobian of one position serves at the other
     chords: int = 6  # iterations with it
 
@@ -229,9 +230,9 @@ class RigidState:
         """
         return self.dynamics.balance(states, self.contacts)
 
-    def _left(self, time: Array, states: States, moved: RigidStates) -> Array:
-        """What is left of the equation (N m or N), ``(times, freedoms)``."""
-        efforts = self.dynamics.efforts(self.balance(moved).multipliers)[:, len(self.scene.drives) :]
+    def _left(self, time: Array, states: States, multipliers: Array) -> Array:
+        """What is left of the equation (N m or N), ``(times, freedoms)``, by the multipliers of a balance."""
+        efforts = self.dynamics.efforts(multipliers)[:, len(self.scene.drives) :]
         places, rates, seconds = (part.T for part in states)
         rows = [
             effort - freedom.effort_at(time, place, rate) + freedom.inertia * second
@@ -252,7 +253,7 @@ class RigidState:
             Angles and strokes of the freedoms, and two derivatives, ``(times, freedoms)`` each.
         """
         states = place, rate, second
-        return self._left(time, states, self.states(time, states))
+        return self._left(time, states, self.balance(self.states(time, states)).multipliers)
 
     def tangents_at(self, time: Array, place: Array, rate: Array, second: Array) -> States:
         """Tangents by r'', r' and r, ``(times, freedoms, freedoms)`` each, by central differences.
@@ -265,7 +266,8 @@ class RigidState:
         states = place, rate, second
         count, n = place.shape
         fastest = max(1.0, float(np.abs(states[1]).max(initial=0.0)))
-        steps = DIFFERENCES.place, DIFFERENCES.rate * fastest, DIFFERENCES.second
+        narrow = [DIFFERENCES.width * (law.stated.width or np.inf) / law.arm for law in self.dynamics.rubbing.values()]
+        steps = DIFFERENCES.place, min(DIFFERENCES.rate * fastest, *narrow, np.inf), DIFFERENCES.second
         shifted = [[np.tile(part, (2 * n, 1)) for part in states] for _ in steps]
         signs = np.repeat([1.0, -1.0], n)
         for which, step in enumerate(steps):
@@ -277,7 +279,7 @@ class RigidState:
         given = self.linkage.given(np.tile(times, 3), joined)
         shifted_pose = self._from(times, given[0][: len(times)], near)
         moved = self._moved(np.tile(times, 3), joined[0], given, shifted_pose.beside(near.repeated(2)))
-        left = self._left(np.tile(times, 3), (joined[0], joined[1], joined[2]), moved)
+        left = self._left(np.tile(times, 3), (joined[0], joined[1], joined[2]), self.balance(moved).multipliers)
         left = left.reshape(3, 2, n, count, n)
         by_place, by_rate, by_second = (
             np.moveaxis(part[0] - part[1], 0, -1) / (2 * step) for part, step in zip(left, steps)
@@ -309,13 +311,14 @@ class RigidState:
         for _ in range(DIFFERENCES.most_iterations):
             states = places, rates, np.tile(second, (1 + n, 1)) + ahead
             moved = self._moved(times, places, self.linkage.given(times, states), pose)
-            left = self._left(times, states, moved).reshape(1 + n, count, n)
+            multipliers = self.balance(moved).multipliers
+            left = self._left(times, states, multipliers).reshape(1 + n, count, n)
             tangent = np.moveaxis(left[1:] - left[0], 0, -1) / DIFFERENCES.second
             self._refuse_massless(tangent[0])
             change = np.linalg.solve(tangent, -left[0][..., None])[..., 0]
             second = second + change
-            linear = not self.dynamics.rubbing
-            if linear or np.abs(change).max() <= DIFFERENCES.converged * max(np.abs(second).max(), 1e-6):
+            by_forces = np.abs(np.linalg.inv(tangent)).sum() * np.abs(multipliers).max()  # also where they balance
+            if not self.dynamics.rubbing or np.abs(change).max() <= DIFFERENCES.converged * by_forces:
                 return second
         raise SolverError("the friction of the joints leaves no acceleration of the freedoms")
 

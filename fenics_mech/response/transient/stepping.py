@@ -238,7 +238,9 @@ class Collocation:
         self._fault = ""
         with np.errstate(over="ignore", invalid="ignore"):
             try:
-                found = self._accelerations(start, length, z, rate)
+                found = self._accelerations(start, length, z, rate, self._guess(length, len(z)))
+                if found is None and self.of_motion:
+                    found = self._accelerations(start, length, z, rate, np.zeros((len(self.tableau.points), len(z))))
             except (AssemblyError, SolverError, np.linalg.LinAlgError) as fault:  # too long a step to guess
                 found, self._fault = None, str(fault)
             if found is not None:
@@ -250,14 +252,15 @@ class Collocation:
                     return made, error
         return np.empty(0), np.inf
 
-    def _accelerations(self, start: float, length: float, z: Array, rate: Array) -> tuple[Array, Tangents] | None:
+    def _accelerations(
+        self, start: float, length: float, z: Array, rate: Array, found: Array
+    ) -> tuple[Array, Tangents] | None:
         """Solve the equation at the points by Newton's method; None where it does not converge.
 
         Gives the accelerations, and tangents there. They are made anew where the ones before make slow progress.
         """
         points, inner = self.tableau.points, self.tableau.inner
         s, n = len(points), len(z)
-        found = self._guess(length, n)
         limits = STEPPING.newton * self.tolerance * np.array([size for _, size in self.sizes])
         tangents: Tangents | None = None
         before = np.inf

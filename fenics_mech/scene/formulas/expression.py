@@ -62,6 +62,10 @@ class Formula:
             raise ValueError(f"a formula has at most {FORMULA.longest} characters, found {len(self.text)}")
         self._check(self._tree())
 
+    def uses(self, variable: str) -> bool:
+        """Whether a variable stands in it."""
+        return any(isinstance(node, ast.Name) and node.id == variable for node in ast.walk(self._tree()))
+
     def __call__(self, functions: Mapping[str, Callable[[Any], Any]], **values: Any) -> Any:
         """Evaluate with the given values of the variables, of any type that `functions` and + - * / ** take."""
         return self._value(self._tree(), functions, values | {"pi": np.float64(math.pi)})

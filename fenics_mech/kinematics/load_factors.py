@@ -1,0 +1,71 @@
+"""Factors of loads in a motion: over the drive angle, over time, and over the place and rate of a joint."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.kinematics.link_states import LinkStates, quarter
+from fenics_mech.kinematics.motion import Motion, coordinates
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.applied_loads import Varying
+from fenics_mech.scene.state_factors import StateFactor
+
+
+def load_factor(scene: Scene, load: Varying, theta: Array, time: Array, links: LinkStates) -> Array:
+    """Give the factor of a load, ``(states,)``.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    load
+        The load.
+    theta, time
+        Drive angles (rad) and times (s), ``(states,)`` each.
+    links
+        How the links move.
+    """
+    if not isinstance(load.factor, StateFactor):
+        return load.factor_at(theta)
+    none = np.zeros_like(time)
+    place, rate = (none, none) if load.factor.joint is None else joint_motion(scene, load.factor.joint, links)
+    return load.factor.of_state(time, place, rate)
+
+
+def joint_motion(scene: Scene, name: str, links: LinkStates) -> tuple[Array, Array]:
+    """Give the angle (rad) or the stroke (m) of a joint of two bodies, and its rate, ``(states,)`` each.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    name
+        The joint.
+    links
+        How the links move.
+    """
+    joint, index = scene.joints[name], {"ground": -1} | {link: i for i, link in enumerate(scene.links)}
+    (first, at), (second, to) = ((index[body], point) for body, point in map(scene.point, joint.connect))
+    if not isinstance(joint, Slot | Prismatic):
+        return links.pose[:, second, 2] - links.pose[:, first, 2], links.rate[:, second, 2] - links.rate[:, first, 2]
+    (here, speed), (there, other) = (links.point(b, links.turned(b, p)) for b, p in ((first, at), (second, to)))
+    guide = scene.guide_angle(joint)
+    along, gap = links.turned(first, (np.cos(guide), np.sin(guide))), there - here
+    seen = other - speed - links.rate[:, first, 2:] * quarter(gap)  # by an observer on the first body
+    return np.sum(along * gap, axis=-1), np.sum(along * seen, axis=-1)
+
+
+def factor_in(scene: Scene, load: Varying, motion: Motion) -> Array:
+    """Give the factor of a load in a motion of the links, ``(angles,)``.
+
+    Parameters
+    ----------
+    scene, load
+        The scene and the load.
+    motion
+        The rigid motion.
+    """
+    rates = coordinates(motion.velocity, motion.omega)
+    links = LinkStates.of(coordinates(motion.position, motion.angle), rates)
+    return load_factor(scene, load, motion.theta, motion.time, links)
