@@ -67,6 +67,14 @@ def test_demos_that_warn_say_why(name):
     assert "Do not use these numbers" not in PAGE
 
 
+@pytest.mark.parametrize("path", sorted(DEMOS.rglob("*.toml")), ids=lambda path: path.stem)
+def test_demos_let_the_program_choose_effects_or_say_why_not(path):
+    text = path.read_text()
+    if "[links" in text:  # a scene
+        reasons = "It states no effects,", "It lists its effect,", "No link bends,"
+        assert 'effects = "auto"' in text.split("[", 1)[0] or any(reason in text for reason in reasons)
+
+
 def test_pictures_of_the_demos_are_small():
     assert max((DEMOS / f"{name}.png").stat().st_size for name in NAMES) < 200e3
     assert (ROOT / "demos" / "four_bar.png").exists()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written
+from fenics_mech._console import loading, make_folder, out, progress_bar, tell_written, warn
 from fenics_mech.cli.common import OutFolder, SceneFile, Strict, Units, loaded_result, loaded_scene, with_units
 
 
@@ -13,6 +13,7 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), units: Units = No
     with loading():
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
         from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
+        from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
         from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
         from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
@@ -28,3 +29,5 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), units: Units = No
     written = write_fatigue(found, folder / "fatigue.csv")
     out.print(fatigue_table(result, found))
     tell_written([written], folder)
+    stated = implausible(result.scene)  # told before the analysis
+    warn([text for text in result.warnings if text not in stated or scene.suffix == ".nc"], strict)

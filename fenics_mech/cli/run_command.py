@@ -43,7 +43,6 @@ def run(
         from fenics_mech._ranks import shared  # noqa: PLC0415
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
         from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
-        from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
         from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
@@ -79,7 +78,7 @@ def run(
         out.print(summary(result, details))
         tell(_told(written, folder))
     if strict or quiet:  # else the summary tells them
-        warn([text for text in warnings_of(result) if text not in implausible(loaded)], strict)
+        warn([text for text in result.warnings if text not in implausible(loaded)], strict)
 
 
 def _write_warnings(result: Result, folder: Path) -> Path:

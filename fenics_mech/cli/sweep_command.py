@@ -92,3 +92,5 @@ def sweep(
         tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)
         if (found.data["error"] != "").all():
             raise MechanismError("every point of the sweep failed; the lines above and sweep.nc say why")
+        if strict and (warned := int((found.data["warnings"] != "").sum())):
+            raise MechanismError(f"{warned} points warn, and warnings are errors with --strict: sweep.nc holds them")

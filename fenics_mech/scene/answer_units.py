@@ -30,9 +30,12 @@ class AnswerUnits:
     ----------
     known
         Name of the unit and its size in SI, by kind; see `KINDS`.
+    stated
+        Kinds whose unit a user asked for, which no prefix changes.
     """
 
     known: dict[str, tuple[str, float]] = field(default_factory=lambda: dict(USUAL))
+    stated: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, names: Sequence[str], place: str = "units") -> AnswerUnits:
@@ -56,7 +59,8 @@ class AnswerUnits:
         >>> round(AnswerUnits.of(["in"]).number(0.0127, "length"), 3)
         0.5
         """
-        return cls(USUAL | named_units(names, place))
+        stated = named_units(names, place)
+        return cls(USUAL | stated, frozenset(stated))
 
     def label(self, kind: str) -> str:
         """Name of the unit of a kind.

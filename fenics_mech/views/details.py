@@ -31,6 +31,7 @@ from fenics_mech.views.judgements import (
     theory,
 )
 from fenics_mech.views.motion_words import motion_rows
+from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import change_by_vibration
 from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.uncertain import quantities, too_uncertain
@@ -67,7 +68,7 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
     units
         Units of the numbers, instead of those of the scene.
     """
-    units = units or result.scene.answer_units
+    units = prefixed(result, units or result.scene.answer_units)
     grid = Table.grid(padding=(0, 2))
     for name, value in decisions(result, units).items():
         grid.add_row(name, escape(value))

@@ -18,6 +18,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.words import MINUS, in_degrees, short
 
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
@@ -64,7 +65,7 @@ class ForceReading:
     arm = 1.0  # m, by which the largest joint force becomes a moment: torques far below it are rounding
 
     def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
-        self.units = units or AnswerUnits()
+        self.units = prefixed(result, units or AnswerUnits())
         self.result, self.scene, self.data = result, result.scene, result.data
         _refuse_lacking(self.data, ("joint_force",))
         self.joints = [str(name) for name in result.data["joint"].to_numpy()]

@@ -20,6 +20,7 @@ from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
 from fenics_mech.views.motion_words import motion_rows
+from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
 from fenics_mech.views.rigid_report import (
     freedoms_table,
@@ -68,7 +69,7 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
-    units = units or result.scene.answer_units
+    units = prefixed(result, units or result.scene.answer_units)
     if not result.scene.members():
         return Summary(*rigid_parts(result, units))
     if details:

@@ -170,3 +170,18 @@ def test_each_ply_is_asked_for_its_shear_modulus():
     (said,) = fm.analyse(scene).notices
     assert said.startswith("materials.other states neither")
     assert "Wood and composites need `shear_modulus`" in said
+
+
+@pytest.mark.slow
+def test_other_commands_that_analyse_are_strict_too(tmp_path):
+    text = (DEMOS / "slider_crank.toml").read_text().replace('name = "slider-crank"', 'name = "it"\ntolerance = "1 %"')
+    life = 'fatigue = { range = "90 MPa" }'
+    scene = tmp_path / "scene.toml"
+    scene.write_text(text.replace('density = "2714 kg/m^3"', f'density = "2714 kg/m^3"\n{life}'))
+    for command in (["fatigue"], ["sweep", "--over", "drive.speed=40:50:2"]):
+        folder = tmp_path / command[0]
+        arguments = [command[0], str(scene), *command[1:], "-o", str(folder)]
+        assert CliRunner().invoke(app, arguments).exit_code == 0
+        done = CliRunner().invoke(app, [*arguments, "--strict"])
+        assert done.exit_code == 1
+        assert "warnings are errors with --strict" in str(done.exception)

@@ -47,6 +47,7 @@ const FROM = TURNS ? 0 : D.axis[0], TO = TURNS ? 360 : D.axis[N - 1];
 
 function number(value, digits = 3) {
   if (!value) return "0";
+  value = +value.toPrecision(digits); // so that one number has one rounding everywhere
   const size = Math.abs(value);
   if (size >= 1e6 || size < 1e-4) return value.toExponential(digits - 1).replaceAll("-", "\u2212");
   return (size >= 10 ** (digits - 1) ? value.toFixed(0) : value.toPrecision(digits)).replace("-", "\u2212");

@@ -1,0 +1,55 @@
+"""Units whose prefixes fit the numbers of a result, so that no number needs an exponent."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.recovery.result import Result, kept
+from fenics_mech.scene.answer_units import USUAL, AnswerUnits
+
+PREFIXED = {  # by the usual unit: those beside it, with their size in SI
+    "N": (("mN", 1e-3), ("N", 1.0), ("kN", 1e3), ("MN", 1e6)),
+    "N m": (("mN m", 1e-3), ("N m", 1.0), ("kN m", 1e3), ("MN m", 1e6)),
+    "MPa": (("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9)),
+}
+LEAST, MOST = 0.1, 1e4  # in the usual unit, between which it stays
+NOTHING = 1e-9  # of the largest force with an arm of 1 m: smaller moments are rounding
+
+
+def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
+    """Give units whose prefixes fit the largest numbers of a result: 38 kN, not 38200 N. Units that are stated stay.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        The units without that.
+    """
+    known = dict(units.known)
+    for kind, largest in _largest(result).items():
+        name, size = USUAL[kind]
+        if kind in units.stated or largest == 0 or LEAST <= largest / size < MOST:
+            continue
+        fitting = [one for one in PREFIXED[name] if largest / one[1] < MOST]
+        known[kind] = next(iter(fitting), PREFIXED[name][-1])
+    return AnswerUnits(known, units.stated)
+
+
+@kept
+def _largest(result: Result) -> dict[str, float]:
+    """Largest force, moment and stress of a result, in SI."""
+    data = result.data
+    moved = effort_units(result.scene.moved_joints, result.scene.joints)
+    turns = moved == ["N m"]
+    names = {"force": ["joint_force", "shaking_force"], "moment": ["shaking_moment"], "stress": ["stress"]}
+    names["moment" if turns else "force"] += ["input_torque"] if len(moved) == 1 else []
+    found = {
+        kind: max((float(np.abs(data[name]).max()) for name in of if name in data and data[name].size), default=0.0)
+        for kind, of in names.items()
+    }
+    found = {kind: largest if np.isfinite(largest) else 0.0 for kind, largest in found.items()}
+    if found["moment"] < NOTHING * found["force"]:
+        found["moment"] = 0.0
+    return found
