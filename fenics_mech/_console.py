@@ -107,7 +107,7 @@ def start_libraries(solver: bool = True) -> None:
     """
     if (limit := memory_limit() or LEAST_MEMORY) < LEAST_MEMORY:
         raise MechanismError(
-            f"a process may have {limit / 1e9:.2g} GB of memory here, and the libraries take {LEAST_MEMORY / 1e9:.2g} GB: "
+            f"a process may have {limit / 1e9:.2g} GB of memory here, and the libraries take {LEAST_MEMORY / 1e9:.2g}: "
             "raise the limit (ulimit -v)"
         )
     os.environ |= {"MPLBACKEND": "agg", "MATPLOTLIBRC": os.devnull}

@@ -20,7 +20,7 @@ from fenics_mech._compiling import compile_safely
 from fenics_mech._libraries import versions_by_python
 from fenics_mech._petsc import MPI, Absent, not_there, to_scipy
 from fenics_mech._sparse.kernels import kernels, pointer
-from fenics_mech.errors import MechanismError
+from fenics_mech.errors import MechanismError, SolverError
 
 try:  # after PETSc and its MPI
     with versions_by_python():
@@ -44,6 +44,8 @@ def _version_named() -> Iterator[None]:
     except Exception as error:
         if isinstance(dolfinx, Absent):
             raise not_there(dolfinx.error) from error
+        if type(error) is RuntimeError:  # of its C++, as where it gets no memory
+            raise SolverError(f"dolfinx stopped: {error}. There may be too little memory") from error
         if found() in KNOWN:
             raise
         *others, last = (".".join(map(str, version)) for version in KNOWN)

@@ -27,7 +27,9 @@ def guarded() -> Iterator[None]:
     try:
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             yield
-    except np.linalg.LinAlgError as error:
+    except (np.linalg.LinAlgError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and "factor" not in str(error).lower():  # SuperLU has no type of its own
+            raise
         raise SolverError(f"a matrix of the equations cannot be solved with ({error}). {ADVICE}") from error
     except (FloatingPointError, OverflowError) as error:
         raise SolverError(f"the numbers are too large or too small to be computed with ({error}). {ADVICE}") from error

@@ -64,19 +64,25 @@ def run(
         if csv:
             step("writing tables")
             written["tables"] = result.to_csv(folder)
-        if report:
-            step("report")
-            written[""].append(write_report(result, folder / "report.html"))
-        if plots:
-            step("plots")
-            with loading():  # the many parts of figures stay to the end of the command, which is near
-                written["plots"] = plot_all(result, folder)
+        failed: Exception | None = None
+        try:
+            if report:
+                step("report")
+                written[""].append(write_report(result, folder / "report.html"))
+            if plots:
+                step("plots")
+                with loading():  # the many parts of figures stay to the end of the command, which is near
+                    written["plots"] = plot_all(result, folder)
+        except (MechanismError, MemoryError, OSError) as error:  # what was computed is told first
+            failed = error
     if as_json:
         files = [str(path) for paths in written.values() for path in paths]
         print_json(key_figures(result) | {"files": files})
     elif not quiet:
         out.print(summary(result, details))
         tell(_told(written, folder))
+    if failed is not None:
+        raise failed
     if strict or quiet:  # else the summary tells them
         warn([text for text in result.warnings if text not in implausible(loaded)], strict)
 

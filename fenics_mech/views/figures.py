@@ -149,8 +149,24 @@ def refuse_ending(path: Path) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write a figure; the file appears whole or not at all."""
+    """Write a figure; the file appears whole or not at all.
+
+    Raises
+    ------
+    ViewError
+        When the name has another ending, or Matplotlib cannot draw, as where its settings ask for a LaTeX that fails.
+    ResultError
+        When it cannot be written.
+    """
     refuse_ending(path := Path(path))
+    try:
+        _laid_out_and_written(figure, path)
+    except RuntimeError as error:
+        raise ViewError(f"{path}: Matplotlib cannot draw it: {error}") from error
+    return path
+
+
+def _laid_out_and_written(figure: Figure, path: Path) -> None:
     with mpl.rc_context(STYLE):
         for axes in figure.axes:
             for axis in (axes.xaxis, axes.yaxis):
@@ -160,7 +176,6 @@ def save(figure: Figure, path: str | Path) -> Path:
             engine.execute(figure)
             figure.set_layout_engine(None)
         write_whole(path, lambda temporary: _write(figure, temporary))
-    return path
 
 
 def save_all(figures: Mapping[str, Figure], folder: str | Path, begin: str = "", ending: str = ".png") -> list[Path]:

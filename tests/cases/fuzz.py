@@ -107,14 +107,14 @@ def scene_of(chance: random.Random, scenes: list[dict[str, Any]]) -> dict[str, A
 
 
 def range_of(chance: random.Random, data: dict[str, Any]) -> str:
-    """Give a number of a scene and a range about it, as the option --over takes them."""
+    """Give a number of a scene and a range about it, as the option --over takes them; half of them are speeds."""
     known = [(where, str(holder[key])) for holder, key, where in places(data) if isinstance(holder, dict)]
     found = [(where, re.fullmatch(r"(-?\d[\d.]*(?:e-?\d+)?)( .*)?", text)) for where, text in known]
-    where, match = chance.choice(
-        [one for one in found if one[1]] or [("drive.speed", re.fullmatch("(1)( rpm)", "1 rpm"))]
-    )
+    found = [(where, match) for where, match in found if match] or [("analysis.stations", re.match("(5)()", "5"))]
+    speeds = [one for one in found if one[0].endswith("speed")]
+    where, match = chance.choice(speeds if speeds and chance.random() < 0.5 else found)
     number, unit = float(match[1]), match[2] or ""
-    return f"{where}={0.9 * number}{unit}:{1.1 * number + 1e-3}{unit}"
+    return f"{where}={0.9 * number:.6g}{unit}:{1.1 * number:.6g}{unit}"
 
 
 def attempt(words: list[str]) -> str:
@@ -147,7 +147,7 @@ def one(number: int, folder: Path) -> list[tuple[str, str]]:
     ends = []
     for command in ("check {s}", chance.choice(COMMANDS), chance.choice(OF_RESULTS)):
         if command not in OF_RESULTS or result.exists():
-            words = [word.format_map(into) for word in command.split()]
+            words = [word.format_map(into) for word in command.split(" ")]
             ends.append((" ".join(words), attempt(words)))
     return ends
 

@@ -58,6 +58,9 @@ def by_time(scene: Scene, system: System, start: StartState) -> TransientSolutio
     SolverError
         When the time steps fail.
     """
+    if not scene.drives:
+        what = "nothing is driven or moves freely, and a motion in time is that of a machine"
+        raise SceneError(what, place="analysis.method", hint="Write 'static', or give a drive")
     coefficients = _coefficients_of(scene, system, start.time)
     course = course_from(scene, system, start, coefficients)
     parts = []
