@@ -140,6 +140,10 @@ class Member(Part):
         Name of its material; a section that names the materials of its parts needs none.
     mesh
         Its own mesh, instead of the scene's.
+    offset
+        How far its section is beside the line through its two points (m), + towards the normal. Pins, welds and loads
+        are on that line, and what joins them to the section is rigid. A beam that is pinned at its lower face has half
+        its height.
 
     Examples
     --------
@@ -151,6 +155,7 @@ class Member(Part):
     section: Name
     material: Name | None = None
     mesh: Mesh | None = None
+    offset: Length = 0.0
 
 
 class Ground(Part):

@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from fenics_mech._constants import TURN
 from fenics_mech.scene.applied_loads import FactorExpression, FactorTable, LineLoad, Pulse
-from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL
+from fenics_mech.scene.plausible_materials import Found, lengths_of, likely, materials
 from fenics_mech.scene.sections import CustomSection, Rigidity, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 
-Unit = tuple[str, float]
 STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
 
 
@@ -50,61 +49,9 @@ def implausible(scene: Scene) -> tuple[str, ...]:
     return tuple(f"{place}: {what}" for place, what in found.items())
 
 
-Found = Iterator[tuple[str, str]]
-
-
-def _likely(value: float, si: str, units: Sequence[Unit], low: float, high: float) -> str:
-    """Say in which of some units a number would be between two limits; nothing where it is in none.
-
-    A unit without a name is one that the number was converted from though it was in SI.
-    """
-    for unit, factor in units:
-        if low <= abs(value) * factor <= high:
-            return f": {f'{value:.6g} {unit} = ' if unit else ''}{value * factor:.4g} {si} is likely meant"
-    return ""
-
-
-def _materials(scene: Scene) -> Found:
-    for name, material in scene.materials.items():
-        place, e, rho = f"materials.{name}", material.modulus, material.density
-        heavy, stiff = USUAL.lightest <= rho <= USUAL.heaviest, USUAL.softest <= e <= USUAL.stiffest
-        if not heavy:
-            units = (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", 1e12), ("g/m^3", 1e-3))
-            meant = _likely(rho, "kg/m^3", units, 500, USUAL.heaviest)
-            yield f"{place}.density", f"{rho:.6g} kg/m^3 is the density of no engineering material{meant}"
-        if not stiff:
-            units = (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("", 1e-6))
-            meant = _likely(e, "Pa", units, 1e9, USUAL.stiffest)
-            yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
-        speed = math.sqrt(e / rho)
-        if heavy and stiff and not USUAL.slowest <= speed <= USUAL.fastest:
-            fitting = [e * f for f in (1e6, 1e3, 1e-3) if USUAL.slowest < math.sqrt(e * f / rho) < USUAL.fastest]
-            meant = f": {fitting[0]:.4g} Pa may be meant, or a density in another unit" if fitting else ""
-            yield (
-                f"{place}.modulus",
-                f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "
-                f"machines have {USUAL.slowest:g} to {USUAL.fastest:g}{meant}",
-            )
-        yield from _of_shear_and_strength(place, material)
-
-
-def _of_shear_and_strength(place: str, material: Material) -> Found:
-    e, g, strength = material.modulus, material.shear_modulus, material.strength
-    if g is not None and not USUAL.least_shear <= g / e <= USUAL.largest_shear:
-        meant = _likely(g, "Pa", (("MPa", 1e6), ("GPa", 1e9), ("", 1e3), ("", 1e-3)), e / 50, e / 2)
-        yield f"{place}.shear_modulus", f"{g:.6g} Pa is {g / e:.2g} times Young's modulus{meant}"
-    if strength is not None and not USUAL.weakest * e <= strength <= USUAL.strongest:
-        meant = _likely(strength, "Pa", (("MPa", 1e6), ("kPa", 1e3), ("", 1e-6)), 1e-4 * e, 0.1 * e)
-        yield f"{place}.strength", f"{strength:.6g} Pa beside a modulus of {e:.6g} Pa is no strength{meant}"
-
-
-def _lengths(scene: Scene) -> dict[str, float]:
-    return {label: math.dist(*scene.member_ends(label)) for label in scene.members()}
-
-
 def _sections(scene: Scene) -> Found:
     """Look at each section as a rectangle of the same radius of gyration, beside the members that have it."""
-    for label, (_, member) in scene.members().items():
+    for label, (link, member) in scene.members().items():
         place, length = f"sections.{member.section}", math.dist(*scene.member_ends(label))
         section, rigid = scene.sections[member.section], scene.rigidity(label, np.array([0.5]))
         radius = math.sqrt(float(rigid.bending[0] / rigid.axial[0]))
@@ -117,13 +64,19 @@ def _sections(scene: Scene) -> Found:
         elif height > USUAL.highest * length:
             stated = getattr(section, key.removeprefix("."), height) if key in (".height", ".diameter") else height
             least = max(1e-3 * length, USUAL.thinnest_in_mm)
-            meant = "" if custom else _likely(stated, "m", (("mm", 1e-3),), least, 0.5 * length)
+            meant = "" if custom else likely(stated, "m", (("mm", 1e-3),), least, 0.5 * length)
             yield place + key, f"{what} {stated:.4g} m high, and {beside}: it is no beam{meant}"
         width = section.area / height if isinstance(section, CustomSection) else getattr(section, "width", None)
         if width is not None and not USUAL.narrowest <= width / length <= USUAL.widest:
-            meant = "" if custom else _likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
+            meant = "" if custom else likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
             yield place + _key(section, "width", "area"), f"{what} {width:.4g} m wide, and {beside}{meant}"
         outer = float(np.abs(rigid.fibre[0]).max())
+        if abs(member.offset) > USUAL.farthest_offset * outer:
+            meant = likely(member.offset, "m", (("mm", 1e-3),), 0, USUAL.farthest_offset * outer)
+            yield (
+                f"links.{link}.members.{label.removeprefix(f'{link}.')}.offset",
+                f"the section is {member.offset:.4g} m beside its pins, and {2 * outer:.3g} m high{meant}",
+            )
         if custom and not radius * (1 - 1e-3) <= outer <= USUAL.farthest_fibre * radius:
             yield (
                 f"{place}.fibre",
@@ -139,7 +92,7 @@ def _key(section: Section, *names: str) -> str:
 
 def _proportions(scene: Scene) -> Found:
     """Compare the longest member with the next, and the shortest."""
-    lengths = sorted(_lengths(scene).items(), key=lambda item: item[1])
+    lengths = sorted(lengths_of(scene).items(), key=lambda item: item[1])
 
     def place(label: str) -> str:
         return f"links.{scene.members()[label][0]}.points"
@@ -147,27 +100,27 @@ def _proportions(scene: Scene) -> Found:
     label, longest = lengths[-1]
     too_long = longest > USUAL.longest
     if too_long:
-        meant = _likely(longest, "m", (("mm", 1e-3),), 0, USUAL.longest)
+        meant = likely(longest, "m", (("mm", 1e-3),), 0, USUAL.longest)
         yield place(label), f"member {label} is {longest:.6g} m long{meant}"
     if len(lengths) > 1:
         second, third = lengths[-2][1], lengths[1][1]
         if longest > USUAL.most_alike * second:
-            meant = _likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
+            meant = likely(longest, "m", (("mm", 1e-3), ("cm", 1e-2)), second / 10, 10 * second)
             yield (place(label), f"member {label} is {longest:.6g} m long, and the next {second:.4g} m{meant}")
         label, shortest = lengths[0]
         if shortest < USUAL.least_alike * third and not too_long:
-            meant = _likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
+            meant = likely(shortest, "m", (("", 1e3), ("", 1e2)), third / 10, 10 * third)
             yield (place(label), f"member {label} is {shortest:.4g} m long, and the next {third:.4g} m{meant}")
 
 
 def _masses(scene: Scene) -> Found:
-    lengths = _lengths(scene)
+    lengths = lengths_of(scene)
     reach = max(lengths.values())
     along = np.linspace(0, 1, 11)
     whole = sum(float(scene.rigidity(label, along).line_density.mean()) * lengths[label] for label in lengths)
     for name, point in scene.masses.items():
         if point.mass > USUAL.heaviest_point * whole:
-            meant = _likely(point.mass, "kg", (("g", 1e-3),), 0, USUAL.heaviest_point * whole)
+            meant = likely(point.mass, "kg", (("g", 1e-3),), 0, USUAL.heaviest_point * whole)
             yield f"masses.{name}.mass", f"{point.mass:.6g} kg, and all members together have {whole:.3g} kg{meant}"
         yield from _of_inertia(f"masses.{name}.inertia", point.inertia, max(point.mass, whole), reach)
     for name, link in scene.links.items():
@@ -177,14 +130,14 @@ def _masses(scene: Scene) -> Found:
             yield from _of_inertia(f"links.{name}.rigid.inertia", link.rigid.inertia, heavy, max(size, reach))
     g = math.hypot(*scene.gravity)
     if g and not USUAL.weak_gravity <= g <= USUAL.strong_gravity:
-        meant = _likely(g, "m/s^2", (("mm/s^2", 1e-3), ("km/s^2", 1e3)), 1, 30)
+        meant = likely(g, "m/s^2", (("mm/s^2", 1e-3), ("km/s^2", 1e3)), 1, 30)
         yield "gravity", f"{g:.6g} m/s^2, and the earth's is 9.81{meant}"
 
 
 def _of_inertia(place: str, inertia: float, mass: float, reach: float) -> Found:
     largest = USUAL.largest_inertia * mass * reach**2
     if inertia > largest:
-        meant = _likely(inertia, "kg m^2", (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9)), 0, largest / 100)
+        meant = likely(inertia, "kg m^2", (("kg cm^2", 1e-4), ("kg mm^2", 1e-6), ("g mm^2", 1e-9)), 0, largest / 100)
         yield place, f"{inertia:.6g} kg m^2 is that of {mass:.3g} kg at {math.sqrt(inertia / mass):.3g} m{meant}"
 
 
@@ -266,7 +219,7 @@ def _motion(scene: Scene) -> Found:
     """Estimate speeds, and strains by the inertia of a motion whose links go as fast as those that are driven."""
     if scene.analysis.method == "static":  # held at one position
         return
-    lengths, theta = _lengths(scene), TURN / 720 * np.arange(720, dtype=float)
+    lengths, theta = lengths_of(scene), TURN / 720 * np.arange(720, dtype=float)
     for place, drive in _drives(scene):
         jet = drive.jet(theta, scene.cycle_rate)
         fastest = float(np.abs(jet.first).max()) * abs(scene.cycle_rate)
@@ -314,7 +267,7 @@ def _of_swing(place: str, drive: Drive, angle: np.ndarray) -> Found:
 
 def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
     if (size := float(np.ptp(stroke))) > USUAL.longest_stroke * longest:
-        meant = _likely(size, "m", (("mm", 1e-3),), 0, longest)
+        meant = likely(size, "m", (("mm", 1e-3),), 0, longest)
         yield place, f"the stroke is {size:.4g} m, and no member is longer than {longest:.4g} m{meant}"
 
 
@@ -351,7 +304,7 @@ def _damping(scene: Scene) -> Found:
         return
     rate = abs(scene.cycle_rate)
     if damping.material * rate > USUAL.longest_retardation:
-        meant = _likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, USUAL.longest_retardation / rate / 10)
+        meant = likely(damping.material, "s", (("ms", 1e-3), ("us", 1e-6)), 0, USUAL.longest_retardation / rate / 10)
         yield (
             "damping.material",
             f"{damping.material:.6g} s is long beside a cycle of {scene.period:.4g} s: the material would creep rather "
@@ -368,14 +321,14 @@ def _numerics(scene: Scene) -> Found:
         if share >= USUAL.largest_tolerance:
             place = "tolerance" if isinstance(scene.tolerance, float) else f"tolerance.{quantity}"
             yield place, f'{share:.6g} is {100 * share:.4g} % of the {quantity}: "{share:.6g} %" may be meant'
-    size = sum(_lengths(scene).values())
+    size = sum(lengths_of(scene).values())
     for name, spring in scene.springs.items():
         if isinstance(spring, LineSpring) and (spring.length or 0.0) > USUAL.longest_spring * size:
-            meant = _likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
+            meant = likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
             yield f"springs.{name}.length", f"{spring.length:.6g} m, and all members together have {size:.4g} m{meant}"
     for place, drive in _drives(scene):
         if (drive.run_up or 0.0) > USUAL.longest_run_up * scene.period:
-            meant = _likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, USUAL.longest_run_up * scene.period)
+            meant = likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, USUAL.longest_run_up * scene.period)
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
 
 
@@ -387,4 +340,4 @@ def _unused(scene: Scene) -> Found:
 
 
 ALONE = (_angles, _pulses, _waves, _damping, _numerics, _unused)
-IN_TURN = ((_materials, _proportions), (_sections,), (_masses, _motion, _loads))  # each needs what is before it
+IN_TURN = ((materials, _proportions), (_sections,), (_masses, _motion, _loads))  # each needs what is before it
