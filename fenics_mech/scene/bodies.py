@@ -211,7 +211,8 @@ class Link(Part):
     rigid
         Inertia of a link that does not bend, instead of members.
     angle
-        Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch.
+        Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch. Where no rough
+        angles lead to one, all are searched for, and a warning says which is taken and how to choose another.
     position
         Rough place of the link's origin at the start (m); without it, the joints and angles give one.
 
