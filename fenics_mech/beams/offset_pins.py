@@ -105,16 +105,22 @@ def refuse_offsets(rigidity: Rigidities, members: Members, effect: str, neutral_
     neutral_only
         Whether it knows a centre of mass beside the neutral line, and does not know pins beside it.
     """
-    for label, (_, member) in members.items():
+    for label, (link, member) in members.items():
         neutral, centre = _lines(rigidity, label)
         if neutral or (centre and not neutral_only):
             raise SceneError(
-                f"the neutral line of this section is {neutral:.4g} m, and its centre of mass {centre:.4g} m, beside "
-                f"the axis of member {label}. The effect {effect!r} does not know such sections",
-                place=f"sections.{member.section}",
-                hint="Leave the effect out, or "
-                + ("give the section axis = 'neutral'" if neutral_only else "take a symmetric section"),
+                f"the neutral line of section {member.section!r} is {neutral:.4g} m, and its centre of mass "
+                f"{centre:.4g} m, beside the axis of member {label}. The effect {effect!r} does not know that",
+                place=f"links.{link}.members" if member.offset else f"sections.{member.section}",
+                hint=f"Leave the effect out, or {_remedy(member, neutral_only)}",
             )
+
+
+def _remedy(member: Member, neutral_only: bool) -> str:
+    """Say which key puts the neutral line, or both lines, on the axis."""
+    if member.offset:
+        return "leave out the member's offset"
+    return "give the section axis = 'neutral'" if neutral_only else "take a symmetric section"
 
 
 def _refuse_travelling(rigidity: Rigidities, members: Members, joints: Mapping[str, Joint]) -> None:
@@ -125,5 +131,5 @@ def _refuse_travelling(rigidity: Rigidities, members: Members, joints: Mapping[s
                 f"a pin travels along member {label}, and the neutral line of its section "
                 f"{members[label][1].section!r} is {neutral:.4g} m beside the member's axis",
                 place=f"joints.{name}.member",
-                hint="Give the section axis = 'neutral', or let no pin travel along it",
+                hint=f"Let no pin travel along it, or {_remedy(members[label][1], neutral_only=True)}",
             )

@@ -11,6 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics.conditioning import (
     CONDITION,
+    REMEDY,
     links_moved,
     locks,
     refuse_singular,
@@ -255,7 +256,7 @@ def _stuck(loops: Loops, here: float, q: Array, rate: Array) -> AssemblyError:
     moved = ", ".join(links_moved(loops, singular_values(loops, q[None])[1][0, -1]))
     return AssemblyError(
         f"the linkage is at a change point at drive angle {degrees(here)}: its motion is not unique there, as {moved} "
-        "can go on in two ways. Change the lengths, or take a drive whose range keeps away from it"
+        f"can go on in two ways. {REMEDY}"
     )
 
 

@@ -31,6 +31,10 @@ class ConditionLimits:
 
 
 CONDITION = ConditionLimits()
+REMEDY = (  # where a motion is not unique
+    "The program follows no motion through it: take a drive whose range keeps away from it, or other lengths. Where "
+    "two equal cranks turn together, drive both, and let one pin of their rod slide in a slot along it"
+)
 
 
 def singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
@@ -121,5 +125,5 @@ def refuse_singular(loops: Loops, theta: Array, q: Array) -> None:
         raise AssemblyError(
             f"the linkage is at a dead centre or change point at drive angle {np.degrees(theta[near[worst]]):.10g} deg "
             f"(smallest singular value {values[worst, -1]:.1e}): the motion of {moved} is lost to rounding there. "
-            "Change the lengths, or a drive whose range keeps away from it"
+            f"{REMEDY}"
         )

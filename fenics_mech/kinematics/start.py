@@ -236,7 +236,7 @@ def _as_keys(loops: Loops, q: Array, taken: Array) -> str:
     drive = loops.drive(np.zeros(1)).value
     led, closed = newton(loops, _place_links(loops, drive[0], angles)[None], drive, iterations=100, damped=True)
     enough = bool(closed[0]) and same(loops, led[0], q)
-    keys = {i: [f'angle = "{np.degrees(angles[i]):.4g} deg"'] for i in shown}
+    keys = {i: [f'angle = "{round(np.degrees(angles[i]), 4) + 0.0:.4g} deg"'] for i in shown}
     for i in range(len(loops.links)) if not enough else ():
         keys.setdefault(i, []).append(f"position = [{q[3 * i]:.6g}, {q[3 * i + 1]:.6g}]")
     return ", ".join(f"[links.{loops.links[i]}] {', '.join(parts)}" for i, parts in sorted(keys.items()))

@@ -55,6 +55,12 @@ class FactorHarmonics(Harmonics):
         return self.jet(theta).value
 
 
+_SLOWER = (
+    "as a four-stroke engine has it, add what turns {n} times as slowly, such as a camshaft: a link of its own with a "
+    "drive at 1/{n} of the speed. The cycle is then one turn of it, so divide these angles by {n}"
+)
+
+
 class FactorTable(Part):
     """A factor of a load by values at angles, joined by straight lines, also over the end of the cycle.
 
@@ -85,7 +91,13 @@ class FactorTable(Part):
             )
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
-            raise ValueError(f"the angles must increase, over at most one cycle, {found}{in_rad(*self.angles)}")
+            turns = (self.angles[-1] - self.angles[0]) / TURN
+            n = round(turns)
+            several = n > 1 and abs(turns - n) < 1e-6
+            raise ValueError(
+                f"the angles must increase, over at most one cycle, {found}{in_rad(*self.angles)}"
+                + (f". For a cycle of {n} turns, {_SLOWER.format(n=n)}" if several else "")
+            )
         return self
 
     @property

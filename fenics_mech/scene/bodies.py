@@ -150,6 +150,10 @@ class Member(Part):
         Name of its material; a section that names the materials of its parts needs none.
     mesh
         Its own mesh, instead of the scene's.
+    offset
+        How far its section is beside the line through its two points (m), + towards the normal. Pins, welds and loads
+        are on that line, and what joins them to the section is rigid. A beam that is pinned at its lower face has half
+        its height.
 
     Examples
     --------
@@ -161,6 +165,7 @@ class Member(Part):
     section: Name
     material: Name | None = None
     mesh: Mesh | None = None
+    offset: Length = 0.0
 
 
 class Ground(Part):
@@ -216,7 +221,8 @@ class Link(Part):
     rigid
         Inertia of a link that does not bend, instead of members.
     angle
-        Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch.
+        Rough angle of the link's x axis at the start of the cycle (rad). It chooses the assembly branch. Where no rough
+        angles lead to one, all are searched for, and a warning says which is taken and how to choose another.
     position
         Rough place of the link's origin at the start (m); without it, the joints and angles give one.
 

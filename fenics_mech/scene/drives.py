@@ -173,7 +173,7 @@ class Expression(Part):
         if not np.isfinite(values).all():
             raise ValueError(f"the derivatives of the formula {text!r} are not finite over the cycle")
         ends = values[:, [0, -1]]
-        if np.abs(np.diff(ends)).max() > 1e-9 * max(1.0, float(np.abs(ends).max())):
+        if np.abs(np.diff(ends)).max() > 1e-9 * float(np.abs(values).max()):
             raise ValueError(f"the formula {text!r} is not periodic: f(0) and f(2 pi) differ")
         return text
 

@@ -357,7 +357,7 @@ class Scene(Part):
             EA (N), EI (N m^2), line density (kg/m) and more at these places.
         """
         member = self.members()[label][1]
-        return self.sections[member.section].rigidity(s, self._stock(member))
+        return self.sections[member.section].rigidity(s, self._stock(member)).moved(member.offset)
 
     def rigidities(self, s: Array) -> list[Rigidity]:
         """Stiffness, mass and fibres of every member at places ``(places,)``, 0..1 along it.

@@ -14,9 +14,9 @@ import numpy as np
 
 from fenics_mech._constants import TURN
 from fenics_mech.scene.applied_loads import FactorExpression, FactorTable, LineLoad, Pulse
-from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
+from fenics_mech.scene.plausible_materials import lengths_of, materials
 from fenics_mech.scene.plausible_motion import bending_strain, drives_of, motion, turns
 from fenics_mech.scene.sections import CustomSection, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
@@ -50,47 +50,9 @@ def implausible(scene: Scene) -> tuple[str, ...]:
     return tuple(f"{place}: {what}" for place, what in found.items())
 
 
-def _materials(scene: Scene) -> Found:
-    for name, material in scene.materials.items():
-        place, e, rho = f"materials.{name}", material.modulus, material.density
-        heavy, stiff = USUAL.lightest <= rho <= USUAL.heaviest, USUAL.softest <= e <= USUAL.stiffest
-        if not heavy:
-            units = (("g/cm^3", 1e3), ("kg/mm^3", 1e9), ("t/mm^3", 1e12), ("g/m^3", 1e-3))
-            meant = likely(rho, "kg/m^3", units, 500, USUAL.heaviest)
-            yield f"{place}.density", f"{rho:.6g} kg/m^3 is the density of no engineering material{meant}"
-        if not stiff:
-            units = (("GPa", 1e9), ("MPa", 1e6), ("kPa", 1e3), ("", 1e-6))
-            meant = likely(e, "Pa", units, 1e9, USUAL.stiffest)
-            yield f"{place}.modulus", f"{e:.6g} Pa is the modulus of no engineering material{meant}"
-        speed = math.sqrt(e / rho)
-        if heavy and stiff and not USUAL.slowest <= speed <= USUAL.fastest:
-            fitting = [e * f for f in (1e6, 1e3, 1e-3) if USUAL.slowest < math.sqrt(e * f / rho) < USUAL.fastest]
-            meant = f": {fitting[0]:.4g} Pa may be meant, or a density in another unit" if fitting else ""
-            yield (
-                f"{place}.modulus",
-                f"{e:.6g} Pa with {rho:.6g} kg/m^3 makes a speed of sound of {speed:.3g} m/s, and materials of "
-                f"machines have {USUAL.slowest:g} to {USUAL.fastest:g}{meant}",
-            )
-        yield from _of_shear_and_strength(place, material)
-
-
-def _of_shear_and_strength(place: str, material: Material) -> Found:
-    e, g, strength = material.modulus, material.shear_modulus, material.strength
-    if g is not None and not USUAL.least_shear <= g / e <= USUAL.largest_shear:
-        meant = likely(g, "Pa", (("MPa", 1e6), ("GPa", 1e9), ("", 1e3), ("", 1e-3)), e / 50, e / 2)
-        yield f"{place}.shear_modulus", f"{g:.6g} Pa is {g / e:.2g} times Young's modulus{meant}"
-    if strength is not None and not USUAL.weakest * e <= strength <= USUAL.strongest:
-        meant = likely(strength, "Pa", (("MPa", 1e6), ("kPa", 1e3), ("", 1e-6)), 1e-4 * e, 0.1 * e)
-        yield f"{place}.strength", f"{strength:.6g} Pa beside a modulus of {e:.6g} Pa is no strength{meant}"
-
-
-def _lengths(scene: Scene) -> dict[str, float]:
-    return {label: math.dist(*scene.member_ends(label)) for label in scene.members()}
-
-
 def _sections(scene: Scene) -> Found:
     """Look at each section as a rectangle of the same radius of gyration, beside the members that have it."""
-    for label, (_, member) in scene.members().items():
+    for label, (link, member) in scene.members().items():
         place, length = f"sections.{member.section}", math.dist(*scene.member_ends(label))
         section, rigid = scene.sections[member.section], scene.rigidity(label, np.array([0.5]))
         radius = math.sqrt(float(rigid.bending[0] / rigid.axial[0]))
@@ -110,6 +72,12 @@ def _sections(scene: Scene) -> Found:
             meant = "" if custom else likely(width, "m", (("mm", 1e-3), ("", 1e3)), 1e-3 * length, length)
             yield place + _key(section, "width", "area"), f"{what} {width:.4g} m wide, and {beside}{meant}"
         outer = float(np.abs(rigid.fibre[0]).max())
+        if abs(member.offset) > USUAL.farthest_offset * outer:
+            meant = likely(member.offset, "m", (("mm", 1e-3),), 0, USUAL.farthest_offset * outer)
+            yield (
+                f"links.{link}.members.{label.removeprefix(f'{link}.')}.offset",
+                f"the section is {member.offset:.4g} m beside its pins, and {2 * outer:.3g} m high{meant}",
+            )
         if custom and not radius * (1 - 1e-3) <= outer <= USUAL.farthest_fibre * radius:
             yield (
                 f"{place}.fibre",
@@ -125,7 +93,7 @@ def _key(section: Section, *names: str) -> str:
 
 def _proportions(scene: Scene) -> Found:
     """Compare the longest member with the next, and the shortest."""
-    lengths = sorted(_lengths(scene).items(), key=lambda item: item[1])
+    lengths = sorted(lengths_of(scene).items(), key=lambda item: item[1])
 
     def place(label: str) -> str:
         return f"links.{scene.members()[label][0]}.points"
@@ -147,7 +115,7 @@ def _proportions(scene: Scene) -> Found:
 
 
 def _masses(scene: Scene) -> Found:
-    lengths = _lengths(scene)
+    lengths = lengths_of(scene)
     reach = max(lengths.values())
     along = np.linspace(0, 1, 11)
     whole = sum(float(scene.rigidity(label, along).line_density.mean()) * lengths[label] for label in lengths)
@@ -291,7 +259,7 @@ def _numerics(scene: Scene) -> Found:
         if share >= USUAL.largest_tolerance:
             place = "tolerance" if isinstance(scene.tolerance, float) else f"tolerance.{quantity}"
             yield place, f'{share:.6g} is {100 * share:.4g} % of the {quantity}: "{share:.6g} %" may be meant'
-    size = sum(_lengths(scene).values())
+    size = sum(lengths_of(scene).values())
     for name, spring in scene.springs.items():
         if isinstance(spring, LineSpring) and (spring.length or 0.0) > USUAL.longest_spring * size:
             meant = likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
@@ -310,4 +278,4 @@ def _unused(scene: Scene) -> Found:
 
 
 ALONE = (_angles, _pulses, _waves, _damping, _numerics, _unused)
-IN_TURN = ((_materials, _proportions), (_sections,), (_masses, motion, _loads))  # each needs what is before it
+IN_TURN = ((materials, _proportions), (_sections,), (_masses, motion, _loads))  # each needs what is before it

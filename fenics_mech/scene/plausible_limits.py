@@ -26,6 +26,8 @@ class Plausible:
     narrowest: float = 1e-5  # width over the length: a wire
     widest: float = 5.0  # the same: a flap is wide
     farthest_fibre: float = 10.0  # radii of gyration: a T has 3
+    farthest_offset: float = 30.0  # of a section from its pins, over its outer fibre: brackets have up to about 10
+    short_arm: float = 0.5  # length of a member that is made rigid, over the longest that bends
     longest: float = 100.0  # length of a member (m): jibs of tower cranes have 80
     least_alike: float = 1 / 200  # shortest member over the next, which may be a stub
     most_alike: float = 50.0  # longest member over the next

@@ -70,7 +70,7 @@ def plot_scene(scene: Scene, axes: Axes | None = None) -> Axes:
 
 def _add_names(skeleton: Skeleton, acting: ActingDrawing, axes: Axes) -> None:
     """Write the names of joints, links, and all that acts, in this order: the first have most room."""
-    lines = [*skeleton.path[:, [0, -1]], *skeleton.bars, *skeleton.strokes, *acting.lines]
+    lines = [*skeleton.path[:, [0, -1]], *skeleton.bars, *skeleton.beside, *skeleton.strokes, *acting.lines]
     shapes = [*skeleton.blocks, *skeleton.triangles]
     lines += [side for shape in shapes for side in zip(shape, np.roll(shape, 1, axis=0))]
     labels = Labels(axes, MILLI * np.array(lines).reshape(-1, 2, 2))

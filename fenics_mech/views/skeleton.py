@@ -108,6 +108,18 @@ class Skeleton:
         return first, second
 
     @cached_property
+    def beside(self) -> Array:
+        """Lines of the sections that are beside their members' axes, with arms at both ends (m), ``(lines, 2, 2)``."""
+        lines = []
+        for path, (_, member) in zip(self.path, self.scene.members().values()):
+            along = path[-1] - path[0]
+            normal = np.array([-along[1], along[0]]) / np.linalg.norm(along)
+            moved = path + member.offset * normal
+            if member.offset:
+                lines += [moved[[0, -1]], *zip(path[[0, -1]], moved[[0, -1]])]
+        return np.array(lines, dtype=float).reshape(-1, 2, 2)
+
+    @cached_property
     def pins(self) -> Array:
         """Places of the joints (m), ``(joints, 2)``."""
         return pin_places(self.scene, self.motion, self.path[None])[0]
@@ -163,7 +175,7 @@ class Skeleton:
     @property
     def points(self) -> Array:
         """Points that the drawing must show (m), ``(points, 2)``."""
-        parts = (self.path, self.pins, self.bars, self.strokes, self.rails)
+        parts = (self.path, self.pins, self.bars, self.strokes, self.rails, self.beside)
         return np.concatenate([part.reshape(-1, 2) for part in parts])
 
     def draw(self, axes: Axes, colour: str = INK) -> None:
@@ -179,6 +191,7 @@ class Skeleton:
         _lines(axes, self.strokes, color=INK, linewidth=0.8)
         _polygons(axes, self.triangles, zorder=0.5)
         _lines(axes, self.rails, color=INK, linewidth=1.2)
+        _lines(axes, self.beside, color=colour, linewidth=1.2, linestyle="dashed")
         _lines(axes, self.bars, color=RIGID, zorder=2.5, **THICK)
         _lines(axes, self.path, color=colour, zorder=3, **THICK)
         _polygons(axes, self.blocks, zorder=3.5)

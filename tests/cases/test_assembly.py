@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.errors import AssemblyError
+from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import assembly_notices, reachable_range, solve_motion, start_motion
 from fenics_mech.kinematics.assemblies import every_assembly
 from fenics_mech.kinematics.loops import Loops
@@ -17,6 +17,7 @@ from tests.common import DEMOS
 
 CASES = Path(__file__).parent / "scenes"
 
+POWERS = {"area": 2, "inertia": 4, "fibre": 1, "width": 1, "height": 1, "diameter": 1, "thickness": 1}
 THETA = np.linspace(0, 2 * np.pi, 25)
 
 
@@ -156,14 +157,14 @@ def test_links_that_close_elsewhere_are_told_where_the_drive_may_start():
 @pytest.mark.parametrize("size", [1e-8, 1e-4, 1e3, 1e6])
 def test_links_of_any_size_move_alike(name, size):
     scene = fm.load(DEMOS / f"{name}.toml")
-    big = demo_scaled(scene, size)
+    big = scaled(scene, size)
     expected, found = solve_motion(scene, THETA), solve_motion(big, THETA)
     assert np.abs(found.angle - expected.angle).max() < 1e-9
     assert np.abs(found.position / size - expected.position).max() < 1e-9 * np.abs(expected.position).max()
     assert len(reachable_range(big).critical) == len(reachable_range(scene).critical)
 
 
-def demo_scaled(scene, size):
+def scaled(scene, size):
     """Give a scene of which all lengths of links are so many times as large."""
     data = scene.model_dump()
     for body in (data["ground"], *data["links"].values()):
@@ -172,4 +173,25 @@ def demo_scaled(scene, size):
             body["position"] = tuple(size * x for x in body["position"])
         if body.get("rigid"):
             body["rigid"]["centre"] = tuple(size * x for x in body["rigid"]["centre"])
+    for section in data["sections"].values():
+        section |= {key: size**power * section[key] for key, power in POWERS.items() if key in section}
+    for mass in data["masses"].values():
+        mass |= {"mass": size**3 * mass["mass"], "inertia": size**5 * mass["inertia"]}
+    data["drive"]["speed"] = scene.drives[0].speed / size
     return fm.Scene.read(data)
+
+
+@pytest.mark.parametrize("size", [1e-8, 1e6])
+def test_links_of_any_size_have_the_same_strains_at_the_same_speed_of_their_tips(size):
+    """E eps ~ rho (w L)^2: a linkage of another size that turns slower in proportion has the same strains."""
+    scene = fm.load(DEMOS / "four_bar.toml")
+    scene = scene.changed({"effects": (), "analysis": {"method": "quasi-static", "sub_intervals": 24}})
+    expected, found = (fm.analyse(one).data["strain"].to_numpy() for one in (scene, scaled(scene, size)))
+    assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_a_tiny_stroke_by_a_formula_is_to_be_periodic_too():
+    with pytest.raises(SceneError, match="not periodic"):
+        fm.Expression(formula="1e-10*theta")
+    fm.Expression(formula="1e-10*sin(theta)**3")
+    fm.Expression(formula="0")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -94,6 +94,18 @@ class Rigidity:
         outer = (np.stack([np.broadcast_to(v, s.shape) for v in pair], axis=-1) for pair in (modulus, fibre))
         lines = (np.full(s.shape, value) for value in (neutral, mass_centre))
         return cls(*along, *outer, *lines)
+
+    def moved(self, offset: float) -> Rigidity:
+        """Give the same section elsewhere along the normal.
+
+        Parameters
+        ----------
+        offset
+            How far it is moved, towards the side of the normal (m).
+        """
+        if not offset:
+            return self
+        return replace(self, neutral=self.neutral + offset, mass_centre=self.mass_centre + offset)
 
 
 @dataclass(frozen=True)
