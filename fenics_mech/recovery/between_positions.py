@@ -17,7 +17,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
-from fenics_mech.accuracy.estimate import AtStations
+from fenics_mech.accuracy.at_stations import AtStations
 from fenics_mech.accuracy.missed_peaks import MissedPeaks, Owner
 from fenics_mech.accuracy.quantities import Quantities
 from fenics_mech.beams.element_matrices import Beams
@@ -44,8 +44,8 @@ VECTORS = ("deflection", "joint_force")
 class BetweenLimits:
     """How closely a motion without vibration is looked at between positions."""
 
-    angles: int = 720  # equal steps of a cycle, at least
-    parts: int = 4  # of each step of the branch, over which rates are nearly straight, and of each between corners
+    angles: int = 360  # equal steps of a cycle, at least
+    parts: int = 3  # of each step of the branch, over which rates are nearly straight, and of each between corners
     most_pieces: int = 200  # of a load's factor that are looked at; of more those about its largest value
     drop: float = 1e-4  # of a peak to a place beside it: where more, it is looked at more closely
     closer: int = 8  # times as closely
@@ -121,8 +121,8 @@ class _WithoutVibration:
             branch = self.motion.path.whole.over(self.motion.theta)
             found.append(_with_parts(np.unique(np.abs(branch.theta)) * count / TURN))
         for load in self.scene.loads.values():
-            if load.factor is not None:
-                found.append(_with_parts(_corners(factor_pieces(load.factor), load.factor_at) * count / TURN))
+            if load.over_cycle is not None:
+                found.append(_with_parts(_corners(factor_pieces(load.over_cycle), load.factor_at) * count / TURN))
         places = np.concatenate([np.arange(count * times) / times, *found])
         return np.unique(places[places < count])
 

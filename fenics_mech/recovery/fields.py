@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array, norms
-from fenics_mech.accuracy.estimate import AtStations
+from fenics_mech.accuracy.at_stations import AtStations
 from fenics_mech.accuracy.joint_map_errors import LeftByJoints, left_by_joints
 from fenics_mech.accuracy.validity import bow, euler_ratio, largest_rotation
 from fenics_mech.effects import NOTHING

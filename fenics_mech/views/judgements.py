@@ -379,6 +379,6 @@ def doubtful_peaks(result: Result) -> str | None:
     by_tolerance = "chosen" in result.data.attrs and result.scene.analysis.method == "periodic"
     return (
         f"Peaks between the {result.data.sizes['theta']} positions are uncertain by an estimated {by_strain:.1%} of "
-        f"the largest strain and {by_force:.1%} of the largest joint force. "
+        f"the member's largest strain and {by_force:.1%} of the largest joint force. "
         f"Take {'a smaller tolerance' if by_tolerance else 'more sub_intervals'}."
     )

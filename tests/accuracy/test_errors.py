@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from fenics_mech import load
+from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.corrected_response import MESH_SAFETY
-from fenics_mech.accuracy.estimate import Errors, _advice, between_stations, left_out
+from fenics_mech.accuracy.estimate import Errors, _advice, left_out
 from fenics_mech.accuracy.quantities import places_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice

@@ -12,7 +12,7 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.scene import Scene, load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.check import Finding
@@ -99,7 +99,8 @@ def test_joints_torque_frequencies_and_decisions(result):
 
 
 def test_a_quasi_static_result_has_no_modes():
-    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 8}, mesh={"elements": 2})
+    analysis = {"method": "quasi-static", "sub_intervals": 8, "allow_coarse": True}
+    scene = seed_four_bar(analysis=analysis, mesh={"elements": 2})
     text = printed(details(analyse(scene)))
     assert "quasi-static, 8 positions" in text
     assert "6 elements" in text
@@ -197,7 +198,7 @@ def test_peaks_between_positions_do_not_swing_beyond_corners():
     scene = seed_four_bar(effects=("coupling",), loads=press, drive__speed=5.0, analysis=analysis)
     few, many = (analyse(scene.changed(analysis__sub_intervals=count)) for count in (36, 240))
     assert "Peaks between the 36 positions are uncertain by an" in printed(details(few))
-    assert "are uncertain by" not in printed(details(many))
+    assert max(doubts(many).values()) < 0.02  # the crank, of small strains: 0.9 % off against 1440 positions
     for name in ("strain", "joint_force", "deflection"):
         told, exact = (abs(found.data[name]).max() for found in (between_positions(few), many))
         assert told < 1.01 * exact
@@ -207,15 +208,16 @@ def test_doubt_about_peaks_does_not_rest_on_the_position_at_0(result):
     """A peak between the first two of 24 positions, of which 10 % are missed, and by every second one 29 % more."""
     peak = np.exp(-4 * np.sin((result.data["theta"] - np.radians(5)) / 2) ** 2 / np.radians(15) ** 2)
     curves = {name: 1e-4 * peak * xr.ones_like(result.data[name]) for name in ("strain", "joint_force")}
-    text = printed(details(Result(result.data.assign(curves))))
+    unknown = result.data.drop_sel(source="positions")  # by which no error between positions is estimated
+    text = printed(details(Result(unknown.assign(curves))))
     assert "Peaks between the 24 positions are uncertain by an estimated 28." in text
     assert "Take more sub_intervals" in text
-    by_tolerance = result.data.assign(curves).assign_attrs(chosen="")  # which takes the positions itself
+    by_tolerance = unknown.assign(curves).assign_attrs(chosen="")  # which takes the positions itself
     assert "Take a smaller tolerance" in printed(details(Result(by_tolerance)))
 
 
 def test_a_drive_along_a_slide_gives_a_force():
-    found = analyse(crane().changed(analysis__method="quasi-static", analysis__sub_intervals=24))
+    found = analyse(crane().changed(analysis__method="quasi-static", analysis__sub_intervals=36))
     assert found.data["input_torque"].attrs["units"] == found.data["drive_effort"].attrs["units"] == "N"
     line = next(line for line in printed(details(found)).splitlines() if line.startswith(" drive force"))
     peak = np.abs(found.data["input_torque"]).max()
