@@ -49,7 +49,7 @@ class Sweep(OfScene):
     ----------
     data
         One dimension per swept field, named by its path, in SI; then members, joints, modes, harmonics. Variables as in
-        `kept_points.KEPT`, NaN where a point has none, and the texts `sweep_points.TEXTS`. Units in
+        `kept_points.KEPT`, NaN where a point has none, and the texts `kept_points.TEXTS`. Units in
         ``attrs["units"]``.
 
     Examples

@@ -11,7 +11,7 @@ import xarray as xr
 from scipy.integrate import simpson
 
 from fenics_mech._arrays import Array
-from fenics_mech._guard import require_memory
+from fenics_mech._guard import guarded, require_memory
 from fenics_mech.analysis import solve
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError
@@ -177,6 +177,7 @@ def _strain_energy(solution: Solution) -> float:
     return total
 
 
+@guarded()
 def _solution(scene: Scene, progress: Progress) -> Solution:
     """Solve a scene, with the effects that it calls for."""
     if scene.analysis.method == "transient":
