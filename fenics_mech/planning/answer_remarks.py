@@ -21,7 +21,16 @@ WORDS = {
     "joint_force": "joint forces",
     "torque": "efforts of the drives",
 }
-OF_EQUATION = {"theory": "linear theory", "effects": "effects left out"}  # sources that steps and mesh do not lower
+CAUSES = {  # sources of errors that the mesh and the steps of a tolerance do not lower
+    "theory": "linear theory",
+    "effects": "effects left out",
+    "joints": "rigid arms and guides",
+    "positions": "peaks between positions",
+}
+CURES = {
+    "joints": "Take a stiff member that bends in place of `rigid`, or lower loads or speed",
+    "positions": "Take more sub_intervals",
+}
 
 
 def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) -> dict[str, str]:
@@ -45,7 +54,7 @@ def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) 
 def unmet(result: Result) -> list[str]:
     """Say which tolerances a result does not meet by its estimates, why, and what to do about it.
 
-    Steps and mesh are within the tolerance, or there is no result. So what is beyond it comes from the equation.
+    Steps and mesh are within the tolerance, or there is no result. What is beyond it has one of the other causes.
 
     Parameters
     ----------
@@ -61,18 +70,20 @@ def unmet(result: Result) -> list[str]:
         total = sum(errors.values())
         if total <= most and not unknown:
             continue
-        worst = max((source for source in errors if source in OF_EQUATION), key=errors.__getitem__, default="")
+        worst = max((source for source in errors if source in CAUSES), key=errors.__getitem__, default="")
         size = f"at most {percent_of_error(total)}"
         if total <= most or not worst:
             size += f" without {UNKNOWN}, which is not estimated"
         else:
-            size += f", and {percent_of_error(errors[worst])} is by {OF_EQUATION[worst]}"
+            size += f", and {percent_of_error(errors[worst])} is by {CAUSES[worst]}"
         found.append(f"{percent(most)} of the {WORDS[what]} is not met: the error is {size}. {_cure(result, worst)}")
     return [f"tolerance: {text}" for text in found]
 
 
 def _cure(result: Result, source: str) -> str:
     """Say what brings an error within its tolerance, by its largest source."""
+    if source in CURES:
+        return CURES[source]
     decided = json.loads(result.data.attrs["effects"])
     if not any(one["size"] is not None for one in decided):  # the scene lists its effects
         return "Write effects = 'auto', or give a larger tolerance"
