@@ -79,40 +79,44 @@ class Group:
     pairs
         Both ends of each element.
     what
-        The measure of each element, or the beams.
+        The measures of each element, as many of each, or the beams.
     """
 
     def __init__(
-        self, geometry: Geometry, places: Places, pairs: Sequence[tuple[End, End]], what: Sequence[Measure] | Beams
+        self,
+        geometry: Geometry,
+        places: Places,
+        pairs: Sequence[tuple[End, End]],
+        what: Sequence[Sequence[Measure]] | Beams,
     ) -> None:
         self.geometry = geometry
         self.pose = np.array([[e.pose for e in pair] for pair in pairs], dtype=np.int32).reshape(-1, 2)
-        self.arms = np.array([[[*e.offset, *e.turn.ravel()] for e in pair] for pair in pairs], dtype=float)
         self.dof = np.ascontiguousarray(places[self.pose].reshape(len(self.pose), 2 * geometry.size))
-        self.beams = isinstance(what, Beams)
-        self.numbers = (
-            what.parameters(geometry)
-            if isinstance(what, Beams)
-            else np.array([tuple(one) for one in what], dtype=np.int32).reshape(-1, 3)
-        )
+        arms = np.array([[[*e.offset, *e.turn.ravel()] for e in pair] for pair in pairs], dtype=float)
+        if isinstance(what, Beams):
+            self.count, self._kernel = 3 * (geometry.d - 1), "beam_strains"
+            self._elements: tuple[Array | Places, ...] = (self.pose, arms, what.parameters(geometry))
+        else:
+            self.count, self._kernel = max((len(own) for own in what), default=1), "relations"
+            numbers = np.array([tuple(one) for own in what for one in own], dtype=np.int32).reshape(-1, 3)
+            repeated = (np.repeat(self.pose, self.count, axis=0), np.repeat(arms, self.count, axis=0))
+            self._elements = (*repeated, numbers)
 
     @classmethod
     def of(cls, geometry: Geometry, places: Places, term: Term) -> Group:
         """Give the elements of a term."""
-        what = term if isinstance(term, Beams) else [term.measure] * len(term.pairs)
-        return cls(geometry, places, term.pairs, what)  # type: ignore[arg-type]
+        return cls(geometry, places, term.pairs, term if isinstance(term, Beams) else [term.measures] * len(term.pairs))
 
     def measure(self, at: Moved, angles: Array | None) -> Measured:
-        """Measure all elements; there is no response yet."""
-        g, T, E = self.geometry, len(at.r), len(self.pose)
-        N, m = g.d + 2 * g.turns, 3 * (g.d - 1) if self.beams else 1
+        """Measure all elements, angles near to given ones ``(instants, elements, measures)``; no response yet."""
+        g, T, E, m = self.geometry, len(at.r), len(self.pose), self.count
+        N = g.d + 2 * g.turns
         x, gradient, hessian = (np.empty((T, E, m, *s)) for s in ((), (N,), (N * (N + 1) // 2,)))
-        given = (T, E, at.r.shape[1], at.r, at.c, at.R0, self.pose, self.arms, self.numbers)
-        if self.beams:
-            call(f"beam_strains_{g.name}", *given, x, gradient, hessian)
-        else:
-            near = np.zeros((T, E)) if angles is None else np.ascontiguousarray(angles)
-            call(f"relations_{g.name}", *given, near, x, gradient, hessian)
+        given = (T, len(self._elements[0]), at.r.shape[1], at.r, at.c, at.R0, *self._elements)
+        if self._kernel == "relations":
+            near = np.zeros((T, E, m)) if angles is None else np.ascontiguousarray(angles)
+            given = (*given, near)
+        call(f"{self._kernel}_{g.name}", *given, x, gradient, hessian)
         one, other = at.ways[:, self.pose[:, 0]], at.ways[:, self.pose[:, 1]]
         ways = np.concatenate([other[..., : g.d] - one[..., : g.d], one[..., g.d :], other[..., g.d :]], axis=-1)
         rate = np.einsum("temn,ten->tem", gradient, ways)

@@ -160,7 +160,7 @@ class Machine:
     @cached_property
     def row_group(self) -> Group:
         """The rows, where they lie."""
-        pairs, measures = [row.pair for row in self.rows], [row.measure for row in self.rows]
+        pairs, measures = [row.pair for row in self.rows], [(row.measure,) for row in self.rows]
         return Group(self.geometry, self.places, pairs, measures)
 
     @cached_property
@@ -244,7 +244,7 @@ class Machine:
             Stresses of every term that make the geometric stiffness, instead of the present ones: with those that the
             last step predicted, Newton's method is that of the stresses as unknowns.
         angles
-            Angles near those of every term, ``(instants, elements)``, by which whole turns count.
+            Angles near those of every term, ``(instants, elements, measures)``, by which whole turns count.
         loads
             Share of gravity and of all terms but beams that acts.
         moving
@@ -283,7 +283,7 @@ class Machine:
         n, group = self.n, self.row_group
         values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
         value = np.stack(values, axis=1)
-        found = group.measure(at, value)
+        found = group.measure(at, value[..., None])
         group.spread(found.with_response(Response(a[:, n:, None])), None, self.pattern, tangents, target)
         slack = np.array([row.slack for row in self.rows])
         target[0][:, n:] = found.x[..., 0] - value - slack * a[:, n:]

@@ -45,8 +45,10 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
         The poses.
     """
     d = at.r.shape[-1]
-    pose, arms = group.pose, group.arms
-    offset, turn = arms[..., :d], arms[..., d:].reshape(*pose.shape, d, d)
+    pose = group.pose
+    offset, turn = (
+        np.array([[getattr(end, name) for end in pair] for pair in beams.pairs]) for name in ("offset", "turn")
+    )
     way = np.einsum("tekij,ekj->teki", at.R[:, pose], offset)
     axes = at.R[:, pose] @ turn
     along = np.einsum("temn,tem->ten", measured.gradient, measured.response.stress)

@@ -30,7 +30,7 @@ class Spring(Term):
         self, pairs: Sequence[tuple[End, End]], stiffness: float, rest: float, look: Look = Look.DISTANCE
     ) -> None:
         super().__init__(pairs)
-        self.stiffness, self.rest, self.measure = stiffness, rest, Measure(look)
+        self.stiffness, self.rest, self.measures = stiffness, rest, (Measure(look),)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
         """Give the forces: k (x - x0)."""
@@ -60,7 +60,7 @@ class Damper(Term):
         self, pairs: Sequence[tuple[End, End]], factor: float, look: Look = Look.DISTANCE, axis: int = 0
     ) -> None:
         super().__init__(pairs)
-        self.factor, self.measure = factor, Measure(look, axis)
+        self.factor, self.measures = factor, (Measure(look, axis),)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
         """Give the forces: c v."""
@@ -82,7 +82,8 @@ class DeadLoad(Term):
 
     def __init__(self, ground: End, end: End, axis: int | None, force: Callable[[Array], Array]) -> None:
         super().__init__([(ground, end)])
-        self.force, self.measure = force, Measure(Look.ANGLE) if axis is None else Measure(Look.PLACE, axis)
+        self.force = force
+        self.measures = (Measure(Look.ANGLE) if axis is None else Measure(Look.PLACE, axis),)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
         """Give minus the load, as stresses act against their measures."""

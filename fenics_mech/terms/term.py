@@ -63,8 +63,8 @@ class Response:
 class Term:
     """Elements of one kind between pairs of ends.
 
-    A term states what it looks at (`measure`), and `respond` gives the stresses. The machine makes forces, tangents and
-    powers from that. A term that stores energy states it, for the energy balance.
+    A term states what it looks at (`measures`), and `respond` gives the stresses. The machine makes forces, tangents
+    and powers from that. A term that stores energy states it, for the energy balance.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Term:
         Both ends of each element.
     """
 
-    measure: Measure | None = None  # of each element; None for the strains of beams
+    measures: tuple[Measure, ...] = ()  # of each element; beams have their strains
 
     def __init__(self, pairs: Sequence[tuple[End, End]]) -> None:
         self.pairs = list(pairs)

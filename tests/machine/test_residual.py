@@ -91,7 +91,7 @@ def test_an_angle_counts_whole_turns():
     spring = Spring([(machine.at_ground(), machine.end(pose))], 2.0, 0.0, Look.ANGLE)
     machine.terms.append(spring)
     angle = 5 * np.pi + 0.3
-    near = [np.array([[angle + 1.0]]), np.zeros((1, 0))]
+    near = [np.array([[[angle + 1.0]]])]
     zero = np.zeros((1, 1))
     found = machine.residual(np.zeros(1), np.array([[angle]]), zero, zero, angles=near)
     np.testing.assert_allclose(found.force, [[2 * angle]], rtol=1e-14)
