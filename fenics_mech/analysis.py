@@ -271,6 +271,12 @@ class RefinedAnalysis:
             judged = replace(solution, stability=stability_of(solution, allow_unstable))
             self._last = replace(self._last, solution=judged)
 
+    def refuse_missed(self, allow_coarse: bool) -> None:
+        """Raise `UnresolvedError` where the positions of the last trial surely miss peaks, unless that is to pass."""
+        assert self._last is not None
+        if not allow_coarse:
+            self._last.errors.refuse_missed(self._last.solution.scene)
+
     def whole(self) -> Result:
         """Give the whole result of the last trial."""
         assert self._last is not None

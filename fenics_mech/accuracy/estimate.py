@@ -135,12 +135,8 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
+        self.refuse_missed(scene)
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
-        for what, missed in self._missed().items():
-            if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
-                worst = int(missed.argmax())
-                allowed = ACCEPTED.by_positions * float(self.measure[what][worst])
-                raise self.missed.refusal((what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", allowed)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
             if not errors.max(initial=0.0) <= limit:
@@ -149,6 +145,15 @@ class Errors:
                 place, measure = PLACES[what]
                 said = f"{place} {names[what][worst]!r} is uncertain by"
                 raise _refusal(scene, said, measure, shares, self.order, limit)
+
+    def refuse_missed(self, scene: Scene) -> None:
+        """Raise `UnresolvedError` where the positions surely miss peaks of joint forces or strains by too much."""
+        names = places_of(scene.members(), scene.joints, scene.moved_joints)
+        for what, missed in self._missed().items():
+            if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
+                worst = int(missed.argmax())
+                allowed = ACCEPTED.by_positions * float(self.measure[what][worst])
+                raise self.missed.refusal((what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", allowed)
 
     def _missed(self) -> dict[str, Array]:
         """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""

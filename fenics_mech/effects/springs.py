@@ -34,7 +34,7 @@ def terms(situation: Situation) -> Terms:
     if scene.analysis.method == "periodic" and scene.drives:
         for name, spring in scene.springs.items():
             if isinstance(spring, HingeSpring):
-                _refuse_winding(scene.cycle_rate, name, Separation.of(scene, mesh, motion, spring))
+                _refuse_winding(motion.theta, scene.cycle_rate, name, Separation.of(scene, mesh, motion, spring))
     found = (
         Terms(
             loads=Loads(force=separation.force(pull, size)),
@@ -259,9 +259,13 @@ def _angle_between(scene: Scene, hinge: HingeSpring) -> float:
     return angles[bodies[1]] - angles[bodies[0]]
 
 
-def _refuse_winding(cycle_rate: float, name: str, separation: Separation) -> None:
-    """Raise `SceneError` when a spring is wound up by a turn in every cycle."""
-    if round(separation.rate.mean() / cycle_rate):
+def _refuse_winding(theta: Array, cycle_rate: float, name: str, separation: Separation) -> None:
+    """Raise `SceneError` when a spring is wound up by a turn in every cycle; a part of the cycle alone tells nothing."""
+    steps = np.diff(theta, append=theta[0] + TURN)
+    if steps.max() > TURN / 4:
+        return
+    rate = separation.rate.reshape(len(theta), -1)[:, 0] / cycle_rate
+    if round(float(np.sum(steps * (rate + np.roll(rate, -1))) / (2 * TURN))):
         raise SceneError(
             "the bodies turn against each other without end, which winds the spring up in every cycle",
             place=f"springs.{name}",

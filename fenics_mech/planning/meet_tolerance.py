@@ -134,6 +134,7 @@ def within(
             analyser.judge(scene.analysis.allow_unstable)
             judged = True
         if met:
+            analyser.refuse_missed(scene.analysis.allow_coarse)
             result = analyser.whole()
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             accounted = stamp(trial) | {"chosen": _account(trial, result, this, done)}
@@ -147,8 +148,7 @@ def within(
 def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
     stated = scene.effects != "auto"  # the tolerance is then that of the equation
-    apart = ["effects", "joints", *(["theory"] if stated else [])]
-    apart += [BETWEEN] if _periodic(scene) else []  # see _beyond
+    apart = ["effects", "joints", BETWEEN, *(["theory"] if stated else [])]  # positions: see _beyond, and refuse_missed
     data = result.data.drop_sel(source=apart, errors="ignore")
     sources = [str(source) for source in data["source"].to_numpy()]
     names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
@@ -189,9 +189,6 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
             if error > SEARCH.share(source) * scene.tolerances[what]:
-                if source == BETWEEN:  # a quasi-static cycle has the positions that are stated
-                    stated = scene.analysis.sub_intervals
-                    raise _not_met(scene, trials, f"peaks lie between its {stated} sub_intervals: take more")
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
     if _stations_suffice(scene, last):  # which leave the motion as it is

@@ -47,8 +47,8 @@ class OfScene(Saved):
             raise ResultError(f"the file holds no scene that can be analysed: {error}") from error
 
     def known_names(self) -> frozenset[str]:
-        """Names of the links, points, joints and so on of the scene."""
-        return frozenset({"ground", *_keys(self.scene.model_dump(mode="json"))})
+        """Names of the links, points, joints and so on of the scene, as it is written: plugins need not be there."""
+        return frozenset({"ground", *_keys(json.loads(self.data.attrs["scene"]))})
 
     def told_in(self, units: Sequence[str]) -> Self:
         """Give the same, whose numbers are printed and drawn in other units.

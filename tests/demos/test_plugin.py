@@ -138,9 +138,9 @@ def test_keys_of_a_package_stand_in_the_schema(installed):
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ('speed = "30 rad/s"', 'speed = "30 kg"', r"plugins.turntable.speed \(line 26\): .*kg"),
+        ('speed = "30 rad/s"', 'speed = "30 kg"', r"plugins.turntable.speed \(line 27\): .*kg"),
         ('speed = "30 rad/s"', "pace = 1", "plugins.turntable.speed .*: this key is missing"),
-        ('height = "4 mm"', 'height = "-4 mm"', r"sections.bar.height \(line 9\): .*greater than 0"),
+        ('height = "4 mm"', 'height = "-4 mm"', r"sections.bar.height \(line 10\): .*greater than 0"),
         ('shape = "ellipse"', 'shape = "egg"', "no such shape of section; known are .*taper, ellipse"),
         (TABLE, f"{WIND}pace = 1\n", r"loads.wind.pace \(line \d+\): .*nknown key"),
         (TABLE, f"{WIND}line = [1, 0]\n", "loads.wind .*`line` follows from the other keys"),
