@@ -260,7 +260,7 @@ def _angle_between(scene: Scene, hinge: HingeSpring) -> float:
 
 
 def _refuse_winding(theta: Array, cycle_rate: float, name: str, separation: Separation) -> None:
-    """Raise `SceneError` when a spring is wound up by a turn in every cycle; a part of the cycle alone tells nothing."""
+    """Raise `SceneError` when a spring is wound up by a turn in every cycle; a part of a cycle alone tells nothing."""
     steps = np.diff(theta, append=theta[0] + TURN)
     if steps.max() > TURN / 4:
         return

@@ -39,6 +39,9 @@ class Analyser(Protocol):
     def judge(self, allow_unstable: bool) -> None:
         """Raise where the last motion is unstable and may not be so."""
 
+    def refuse_missed(self, allow_coarse: bool) -> None:
+        """Raise where the positions of the last trial miss peaks and may not do so."""
+
     def whole(self) -> Result:
         """Give the whole result of the last trial."""
 

@@ -23,7 +23,7 @@ from fenics_mech.accuracy.quantities import Quantities
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.effects import EFFECTS
 from fenics_mech.forces.virtual_work import Forces
-from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.kinematics import Linkage, Motion
 from fenics_mech.mechanism.beam_links import links
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.fields import Fields
@@ -51,6 +51,7 @@ class BetweenLimits:
     closer: int = 8  # times as closely
     rounds: int = 3  # of that
     nothing: float = 1e-9  # of the largest value: what is left of a response is rounding
+    apart: float = 10.0  # times the largest value: beyond it a response is not the motion without vibration and a rest
     grows: float = 1.5  # times as many positions, until they show a peak
     most: int = 20_000  # of them that are tried
 
@@ -102,7 +103,8 @@ class _WithoutVibration:
         """Give the quantities at drive angles (rad)."""
         motion = self.motion
         if theta is not motion.theta:
-            motion = solve_motion(self.scene, theta, near=motion if motion.linkage else None)
+            linkage = motion.linkage or Linkage(self.scene)  # whose branch is followed in steps of its own
+            motion = linkage.motion(theta, self.scene.cycle_rate)
         system = system_at(self.scene, self.beams, motion)
         found = Quantities.of(self.scene, system, solve_static(system), s=self.s)
         strain = found.axial[..., None] + found.bending
@@ -192,9 +194,12 @@ class _Response:
     def __init__(self, still: _WithoutVibration, known: Values) -> None:
         count = len(still.motion.theta)
         self.still, self.known, self.count = still, known, count
+        self.unknown = set[str]()
         self.rest, self.halves = dict[str, CycleCurves](), dict[str, CycleCurves]()
         for name, without in still.at(still.motion.theta).items():
             left, largest = known[name] - without, float(np.abs(known[name]).max(initial=0.0))
+            if np.abs(left).max(initial=0.0) > BETWEEN.apart * largest:  # a damper that blocks: nothing is known of it
+                self.unknown.add(name)
             if np.abs(left).max(initial=0.0) > BETWEEN.nothing * largest:
                 self.rest[name] = curves_over_cycle(still.scene, left, name)
                 if count < PEAK.certain:
@@ -220,6 +225,8 @@ class _Response:
 
     def missed(self, name: str) -> Array:
         """Give by how much the peaks of a quantity differ from those that the positions show, ``(owners,)``."""
+        if name in self.unknown:
+            return np.zeros_like(self.best[name].value)
         return np.abs(self.best[name].value - _shown(self.still.scene, name, self.known[name]))
 
     def doubt(self, name: str) -> Array:

@@ -57,7 +57,7 @@ class Branch(OfScene):
 
     Examples
     --------
-    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.solver": "collocation", "analysis.sub_intervals": 18})
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.solver": "collocation", "analysis.sub_intervals": 36})
     >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "101 rpm"), points=1)
     >>> branch.whole, branch.changes()
     (True, [])
@@ -165,7 +165,7 @@ def follow(
 
     Examples
     --------
-    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.solver": "collocation", "analysis.sub_intervals": 18})
+    >>> scene = fm.load("demos/four_bar.toml").changed({"analysis.solver": "collocation", "analysis.sub_intervals": 36})
     >>> branch = fm.follow(scene, "drive.speed", ("100 rpm", "101 rpm"), points=1)
     >>> bool(branch.data["stable"].all())
     True

@@ -14,6 +14,8 @@ from fenics_mech.accuracy.beam_theory import frequency_shares
 from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, left_out_of_frequencies
 from fenics_mech.effects import EFFECTS
+from fenics_mech.effects.shear import EFFECT as SHEAR
+from fenics_mech.effects.shear import assumed
 from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.eigenmodes.tracking import Modes
 from fenics_mech.forces.section_forces import deflection_of_nodes
@@ -158,6 +160,8 @@ def _chosen(scene: Scene, progress: Callable[[str], None]) -> tuple[Scene, Syste
             most = np.divide(before - after, before, out=np.zeros_like(before), where=before > 0).max()
             said.append(f"{' and '.join(added)} act here: they change these frequencies by up to {100 * most:.2g} %")
             shares = frequency_shares(chosen, system, found)
+    if SHEAR.name in chosen.named_effects:
+        said += assumed(chosen)
     return chosen, system, found, shares, said
 
 

@@ -17,7 +17,7 @@ from tests.common import DEMOS, scene_modes
 
 UNIFORM, GRADED, UNEVEN = {"elements": 3}, {"elements": 4, "grading": 1.7}, {"stations": (0, 0.07, 0.5, 0.55, 1)}
 MESHES = {"uniform": UNIFORM, "graded": GRADED, "uneven": UNEVEN}
-QUASI_STATIC = {"method": "quasi-static", "sub_intervals": 12}
+QUASI_STATIC = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
 
 
 def own_meshes(scene):

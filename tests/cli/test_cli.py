@@ -94,7 +94,11 @@ def test_a_saved_result_is_drawn_and_reported(call, tmp_path):
 def test_details_and_no_report(call, tmp_path):
     scene = tmp_path / "scene.toml"
     text = Path(DEMO).read_text().replace('effects = "auto"', "effects = []")
-    scene.write_text(text.replace('"periodic"', '"quasi-static"').replace("sub_intervals = 360", "sub_intervals = 12"))
+    scene.write_text(
+        text.replace('"periodic"', '"quasi-static"').replace(
+            "sub_intervals = 360", "sub_intervals = 12\nallow_coarse = true"
+        )
+    )
     code, out, _ = call("run", scene, "-o", tmp_path, "--details", "--no-plots", "--no-report")
     assert code == 0
     assert "Peaks of the joint forces" in out

@@ -50,7 +50,7 @@ WELD, PIN, ROLLER = {"kind": "weld"}, {"kind": "revolute"}, {"kind": "slot"}
 
 
 def test_a_four_bar_loses_one_coordinate_per_element():
-    quasi_static = {"method": "quasi-static", "sub_intervals": 12}
+    quasi_static = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
     for elements in (1, 3):
         mesh = {"elements": elements}
         free, held = (
@@ -71,7 +71,7 @@ def test_axial_and_joint_forces_are_those_of_rigid_body_statics():
 
 
 def test_forces_without_coupling_are_those_of_members_that_stretch_and_deflections_their_limit():
-    analysis = {"method": "quasi-static", "sub_intervals": 12}
+    analysis = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
     held = analyse(four_bar(analysis=analysis, effects=HELD)).data
     stiff = [analyse(four_bar(k, analysis=analysis)).data for k in (1, 10, 100)]
     for name in ("axial_force", "shear_force", "moment", "joint_force", "input_torque"):
@@ -110,7 +110,7 @@ def test_the_whole_equation_has_the_limit_of_stiff_members():
 def test_machines_keep_their_joint_forces(name):
     # of these, the links of Jansen's legs are triangles: their members bend less where they cannot stretch
     scene = load(DEMOS / f"{name}.toml").changed(
-        analysis__method="quasi-static", analysis__sub_intervals=12, effects=()
+        analysis__method="quasi-static", analysis__sub_intervals=12, analysis__allow_coarse=True, effects=()
     )
     free, held = (analyse(scene.changed(effects=effects)).data for effects in ((), HELD))
     assert held.attrs["dofs"] < free.attrs["dofs"]
@@ -169,7 +169,7 @@ def test_large_rotations_are_refused():
 
 
 def test_geometric_stiffness_takes_the_axial_forces():
-    analysis = {"method": "quasi-static", "sub_intervals": 12}
+    analysis = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
     effects = ("geometric-stiffness",)
     free, held = (
         mechanism(seed_four_bar(analysis=analysis, effects=more)).terms.stiffening.force

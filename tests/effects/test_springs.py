@@ -129,7 +129,7 @@ def test_torsional_spring_at_a_pin_holds_the_beams_end():
 
 
 def test_torsional_spring_at_the_drive_is_felt_by_it():
-    analysis = {"method": "quasi-static", "sub_intervals": 12}
+    analysis = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
     spring = {"s": {"joint": "O", "stiffness": "2 N*m/rad"}}
     plain, sprung = (analyse(seed_four_bar(analysis=analysis, springs=springs)) for springs in ({}, spring))
     change = sprung.data["input_torque"] - plain.data["input_torque"]
@@ -282,7 +282,7 @@ def test_ends_that_meet_are_refused():
     scene = seed_four_bar(
         springs=spring,
         ground={"points": {"O": (0, 0), "C": (0.254, 0), "P": (0.10795, 0)}},
-        analysis={"method": "quasi-static", "sub_intervals": 4},
+        analysis={"method": "quasi-static", "sub_intervals": 4, "allow_coarse": True},
     )
     with pytest.raises(AssemblyError, match="drive angle 0 deg"):
         analyse(scene)

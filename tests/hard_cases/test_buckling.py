@@ -176,7 +176,7 @@ def pressed_link(link, share, **analysis):
         effects=LINEAR,
         mesh={"elements": 4},
         loads={"across": {"member": link, "line": (0, WEIGHT), "axes": "member"}},
-        analysis={"sub_intervals": 6, "stations": 3, "stability": False} | analysis,
+        analysis={"sub_intervals": 6, "allow_coarse": True, "stations": 3, "stability": False} | analysis,
     )
     motion = solve_motion(scene, scene.drive_angles(6))
     axes = np.stack([np.stack([np.cos(angle), np.sin(angle)]) for angle in motion.angle[:, 1:].T]).transpose(2, 1, 0)

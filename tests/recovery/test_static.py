@@ -61,7 +61,7 @@ def test_load_inside_a_member_that_moves_needs_the_torque_of_virtual_work(place)
     from fenics_mech.kinematics import solve_motion
 
     force, length = np.array([1.0, -2.0]), 0.2794
-    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 12})
+    scene = seed_four_bar(analysis={"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True})
     loaded = scene.changed(loads={"press": {"at": f"coupler@{place}", "force": tuple(force)}})
     torque = (analyse(loaded).data["input_torque"] - analyse(scene).data["input_torque"]).to_numpy()
     motion = solve_motion(scene, scene.drive_angles(12))
@@ -71,7 +71,7 @@ def test_load_inside_a_member_that_moves_needs_the_torque_of_virtual_work(place)
 
 def test_load_joins_the_inertia_in_the_quasi_static_answer():
     load = {"press": {"at": "follower.B", "force": (5.0, -3.0)}}
-    analysis = {"method": "quasi-static", "sub_intervals": 12}
+    analysis = {"method": "quasi-static", "sub_intervals": 12, "allow_coarse": True}
     both, inertia = (analyse(seed_four_bar(analysis=analysis, loads=loads)) for loads in (load, {}))
     alone = analyse(seed_four_bar(analysis={"method": "static", "position": np.pi / 6}, loads=load))
     difference = (both.data["strain"] - inertia.data["strain"]).isel(theta=1)

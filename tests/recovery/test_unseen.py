@@ -7,7 +7,7 @@ from fenics_mech import Scene, analyse, load
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS
 
-STILL = {"method": "quasi-static", "sub_intervals": 24}
+STILL = {"method": "quasi-static", "sub_intervals": 24, "allow_coarse": True}
 PRESS = {"press": {"at": "coupler@0.35", "force": (0, 5.0)}}
 ONCE = {"kind": "harmonics", "mean": 1.0, "cosine": (1.0,)}
 BLOCK = {  # a crank moves a bar through a block that turns on the ground, and on which a couple acts

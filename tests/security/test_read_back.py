@@ -167,7 +167,7 @@ STRANGE = {
     "deep warnings": (lambda data: data.assign_attrs(warnings="[" * 50_000), "its attribute warnings is none that"),
     "a text for a number": (lambda data: data.assign_attrs(dofs="many"), "its attribute dofs is no number"),
     "a path for a name": (lambda data: data.rename(strain="../strain"), "is no name of a variable"),
-    "no scene": (lambda data: data.assign_attrs(scene="{}"), "holds no scene that can be analysed"),
+    "no scene": (lambda data: data.assign_attrs(scene="{}"), "of its scene"),
 }
 
 

@@ -209,11 +209,11 @@ def test_doubt_about_peaks_does_not_rest_on_the_position_at_0(result):
     peak = np.exp(-4 * np.sin((result.data["theta"] - np.radians(5)) / 2) ** 2 / np.radians(15) ** 2)
     curves = {name: 1e-4 * peak * xr.ones_like(result.data[name]) for name in ("strain", "joint_force")}
     unknown = result.data.drop_sel(source="positions")  # by which no error between positions is estimated
-    text = printed(details(Result(unknown.assign(curves))))
+    text = " ".join(printed(details(Result(unknown.assign(curves)))).split())
     assert "Peaks between the 24 positions are uncertain by an estimated 28." in text
     assert "Take more sub_intervals" in text
     by_tolerance = unknown.assign(curves).assign_attrs(chosen="")  # which takes the positions itself
-    assert "Take a smaller tolerance" in printed(details(Result(by_tolerance)))
+    assert "Take a smaller tolerance" in " ".join(printed(details(Result(by_tolerance))).split())
 
 
 def test_a_drive_along_a_slide_gives_a_force():

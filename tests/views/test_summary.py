@@ -53,7 +53,7 @@ def test_reasons_against_the_numbers_come_before_the_tables(result, monkeypatch)
 def test_members_are_sorted_by_stress_and_joints_stand_side_by_side(result, monkeypatch):
     found = lines(result, monkeypatch)
     reading = Reading(result)
-    start = next(i for i, line in enumerate(found) if line.startswith("member"))
+    start = next(i for i, line in enumerate(found) if line.startswith("member "))
     assert [line.split()[0] for line in found[start + 1 : start + 4]] == [reading.members[i] for i in reading.ranked]
     head, force = (next(line.split() for line in found if line.startswith(name)) for name in ("joint", "force, N"))
     assert head[1:] == ["O", "A", "B", "C"]
