@@ -73,7 +73,7 @@ class FrictionBalance:
             change = np.linalg.solve(tangent, -left[..., None])[..., 0]
             friction = friction + change
             if np.abs(change).max() <= FRICTION.converged * np.abs(friction).max() + np.finfo(float).tiny:
-                return friction, self._forces(friction)
+                return friction, self.forces(friction)
         raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
 
     def sizes(self, friction: Array) -> tuple[Array, Array]:
@@ -84,7 +84,7 @@ class FrictionBalance:
         friction
             F, ``(states, laws)``.
         """
-        forces = self._forces(friction)
+        forces = self.forces(friction)
         floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + np.finfo(float).tiny
         along = np.zeros((*friction.shape, forces.shape[1]))
         sizes = np.zeros_like(friction)
@@ -93,5 +93,12 @@ class FrictionBalance:
             along[:, k, rows] = forces[:, rows] / sizes[:, k, None]
         return sizes, along
 
-    def _forces(self, friction: Array) -> Array:
+    def forces(self, friction: Array) -> Array:
+        """Give the forces of the joints (N), ``(states, rows)``.
+
+        Parameters
+        ----------
+        friction
+            F, ``(states, laws)``.
+        """
         return np.asarray(self.alone - (self.by_friction @ friction[..., None])[..., 0])
