@@ -18,6 +18,7 @@ class FrictionLimits:
     most_iterations: int = 30
     converged: float = 1e-13  # of the largest friction
     small_force: float = 1e-9  # of the largest force of a joint, over which the size of a small one is rounded
+    no_force: float = 1e-150  # N, the same where no joint has a force: its square is not 0
 
 
 FRICTION = FrictionLimits()
@@ -85,7 +86,7 @@ class FrictionBalance:
             F, ``(states, laws)``.
         """
         forces = self.forces(friction)
-        floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + np.finfo(float).tiny
+        floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + FRICTION.no_force
         along = np.zeros((*friction.shape, forces.shape[1]))
         sizes = np.zeros_like(friction)
         for k, rows in enumerate(self.pressed):

@@ -35,6 +35,7 @@ class HoldLimits:
     shortest: float = 1e-9  # of the first step, up to which the end of the linkage's reach is approached
     halvings: int = 60  # of a step: to the last digit
     rounding: float = 1e-9  # of the limit of friction
+    unpressed: float = 1e6  # times the limit of friction: that is rounding of a joint's force of 0
     iterations: int = 50  # of Newton's method for the friction of several joints
     converged: float = 1e-13  # of the friction
 
@@ -189,8 +190,8 @@ class FrictionAtRest:
             ends.append(self._last_held(place, sense))
         self.state.move_on(here)
         share, friction, used = self.needed(place)
-        if abs(share) > 1 + HOLD.rounding:  # in balance without friction, where nothing presses the joints
-            used = np.zeros_like(used)
+        if not HOLD.rounding < abs(share) <= 1 + HOLD.rounding:  # balanced without it, maybe where nothing presses
+            friction, used = np.zeros_like(friction), np.zeros_like(used)
         names = list(self.state.dynamics.rubbing)
         return Held(place, (ends[0], ends[1]), dict(zip(names, friction)), dict(zip(names, np.minimum(used, 1.0))))
 
@@ -214,10 +215,13 @@ class FrictionAtRest:
         found = self._up_to(start, -int(sense), lambda place: self.share(place) * sense > 1 + HOLD.rounding)
         if found is None or found[1] is None:
             rubs = next(name for name, law in self.scene.joint_laws.items() if holds(law))
+            needs = f"needs {abs(at_start):.4g} times the most that friction gives"
+            pressed = abs(at_start) < HOLD.unpressed
             raise SolverError(
-                f"no equilibrium of the freedom at joint {self._name} is found. At the start it needs "
-                f"{abs(at_start):.4g} times what friction can give, such as joint_laws.{rubs}. On the way on which "
-                "it is pushed no place holds it. Start elsewhere, or give a spring, a stop or more friction"
+                f"no equilibrium of the freedom at joint {self._name} is found. At the start "
+                f"{f'it {needs}' if pressed else 'friction gives nothing, as no force presses the joint'}: see "
+                f"joint_laws.{rubs}. On the way on which it is pushed no place holds it. Start elsewhere, or give a "
+                "spring, a stop or more friction"
             )
         return found[1]
 
