@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 import fenics_mech as fm
 from tests.joints.scenes import G, bar
 from tests.response import test_free_motion as bent
-from tests.response.test_rigid_motion import MACHINE, slider_crank
+from tests.response.test_rigid_motion import MACHINE, bars, slider_crank
 
 SCENES = Path(__file__).parent / "scenes"
 MASS, MU, STIFFNESS = 2.0, 0.4, 200.0  # of the block
@@ -57,7 +57,7 @@ def test_a_block_on_a_steep_incline_is_held_nowhere(angle):
 
 @pytest.mark.parametrize("angle", [90, 270])
 def test_nothing_presses_a_guide_along_the_weight(angle):
-    with pytest.raises(fm.SolverError, match="friction gives nothing, as no force presses the joint"):
+    with pytest.raises(fm.SolverError, match="friction gives nothing, as no force presses its joint"):
         fm.analyse(incline(angle))
 
 
@@ -185,6 +185,48 @@ def test_several_rubbing_joints_hold_one_freedom_together():
     assert data["rest_highest"].item() + np.pi / 2 == pytest.approx(0.002, rel=1e-2)
 
 
+@pytest.mark.parametrize("start", [0.05, -0.05, 0.3])
+def test_a_toggle_is_held_at_its_dead_centres(start):
+    # near a dead centre the whole load F goes through the pins: F x'' p = mu r F sum of the pins' rates, to (mu r/a)^2
+    a, rod, mu, radius = MACHINE.a, MACHINE.rod, 0.15, 0.01
+    laws = {name: {"kind": "friction", "joint": name, "coefficient": mu, "radius": radius} for name in "OAB"}
+    scene = slider_crank(joint_laws=laws, loads={"push": {"at": "piston.B", "force": (-100.0, 0)}})
+    place, lowest, highest = rest(scene.changed(STATIC | {"freedoms.O.start": start, "links.crank.angle": start}))
+    far, sign = (np.pi, -1) if abs(start) > 0.1 else (0.0, 1)
+    turns = 1 + abs(1 + sign * a / rod) + a / rod
+    half = mu * radius * turns / (a * (1 + sign * a / rod))
+    np.testing.assert_allclose([lowest, highest], [far - half, far + half], atol=half * 6e-3)
+    assert place == (lowest if far else start)
+
+
+def test_friction_at_a_joint_that_a_drive_holds_holds_no_freedom():
+    # two bars: the first is held level by its drive, and the second hangs from it without friction
+    laws = {"rub": PIN | {"joint": "P0"}}
+    scene = bars(2, 1e-5).changed(STATIC | {"drive": {"joint": "P0", "speed": 3.0}, "joint_laws": laws})
+    data = fm.analyse(scene.changed({"freedoms.P1": {"start": -1.0}})).data
+    assert data["freedom_place"].item() == pytest.approx(-np.pi / 2, abs=1e-8)
+    assert "rest_lowest" not in data
+
+
+def test_forces_of_friction_alone_hold_nothing():
+    # without weights nothing but the spring acts: it pulls the piston until it is as long as without force
+    laws = {name: PIN | {"joint": name} for name in "OAB"} | {
+        "g": {"kind": "friction", "joint": "G", "coefficient": 0.15}
+    }
+    spring = {"s": {"between": ("ground.O", "piston.B"), "stiffness": 1000.0, "length": MACHINE.rod}}
+    scene = slider_crank(joint_laws=laws, springs=spring)
+    scene = scene.changed(STATIC | {"freedoms.G.start": 0.13, "links.crank.angle": 1.2})
+    np.testing.assert_allclose(rest(scene), MACHINE.rod, atol=CLOSE)
+
+
+def test_a_guide_that_jams_holds_any_load():
+    # a push at 60 degrees across the guide: |F cos| <= mu |F sin| needs 0.577 < 0.6
+    push = {"loads.push": {"at": "block.O", "force": (500.0, -1000.0 * np.sin(np.pi / 3))}, "gravity": (0, 0)}
+    result = incline(0, **push).changed({"joint_laws.rub.coefficient": 0.6})
+    data = fm.analyse(result).data
+    assert data["friction_used"].item() == pytest.approx(1 / (0.6 * np.tan(np.pi / 3)), rel=1e-9)
+
+
 def test_a_belt_that_runs_pushes_at_its_full_friction():
     # k x = mu m g
     belt = {"joint_laws.rub.belt_speed": 0.2, "joint_laws.rub.width": 1e-4}
@@ -217,6 +259,7 @@ def test_links_that_bend_are_refused_beside_friction():
         fm.analyse(bent.bars(1).changed({"freedoms.P0": {}, "joint_laws": rubs, "analysis": {"method": "static"}}))
 
 
+@pytest.mark.slow  # an equilibrium of a bending link
 def test_friction_that_does_not_rub_changes_no_equilibrium_of_links_that_bend():
     rubs = {"rub": PIN | {"joint": "P0", "coefficient": 0.0}}
     scene = bent.bars(1).changed({"freedoms.P0": {}, "joint_laws": rubs, "analysis": {"method": "static"}})

@@ -17,6 +17,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SolverError
+from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism.rigid_dynamics import RigidStates
 from fenics_mech.response.transient.rigid_state import RigidState
@@ -34,9 +35,11 @@ class HoldLimits:
     strokes: float = 1e3  # of the linkage's size: what holds so far holds at all strokes
     shortest: float = 1e-9  # of the first step, up to which the end of the linkage's reach is approached
     halvings: int = 60  # of a step: to the last digit
+    moves: float = 1e-12  # rad or m, by a freedom of 1 rad or 1 m, from which on a joint moves with it
     rounding: float = 1e-9  # of the limit of friction
     unpressed: float = 1e6  # times the limit of friction: that is rounding of a joint's force of 0
-    iterations: int = 50  # of Newton's method for the friction of several joints
+    rough: int = 30  # iterations with the last forces of the joints: where these are of friction alone, Newton's fails
+    iterations: int = 60  # of these, and then of Newton's method
     converged: float = 1e-13  # of the friction
 
 
@@ -139,12 +142,18 @@ class FrictionAtRest:
         still, dynamics, states = np.zeros((1, 1)), self.state.dynamics, self.states(place)
         balance = dynamics.unsolved(states, self.state.contacts)[0]
         left = self.state.left(np.zeros(1), (np.full((1, 1), place), still, still), balance.alone)[0, 0]
-        slopes = np.array([dynamics.efforts(balance.by_friction[..., k])[0, -1] for k in range(len(self._limits))])
-        moved = np.abs(slopes) > HOLD.rounding * np.abs(slopes).max()
-        against = np.where(moved, np.sign(slopes) * self._limits, 0.0)
+        slopes = self._slopes(balance)
+        against = np.where(np.abs(slopes) > HOLD.moves, np.sign(slopes) * self._limits, 0.0)
+        if not against.any():
+            return math.copysign(math.inf, left) if left else 0.0, np.zeros(len(slopes)), np.zeros(len(slopes))
         share, friction, count = 0.0, np.zeros(len(slopes)), len(slopes)
-        for _ in range(HOLD.iterations):
+        for n in range(HOLD.iterations):
             sizes, along = (part[0] for part in balance.sizes(friction[None]))
+            if n < HOLD.rough:
+                belts = balance.shares[0] * sizes
+                share = float((left - slopes @ belts) / (slopes @ (against * sizes)))
+                friction = belts + share * against * sizes
+                continue
             by = balance.shares[0] + share * against  # the first of belts that run
             tangent = np.eye(count + 1)
             tangent[:count, :count] += by[:, None] * (along @ balance.by_friction[0])
@@ -159,6 +168,23 @@ class FrictionAtRest:
         raise SolverError(
             f"the friction that holds the freedom at joint {self._name} is not found: the joints lock each other"
         )
+
+    def _slopes(self, balance: FrictionBalance) -> Array:
+        """How far each joint moves against its friction with the freedom, ``(laws,)``: by virtual work."""
+        efforts = self.state.dynamics.efforts
+        return np.array([efforts(balance.by_friction[..., k])[0, -1] for k in range(len(self._limits))])
+
+    def acts(self, start: float) -> bool:
+        """Whether some joint whose friction may hold it moves with the freedom.
+
+        Parameters
+        ----------
+        start
+            Angle or stroke of the freedom, which may be a dead centre of that joint.
+        """
+        beside = self.states(start + self._steps[0])
+        slopes = self._slopes(self.state.dynamics.unsolved(beside, self.state.contacts)[0])
+        return bool((np.abs(slopes) * self._limits > HOLD.moves * self._limits).any())
 
     def share(self, place: float) -> float:
         """Give the share of the limits that friction needs.
@@ -219,7 +245,7 @@ class FrictionAtRest:
             pressed = abs(at_start) < HOLD.unpressed
             raise SolverError(
                 f"no equilibrium of the freedom at joint {self._name} is found. At the start "
-                f"{f'it {needs}' if pressed else 'friction gives nothing, as no force presses the joint'}: see "
+                f"{f'it {needs}' if pressed else 'friction gives nothing, as no force presses its joint'}: see "
                 f"joint_laws.{rubs}. On the way on which it is pushed no place holds it. Start elsewhere, or give a "
                 "spring, a stop or more friction"
             )

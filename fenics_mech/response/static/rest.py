@@ -123,6 +123,8 @@ def rigid_rest(scene: Scene, placed: bool = True) -> RigidMotion:
             start, vibrations = float(quiet.places[0][0, 0]), quiet.vibrations
             scene = resting(scene, np.array([start]))
     friction = FrictionAtRest(scene)
+    if not friction.acts(start):
+        return _at_rest(without_friction(scene))
     held, still = friction.held_near(start), np.zeros((1, 1))
     dynamics = replace(friction.state.dynamics, at_rest=held.friction)
     found = part_of(instants_of(dynamics, friction.states(held.place), dynamics.all_closed()), slice(None))
