@@ -57,7 +57,7 @@ def test_a_block_on_a_steep_incline_is_held_nowhere(angle):
 
 @pytest.mark.parametrize("angle", [90, 270])
 def test_nothing_presses_a_guide_along_the_weight(angle):
-    with pytest.raises(fm.SolverError, match="friction gives nothing, as no force presses its joint"):
+    with pytest.raises(fm.SolverError, match="friction gives far too little, as where no force presses a joint"):
         fm.analyse(incline(angle))
 
 
@@ -199,6 +199,43 @@ def test_a_toggle_is_held_at_its_dead_centres(start):
     assert place == (lowest if far else start)
 
 
+def ladder(angle: float) -> fm.Scene:
+    """Give a bar of 2 m that leans on a wall and a floor, which rub."""
+    return fm.Scene(
+        name="ladder",
+        ground=fm.Ground(points={"O": (0, 0)}),
+        links={
+            "bar": fm.Link(
+                points={"A": (0, 0), "B": (2, 0)},
+                angle=angle,
+                rigid=fm.RigidBody(mass=1.0, inertia=1 / 3, centre=(1, 0)),
+            )
+        },
+        joints={
+            "A": fm.Slot(connect=("ground.O", "bar.A"), angle=0.0),
+            "B": fm.Slot(connect=("ground.O", "bar.B"), angle="90 deg"),
+        },
+        gravity=(0, -G),
+        freedoms={"A": {"start": -2 * np.cos(angle)}},
+        joint_laws={name: {"kind": "friction", "joint": name, "coefficient": 0.3} for name in "AB"},
+        analysis=fm.Analysis(method="static"),
+    )
+
+
+LEAST = np.arctan((1 - 0.3**2) / (2 * 0.3))  # of a ladder's angle to the floor, with the same friction at both ends
+
+
+def test_a_ladder_leans():
+    place, lowest, highest = rest(ladder(LEAST + 0.02))
+    assert place == -2 * np.cos(LEAST + 0.02)
+    np.testing.assert_allclose([lowest, highest], [-2 * np.cos(LEAST), 2 * np.cos(LEAST)], atol=CLOSE)
+
+
+def test_a_ladder_that_leans_too_far_slides_down():
+    with pytest.raises(fm.SolverError, match="no equilibrium of the freedom at joint A is found"):
+        fm.analyse(ladder(LEAST - 0.05))
+
+
 def test_friction_at_a_joint_that_a_drive_holds_holds_no_freedom():
     # two bars: the first is held level by its drive, and the second hangs from it without friction
     laws = {"rub": PIN | {"joint": "P0"}}
@@ -278,3 +315,11 @@ def test_drives_that_hold_all_links_are_told_beside_friction():
     led = {"drive": {"joint": "O", "speed": 60.0}, "joint_laws": {"rub": rubs}}
     told = json.loads(fm.analyse(slider_crank().changed(STATIC | led)).data.attrs["warnings"])
     assert any("joint_laws.rub: the drives hold all links" in one for one in told)
+
+
+def test_friction_in_a_clearance_is_told_to_be_left_out():
+    springs = {"s": {"between": ("ground.O", "piston.B"), "stiffness": 100.0, "length": 0.1}}
+    loose = {"joint": "B", "radial": 1e-6, "radius": 0.01, "contact": {"stiffness": 1e9}, "friction": 0.1}
+    scene = slider_crank(gravity=(0, -G), springs=springs, joint_laws={"loose": {"kind": "clearance"} | loose})
+    told = json.loads(fm.analyse(scene.changed(STATIC)).data.attrs["warnings"])
+    assert any("joint_laws.loose.friction: friction of a contact at rest is left out" in one for one in told)

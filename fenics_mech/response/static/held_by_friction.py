@@ -165,6 +165,8 @@ class FrictionAtRest:
                 abs(change[count]) <= HOLD.rounding * (abs(share) + HOLD.rounding)
             ):
                 return share, friction, np.where(against, abs(share), 0.0)
+        if abs(share) > 1:  # friction that would have to be larger than it can may not be determined
+            return math.copysign(math.inf, left), friction, np.zeros(count)
         raise SolverError(
             f"the friction that holds the freedom at joint {self._name} is not found: the joints lock each other"
         )
@@ -245,7 +247,7 @@ class FrictionAtRest:
             pressed = abs(at_start) < HOLD.unpressed
             raise SolverError(
                 f"no equilibrium of the freedom at joint {self._name} is found. At the start "
-                f"{f'it {needs}' if pressed else 'friction gives nothing, as no force presses its joint'}: see "
+                f"{f'it {needs}' if pressed else 'friction gives far too little, as where no force presses a joint'}: see "
                 f"joint_laws.{rubs}. On the way on which it is pushed no place holds it. Start elsewhere, or give a "
                 "spring, a stop or more friction"
             )
