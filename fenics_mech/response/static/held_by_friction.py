@@ -243,11 +243,11 @@ class FrictionAtRest:
         found = self._up_to(start, -int(sense), lambda place: self.share(place) * sense > 1 + HOLD.rounding)
         if found is None or found[1] is None:
             rubs = next(name for name, law in self.scene.joint_laws.items() if holds(law))
-            needs = f"needs {abs(at_start):.4g} times the most that friction gives"
-            pressed = abs(at_start) < HOLD.unpressed
+            needs = f"it needs {abs(at_start):.4g} times the most that friction gives"
+            if abs(at_start) >= HOLD.unpressed:
+                needs = "friction gives far too little, as where no force presses a joint"
             raise SolverError(
-                f"no equilibrium of the freedom at joint {self._name} is found. At the start "
-                f"{f'it {needs}' if pressed else 'friction gives far too little, as where no force presses a joint'}: see "
+                f"no equilibrium of the freedom at joint {self._name} is found. At the start {needs}: see "
                 f"joint_laws.{rubs}. On the way on which it is pushed no place holds it. Start elsewhere, or give a "
                 "spring, a stop or more friction"
             )
