@@ -97,7 +97,7 @@ def analyse(
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
-        result = rigid_result(scene, state_to_go_on_from(scene, 0))
+        result = rigid_result(scene, state_to_go_on_from(scene, 0), stated)
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:

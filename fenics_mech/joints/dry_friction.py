@@ -44,13 +44,15 @@ def with_width(stated: Friction, scene: Scene) -> Friction:
 
 
 def creeping(scene: Scene) -> tuple[str, ...]:
-    """Tell of joints whose bodies may creep where they stick, by more than a limit in a motion.
+    """Tell of joints whose bodies may creep where they stick, by more than a limit in a motion, or by what holds them.
 
     Parameters
     ----------
     scene
         The scene.
     """
+    if scene.analysis.method == "static":
+        return _left_out_at_rest(scene)
     if scene.analysis.method != "transient":
         return ()
     lasts, found = scene.period * (scene.analysis.cycles if scene.drives else 1), []
@@ -62,6 +64,23 @@ def creeping(scene: Scene) -> tuple[str, ...]:
                 f"{1e3 * w * lasts:.3g} mm in {lasts:.4g} s. A smaller width lets them creep less, and takes more steps"
             )
     return tuple(found)
+
+
+def _left_out_at_rest(scene: Scene) -> tuple[str, ...]:
+    """Tell of friction at rest that an answer leaves out: beside drives that hold all links, and in contacts."""
+    led = not scene.freedoms
+    found = [
+        f"joint_laws.{name}: the drives hold all links, and friction may take any part of the load up to its limit. "
+        "The efforts and forces are those without it"
+        for name, law in scene.joint_laws.items()
+        if led and isinstance(law, Friction) and law.coefficient and not law.belt_speed
+    ]
+    return tuple(found) + tuple(
+        f"joint_laws.{name}.friction: friction of a contact at rest is left out, and may hold the linkage elsewhere. "
+        "method = 'transient' with a duration shows it"
+        for name, law in scene.joint_laws.items()
+        if getattr(law, "friction", 0.0)
+    )
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ class FrictionLimits:
     most_iterations: int = 30
     converged: float = 1e-13  # of the largest friction
     small_force: float = 1e-9  # of the largest force of a joint, over which the size of a small one is rounded
+    no_force: float = 1e-150  # N, the same where no joint has a force: its square is not 0
 
 
 FRICTION = FrictionLimits()
@@ -73,7 +74,7 @@ class FrictionBalance:
             change = np.linalg.solve(tangent, -left[..., None])[..., 0]
             friction = friction + change
             if np.abs(change).max() <= FRICTION.converged * np.abs(friction).max() + np.finfo(float).tiny:
-                return friction, self._forces(friction)
+                return friction, self.forces(friction)
         raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
 
     def sizes(self, friction: Array) -> tuple[Array, Array]:
@@ -84,8 +85,8 @@ class FrictionBalance:
         friction
             F, ``(states, laws)``.
         """
-        forces = self._forces(friction)
-        floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + np.finfo(float).tiny
+        forces = self.forces(friction)
+        floor = FRICTION.small_force * np.abs(self.alone).max(axis=1, initial=0.0) + FRICTION.no_force
         along = np.zeros((*friction.shape, forces.shape[1]))
         sizes = np.zeros_like(friction)
         for k, rows in enumerate(self.pressed):
@@ -93,5 +94,12 @@ class FrictionBalance:
             along[:, k, rows] = forces[:, rows] / sizes[:, k, None]
         return sizes, along
 
-    def _forces(self, friction: Array) -> Array:
+    def forces(self, friction: Array) -> Array:
+        """Give the forces of the joints (N), ``(states, rows)``.
+
+        Parameters
+        ----------
+        friction
+            F, ``(states, laws)``.
+        """
         return np.asarray(self.alone - (self.by_friction @ friction[..., None])[..., 0])

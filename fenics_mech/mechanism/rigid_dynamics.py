@@ -10,7 +10,7 @@ Source: Nikravesh, Computer-Aided Analysis of Mechanical Systems (1988), chapter
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
@@ -88,11 +88,14 @@ class RigidDynamics:
         Its loop equations, as many as coordinates.
     start
         Coordinates of the links at the start, ``(3 links,)``.
+    at_rest
+        Friction on the second body (N or N m) by law, where joints rest and their forces leave it open.
     """
 
     scene: Scene
     loops: Loops
     start: Array
+    at_rest: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
     def loads(self) -> RigidLoads:
@@ -171,6 +174,30 @@ class RigidDynamics:
         SolverError
             When friction locks the linkage.
         """
+        unsolved, units, forces = self.unsolved(states, contacts)
+        if not self.rubbing:
+            return Balance(unsolved.alone, {}, forces)
+        if self.at_rest:
+            found = np.array([[self.at_rest[name] for name in self.rubbing]] * len(unsolved.alone))
+            multipliers = unsolved.forces(found)
+        else:
+            found, multipliers = unsolved.solve()
+        forces[Cause.FRICTION] = forces[Cause.FRICTION] + (units @ found[..., None])[..., 0]
+        return Balance(multipliers, dict(zip(self.rubbing, found.T)), forces)
+
+    def unsolved(self, states: RigidStates, contacts: Contacts) -> tuple[FrictionBalance, Array, dict[Cause, Array]]:
+        """Give what friction has to fulfil, forces by friction of size 1, and those of all else by cause.
+
+        Parameters
+        ----------
+        states, contacts
+            As of `balance`.
+
+        Returns
+        -------
+        tuple
+            The balance of multipliers, ``(states, 3 links, laws)`` and ``(states, 3 links)`` each.
+        """
         links = states.links
         forces = self.loads.by_cause(states.theta, states.time, links)
         joints = self.law_states(links)
@@ -180,13 +207,11 @@ class RigidDynamics:
         needed = self.loads.inertia.needed(links, states.acceleration) - sum(forces.values())
         transposed = states.inverse.transpose(0, 2, 1)
         multipliers = (transposed @ needed[..., None])[..., 0]
-        if not self.rubbing:
-            return Balance(multipliers, {}, forces)
-        units = np.stack([self._unit(law, joints[name]) for name, law in self.rubbing.items()], axis=-1)
-        shares = np.stack([law.share(joints[name]) for name, law in self.rubbing.items()], axis=-1)
-        found, multipliers = FrictionBalance(multipliers, transposed @ units, shares, self._pressed).solve()
-        forces[Cause.FRICTION] = forces[Cause.FRICTION] + (units @ found[..., None])[..., 0]
-        return Balance(multipliers, dict(zip(self.rubbing, found.T)), forces)
+        shares, units = np.zeros((len(needed), 0)), np.zeros((*needed.shape, 0))
+        if self.rubbing:
+            units = np.stack([self._unit(law, joints[name]) for name, law in self.rubbing.items()], axis=-1)
+            shares = np.stack([law.share(joints[name]) for name, law in self.rubbing.items()], axis=-1)
+        return FrictionBalance(multipliers, transposed @ units, shares, self._pressed), units, forces
 
     def _on_coordinates(self, law: JointLaw, state: JointState, wrench: Wrench) -> Array:
         on = BodyForces.none(len(state.place), len(self.loops.links))

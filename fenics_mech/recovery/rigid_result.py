@@ -16,7 +16,7 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import as_motion
-from fenics_mech.recovery.at_rest import of_small_motions
+from fenics_mech.recovery.at_rest import of_friction, of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -33,7 +33,7 @@ from fenics_mech.response.transient.shooting import repeated_motion
 from fenics_mech.scene import Scene
 
 
-def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
+def rigid_result(scene: Scene, start: StartState | None = None, stated: Scene | None = None) -> Result:
     """Find the motion of a scene of which no link bends, and label everything that was computed.
 
     Parameters
@@ -42,6 +42,8 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
         The scene, with a freedom for all that can move and no drive leads.
     start
         The state to go on from; None for that at time 0.
+    stated
+        The scene as it is stated, which may leave open where the freedoms are.
 
     Raises
     ------
@@ -56,10 +58,13 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
     if repeated is not None:
         scene, start = repeated.scene, repeated.start
     rests = bool(scene.freedoms) and scene.analysis.method == "static"
-    motion = rigid_rest(scene) if rests else by_rigid_motion(scene, start)
+    motion = rigid_rest(scene, _places(stated or scene)) if rests else by_rigid_motion(scene, start)
     data = _of_motion(scene, motion)
     if motion.vibrations is not None:
         data = data.merge(of_small_motions(motion.vibrations), combine_attrs="no_conflicts")
+    if motion.held is not None:
+        labels = of_friction(motion.held, next(iter(scene.freedoms)), [str(name) for name in data["law"].to_numpy()])
+        data = data.merge(labels, combine_attrs="no_conflicts")
     states = [part.states for part in motion.instants]
     names = "theta", "time", "q", "velocity", "acceleration"
     whole = as_motion(Loops.of(scene), *(np.concatenate([getattr(one, name) for one in states]) for name in names))
@@ -77,6 +82,11 @@ def rigid_result(scene: Scene, start: StartState | None = None) -> Result:
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
     return Result(with_law_units(scene, with_units(data, efforts, (), ())))
+
+
+def _places(scene: Scene) -> bool:
+    """Whether a scene states where some freedom is."""
+    return any(part.start is not None for part in scene.freedoms.values())
 
 
 def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:

@@ -78,6 +78,9 @@ ATTRIBUTES = {
     "disturbance_growth": ("1", "natural logarithm of what the disturbance has grown by since the start"),
     "rest_frequency": ("Hz", "frequency of each small motion about the equilibrium; 0 where it does not oscillate"),
     "rest_decay": ("1/s", "rate at which that motion decays; it grows where negative"),
+    "rest_lowest": ("rad", "least place from which on friction holds the freedom; m where it slides"),
+    "rest_highest": ("rad", "largest place up to which friction holds the freedom; m where it slides"),
+    "friction_used": ("1", "what each friction at rest takes, over the most that it can"),
     "freedom_place_error": ("rad", "error of each freedom's angle or stroke by each source, estimated"),
     "freedom_place_relative_error": ("1", "largest error of a freedom by each source, over the largest of all"),
     "law_effort": (

@@ -45,6 +45,8 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
         parts.append(law_table(result, units))
     if "freedom" in result.data.sizes:
         parts += [freedoms_table(result, units), *(Text(line) for line in running_lines(result))]
+    if "friction_used" in result.data:
+        parts += [Text(line) for line in friction_lines(result, units)]
     if "rest_frequency" in result.data:
         parts.append(small_motions_table(result))
     if "mean_power" in result.data:
@@ -166,6 +168,39 @@ def running_lines(result: Result) -> list[str]:
             means = mean_in_time(time, {"taken": taken, "given": given, "heat": taken - given})
             takes, gives, heats = map(number, means.values())
             lines.append(f"Motor at {name}: takes {takes} W, of which {gives} W drive it and {heats} W heat the rotor")
+    return lines
+
+
+def friction_lines(result: Result, units: AnswerUnits) -> list[str]:
+    """Tell the range in which friction holds the freedom, and how much of it is used.
+
+    Parameters
+    ----------
+    result
+        The result of an equilibrium.
+    units
+        Units of the numbers.
+    """
+    data, name = result.data, next(iter(result.scene.freedoms))
+    slides = result.scene.joints[name].kind in ("slot", "prismatic")
+    ends = [float(data[f"rest_{end}"].sel(freedom=name)) for end in ("lowest", "highest")]
+    if np.isinf(ends).all():
+        lines = [f"Friction holds the freedom at joint {name} at all places."]
+    else:
+        said = [
+            "without limit"
+            if np.isinf(end)
+            else shown(end, "length", units)
+            if slides
+            else f"{number(float(np.degrees(end)))} \N{DEGREE SIGN}"
+            for end in ends
+        ]
+        lines = [f"Friction holds the freedom at joint {name} from {said[0]} to {said[1]}."]
+    used = data["friction_used"].dropna("law")
+    lines += [
+        f"The friction {law} takes {percent(float(used.sel(law=law)))} of the most that it can."
+        for law in map(str, used["law"].to_numpy())
+    ]
     return lines
 
 

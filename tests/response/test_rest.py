@@ -37,7 +37,7 @@ def test_a_bar_on_a_spring_and_a_damper_rests_where_their_moments_balance():
     assert 2 * np.pi * float(data["rest_frequency"][0]) == pytest.approx(np.sqrt(square - decay**2), rel=1e-6)
 
 
-def test_friction_holds_nothing_and_a_strong_damper_lets_nothing_oscillate():
+def test_friction_takes_nothing_where_a_bar_hangs_and_a_strong_damper_lets_nothing_oscillate():
     rubs = {"kind": "friction", "joint": "O", "coefficient": 0.5, "radius": 0.1}
     scene = bar(OPEN_STOP, dampers={"d": {"joint": "O", "damping": 20.0}}, **STATIC)
     data = fm.analyse(scene.changed({"joint_laws.rubs": rubs})).data

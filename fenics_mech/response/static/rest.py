@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.joints.joint_state import Touching
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
+from fenics_mech.mechanism.rigid_dynamics import RigidStates
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import RestSolution
+from fenics_mech.response.static.held_by_friction import FrictionAtRest, holds
 from fenics_mech.response.static.small_motions import REST, RestSearch
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.rigid_instants import instants_of, part_of
@@ -46,36 +45,36 @@ class BentEquation:
 
 
 def without_friction(scene: Scene) -> Scene:
-    """Give a scene whose joints do not rub: what is at rest without friction is so with it.
+    """Give a scene in which no dry friction holds a joint at rest.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    laws = {name: law for name, law in scene.joint_laws.items() if not isinstance(law, Friction)}
+    none = {"coefficient": 0.0, "static": None, "stribeck": None}
+    laws = {name: law.model_copy(update=none) if holds(law) else law for name, law in scene.joint_laws.items()}
     return scene.model_copy(update={"joint_laws": laws})
 
 
-@contextmanager
-def saying_what_is_left_out(scene: Scene) -> Iterator[None]:
-    """Say in an error of the search that dry friction, which may hold the linkage, has no part in it.
+def refuse_friction(scene: Scene, why: str) -> None:
+    """Raise `SceneError` where a joint has dry friction.
 
     Parameters
     ----------
     scene
         The scene.
+    why
+        What it has, of which a range of equilibria is not found.
     """
-    try:
-        yield
-    except SolverError as error:
-        rubs = next((name for name, law in scene.joint_laws.items() if isinstance(law, Friction)), None)
-        if rubs is None:
-            raise
-        raise SolverError(
-            f"{error}. The search leaves dry friction out, such as joint_laws.{rubs}: method = 'transient' with a "
-            "duration shows whether it holds the linkage"
-        ) from error
+    for name, law in scene.joint_laws.items():
+        if isinstance(law, Friction) and (law.belt_speed or holds(law)):
+            raise SceneError(
+                f"dry friction holds a linkage in a range of equilibria, which is found of one freedom of links that "
+                f"are rigid. This scene has {why}",
+                place=f"joint_laws.{name}",
+                hint="Write method = 'transient' with a duration, which shows where it comes to rest",
+            )
 
 
 def resting(scene: Scene, places: Array) -> Scene:
@@ -93,21 +92,48 @@ def resting(scene: Scene, places: Array) -> Scene:
     return scene.model_copy(update={"freedoms": found})
 
 
-def rigid_rest(scene: Scene) -> RigidMotion:
+def rigid_rest(scene: Scene, placed: bool = True) -> RigidMotion:
     """Find where rigid links are at rest, and what acts there.
 
     Parameters
     ----------
     scene
         The scene, with a freedom for all that can move.
+    placed
+        Whether it states where the freedoms are, so that friction may hold them there.
 
     Raises
     ------
+    SceneError
+        When joints rub and there are several freedoms.
     SolverError
         When there is no equilibrium near to the rough angles, or it is unstable.
     """
-    quiet = without_friction(scene)
-    state, still = RigidState(quiet, FreeLinkage(quiet)), np.zeros((1, len(scene.freedoms)))
+    if not any(map(holds, scene.joint_laws.values())):
+        return _at_rest(scene)
+    if len(scene.freedoms) > 1:
+        refuse_friction(scene, f"freedoms at joint {', '.join(scene.freedoms)}")
+    start, vibrations = float(stated_start(scene).displacement[0]), None
+    if not placed:
+        try:
+            quiet = _at_rest(without_friction(scene))
+        except SolverError:
+            pass
+        else:
+            start, vibrations = float(quiet.places[0][0, 0]), quiet.vibrations
+            scene = resting(scene, np.array([start]))
+    friction = FrictionAtRest(scene)
+    if not friction.acts(start):
+        return _at_rest(without_friction(scene))
+    held, still = friction.held_near(start), np.zeros((1, 1))
+    dynamics = replace(friction.state.dynamics, at_rest=held.friction)
+    found = part_of(instants_of(dynamics, friction.states(held.place), dynamics.all_closed()), slice(None))
+    return RigidMotion(scene, [found], [np.full((1, 1), held.place)], [still], vibrations=vibrations, held=held)
+
+
+def _at_rest(scene: Scene) -> RigidMotion:
+    """Where rigid links are at rest without friction that holds them."""
+    state, still = RigidState(scene, FreeLinkage(scene)), np.zeros((1, len(scene.freedoms)))
     state.contacts = state.dynamics.all_closed()
 
     def states(places: Array) -> RigidStates:
@@ -116,10 +142,8 @@ def rigid_rest(scene: Scene) -> RigidMotion:
     search = RestSearch(
         state, tuple(scene.freedoms), lambda places: state.move_on(states(places)), scene.analysis.allow_unstable
     )
-    with saying_what_is_left_out(scene):
-        places, vibrations = search.found_from(stated_start(scene).displacement)
-    dynamics = RigidDynamics(scene, state.linkage.loops, state.linkage.start)
-    found = part_of(instants_of(dynamics, states(places), dynamics.all_closed()), slice(None))
+    places, vibrations = search.found_from(stated_start(scene).displacement)
+    found = part_of(instants_of(state.dynamics, states(places), state.contacts), slice(None))
     return RigidMotion(scene, [found], [places[None]], [still], vibrations=vibrations)
 
 
@@ -135,10 +159,13 @@ def by_rest(scene: Scene, system: System) -> RestSolution:
 
     Raises
     ------
+    SceneError
+        When joints rub.
     SolverError
         When there is no equilibrium near to the rough angles, or it is unstable.
     """
-    state = FreeState(without_friction(scene), system)
+    refuse_friction(scene, "links that bend")
+    state = FreeState(scene, system)
     state.contacts = {name: Touching.shut(law.contacts) for name, law in state.laws.items()}
     n, time, analysis = state.size, np.zeros(1), scene.analysis
     modes = n if analysis.modes == "all" else analysis.modes
@@ -148,8 +175,7 @@ def by_rest(scene: Scene, system: System) -> RestSolution:
 
     names, allowed = tuple(scene.freedoms), analysis.allow_unstable
     search = RestSearch(BentEquation(state), names, move_on, allowed, min(n, REST.basis * modes))
-    with saying_what_is_left_out(scene):
-        y, motions = search.found_from(np.append(np.zeros(n), stated_start(scene).displacement))
+    y, motions = search.found_from(np.append(np.zeros(n), stated_start(scene).displacement))
     states = y[None], np.zeros((1, len(y))), np.zeros((1, len(y)))
     here = state.system_at(time, states)
     response = state.response(here, states)

@@ -21,6 +21,7 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
+from fenics_mech.response.static.held_by_friction import Held
 from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
@@ -73,6 +74,8 @@ class RigidMotion:
         Small motions about an equilibrium.
     beside
         What was followed beside a motion in time.
+    held
+        The place at which friction holds the freedom, and its range.
     """
 
     scene: Scene
@@ -85,6 +88,7 @@ class RigidMotion:
     contacts: ContactCount = field(default_factory=ContactCount)
     vibrations: SmallMotions | None = None
     beside: Beside | None = None
+    held: Held | None = None
 
 
 def by_rigid_motion(scene: Scene, start: StartState | None = None) -> RigidMotion:

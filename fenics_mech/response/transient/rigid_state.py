@@ -230,8 +230,16 @@ class RigidState:
         """
         return self.dynamics.balance(states, self.contacts)
 
-    def _left(self, time: Array, states: States, multipliers: Array) -> Array:
-        """What is left of the equation (N m or N), ``(times, freedoms)``, by the multipliers of a balance."""
+    def left(self, time: Array, states: States, multipliers: Array) -> Array:
+        """Give what is left of the equation (N m or N), ``(times, freedoms)``.
+
+        Parameters
+        ----------
+        time, states
+            As of `states`.
+        multipliers
+            Those of a balance.
+        """
         efforts = self.dynamics.efforts(multipliers)[:, len(self.scene.drives) :]
         places, rates, seconds = (part.T for part in states)
         rows = [
@@ -253,7 +261,7 @@ class RigidState:
             Angles and strokes of the freedoms, and two derivatives, ``(times, freedoms)`` each.
         """
         states = place, rate, second
-        return self._left(time, states, self.balance(self.states(time, states)).multipliers)
+        return self.left(time, states, self.balance(self.states(time, states)).multipliers)
 
     def tangents_at(self, time: Array, place: Array, rate: Array, second: Array) -> States:
         """Tangents by r'', r' and r, ``(times, freedoms, freedoms)`` each, by central differences.
@@ -279,7 +287,7 @@ class RigidState:
         given = self.linkage.given(np.tile(times, 3), joined)
         shifted_pose = self._from(times, given[0][: len(times)], near)
         moved = self._moved(np.tile(times, 3), joined[0], given, shifted_pose.beside(near.repeated(2)))
-        left = self._left(np.tile(times, 3), (joined[0], joined[1], joined[2]), self.balance(moved).multipliers)
+        left = self.left(np.tile(times, 3), (joined[0], joined[1], joined[2]), self.balance(moved).multipliers)
         left = left.reshape(3, 2, n, count, n)
         by_place, by_rate, by_second = (
             np.moveaxis(part[0] - part[1], 0, -1) / (2 * step) for part, step in zip(left, steps)
@@ -312,7 +320,7 @@ class RigidState:
             states = places, rates, np.tile(second, (1 + n, 1)) + ahead
             moved = self._moved(times, places, self.linkage.given(times, states), pose)
             multipliers = self.balance(moved).multipliers
-            left = self._left(times, states, multipliers).reshape(1 + n, count, n)
+            left = self.left(times, states, multipliers).reshape(1 + n, count, n)
             tangent = np.moveaxis(left[1:] - left[0], 0, -1) / DIFFERENCES.second
             self._refuse_massless(tangent[0])
             change = np.linalg.solve(tangent, -left[0][..., None])[..., 0]

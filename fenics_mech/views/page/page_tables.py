@@ -17,7 +17,7 @@ from fenics_mech.views.judgements import SOURCES, unstated_gravity
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import ForceReading, Reading, change_by_vibration
-from fenics_mech.views.rigid_report import rigid_decisions, rigid_energy, running_lines
+from fenics_mech.views.rigid_report import friction_lines, rigid_decisions, rigid_energy, running_lines
 from fenics_mech.views.words import share, short
 
 DECADES = 4  # of the bars of effects, up to 100 %
@@ -244,6 +244,8 @@ def method(reading: ForceReading) -> Html:
         rows["power"] = energy(result) if bends else rigid_energy(result)
     if "freedom_rate" in result.data and (lines := running_lines(result)):
         rows["freedoms"] = "; ".join(lines)
+    if "friction_used" in result.data:
+        rows["friction at rest"] = " ".join(friction_lines(result, reading.units))
     if "frequency" in result.data and "assurance" in result.data:
         rows["modes followed"] = f"lowest MAC between positions {short(float(result.data['assurance'].min()))}"
     return table(["", ""], list(rows.items()), class_="plain")
