@@ -238,9 +238,9 @@ class Collocation:
         self._fault = ""
         with np.errstate(over="ignore", invalid="ignore"):
             try:
-                found = self._accelerations(start, length, z, rate, self._guess(length, len(z)))
-                if found is None and self.of_motion:
-                    found = self._accelerations(start, length, z, rate, np.zeros((len(self.tableau.points), len(z))))
+                at_rest = np.zeros((len(self.tableau.points), len(z)))
+                guesses = (at_rest, self._guess(length, len(z))) if self.of_motion else (self._guess(length, len(z)),)
+                found = next(filter(None, (self._accelerations(start, length, z, rate, one) for one in guesses)), None)
             except (AssemblyError, SolverError, np.linalg.LinAlgError) as fault:  # too long a step to guess
                 found, self._fault = None, str(fault)
             if found is not None:
