@@ -142,8 +142,9 @@ def in_frequencies(place: str, share: float) -> str:
         By which share that changes one of them.
     """
     return (
-        f"The moment of the forces on {place} by its turn is left out of the natural frequencies, of which it changes "
-        f"one by about {percent(share)}. {remedy(place)}"
+        f"The moment of the forces on {place} by its turn is left out of the natural frequencies of the mechanism held "
+        f"in a position, of which it changes one by about {percent(share)}; those about the motion have it on arms. "
+        f"{remedy(place)}"
     )
 
 

@@ -35,7 +35,8 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     grid = Table.grid(padding=(0, 2))
     for name, value in rigid_decisions(result, units).items():
         grid.add_row(name, escape(value))
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
+    told = [Text(f"Warning: {text}", style="yellow") for text in result.warnings]
+    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), *told, grid, Text()]
     if result.data.sizes["joint"]:
         parts.append(joints_table(result, units))
         if result.data.attrs.get("contacts_closed"):

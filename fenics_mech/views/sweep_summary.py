@@ -128,6 +128,8 @@ def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
         for one in resonances_of(data)[: RESONANCE.most]
     ]
     none = "No resonance stands out: no harmonic near a mode rises above its growth with the speed squared."
+    if len(whole_points(data)) < data["drive_rate"].size:
+        none = "No resonance stands out among the points that have an answer. One may be at those that have none."
     if (peak := peak_of_speed(data)) is not None:
         none = (
             f"The strain peaks at {_value(data, paths[0], peak[0])}, where it is {number(peak[1])} times that beside "

@@ -26,6 +26,17 @@ def test_a_block_that_must_stick_does(angle):
     assert np.abs(place).max() < 1e-6
 
 
+@pytest.mark.parametrize(
+    ("angle", "static", "stribeck"),
+    [("24 deg", 0.5, 1e-2), ("-24 deg", 0.5, 1e-2), ("22 deg", 0.5, 1e-3), ("24 deg", 0.6, 1e-4)],
+)
+def test_a_block_that_the_static_coefficient_holds_sticks(angle, static, stribeck):
+    """A block in motion would slide on, as tan 22 deg = 0.404 > 0.4: a long step must not take that motion."""
+    rubs = {"joint_laws.rub.static": static, "joint_laws.rub.stribeck": stribeck, "analysis.sub_intervals": 10}
+    place = fm.analyse(incline(angle, **rubs)).data["freedom_place"][:, 0]
+    assert np.abs(place).max() < 1e-6
+
+
 @pytest.mark.parametrize(("angle", "sense"), [("30 deg", -1), ("150 deg", -1), ("90 deg", -1), ("270 deg", 1)])
 def test_a_block_that_cannot_stick_slides(angle, sense):
     # x = g (sin a - mu cos a) t^2/2 down the guide; a guide straight up presses nothing

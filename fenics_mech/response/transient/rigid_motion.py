@@ -204,6 +204,7 @@ def free_course(
         record.keep,
         watch=record.watch,
         of_motion=True,
+        may_hold=any(getattr(law, "static", None) is not None for law in scene.joint_laws.values()),
     )
     record.context = context
     record.motion.beside = Beside.of(scene, context, unit, carries=carries)

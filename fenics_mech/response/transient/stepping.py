@@ -134,6 +134,8 @@ class Collocation:
     of_motion
         Whether errors are relative to the energy of the motion alone, and Newton's method ends by the energy of its
         changes: coordinates of rigid motion count from anywhere, and have no common unit.
+    may_hold
+        Whether what rests may also move, as where friction falls with speed: a step then begins from rest.
     beside
         Are called with every step, before `keep`.
     """
@@ -146,6 +148,7 @@ class Collocation:
     keep: KeepStep
     watch: Watch | None = None
     of_motion: bool = False
+    may_hold: bool = False
     beside: tuple[Callable[[StepCurve], None], ...] = ()
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
@@ -238,9 +241,12 @@ class Collocation:
         self._fault = ""
         with np.errstate(over="ignore", invalid="ignore"):
             try:
-                found = self._accelerations(start, length, z, rate, self._guess(length, len(z)))
-                if found is None and self.of_motion:
-                    found = self._accelerations(start, length, z, rate, np.zeros((len(self.tableau.points), len(z))))
+                at_rest = np.zeros((len(self.tableau.points), len(z)))
+                first = self._guess(length, len(z))
+                guesses = [first, at_rest] if self.of_motion else [first]
+                if self.may_hold:
+                    guesses.reverse()
+                found = next(filter(None, (self._accelerations(start, length, z, rate, one) for one in guesses)), None)
             except (AssemblyError, SolverError, np.linalg.LinAlgError) as fault:  # too long a step to guess
                 found, self._fault = None, str(fault)
             if found is not None:
