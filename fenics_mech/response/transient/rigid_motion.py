@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Literal
 
 import numpy as np
 
@@ -33,7 +34,7 @@ from fenics_mech.response.transient.samples import Samples
 from fenics_mech.response.transient.stepping import Collocation, Curve
 from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
 from fenics_mech.response.transient.time_steps import stepped
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.joint_laws import TOUCHING
 
 
@@ -204,7 +205,7 @@ def free_course(
         record.keep,
         watch=record.watch,
         of_motion=True,
-        may_hold=any(getattr(law, "static", None) is not None for law in scene.joint_laws.values()),
+        from_rest=_from_rest(scene),
     )
     record.context = context
     record.motion.beside = Beside.of(scene, context, unit, carries=carries)
@@ -237,6 +238,14 @@ def stated_start(scene: Scene) -> StartState:
     names = "start", "rate_at_start"
     place, rate = (np.array([getattr(part, name) for part in freedoms], dtype=float) for name in names)
     return StartState(0.0, place, rate)
+
+
+def _from_rest(scene: Scene) -> Literal["never", "last", "first"]:
+    """When steps of a motion begin from no acceleration: where friction may hold."""
+    rubs = [law for law in scene.joint_laws.values() if isinstance(law, Friction)]
+    if any(law.static is not None for law in rubs):
+        return "first"
+    return "last" if rubs else "never"
 
 
 class _Recorder:

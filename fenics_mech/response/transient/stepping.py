@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -134,8 +134,9 @@ class Collocation:
     of_motion
         Whether errors are relative to the energy of the motion alone, and Newton's method ends by the energy of its
         changes: coordinates of rigid motion count from anywhere, and have no common unit.
-    may_hold
-        Whether what rests may also move, as where friction falls with speed: a step then begins from rest.
+    from_rest
+        When Newton's method begins a step from no acceleration: "never"; "last", where else it does not converge, as
+        where friction holds; "first", where what rests may also move, as friction falls with speed.
     beside
         Are called with every step, before `keep`.
     """
@@ -148,7 +149,7 @@ class Collocation:
     keep: KeepStep
     watch: Watch | None = None
     of_motion: bool = False
-    may_hold: bool = False
+    from_rest: Literal["never", "last", "first"] = "never"
     beside: tuple[Callable[[StepCurve], None], ...] = ()
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
@@ -241,11 +242,10 @@ class Collocation:
         self._fault = ""
         with np.errstate(over="ignore", invalid="ignore"):
             try:
-                at_rest = np.zeros((len(self.tableau.points), len(z)))
-                first = self._guess(length, len(z))
-                guesses = [first, at_rest] if self.of_motion else [first]
-                if self.may_hold:
-                    guesses.reverse()
+                guesses = [self._guess(length, len(z))]
+                if self.from_rest != "never":
+                    at_rest = np.zeros_like(guesses[0])
+                    guesses = [at_rest, *guesses] if self.from_rest == "first" else [*guesses, at_rest]
                 found = next(filter(None, (self._accelerations(start, length, z, rate, one) for one in guesses)), None)
             except (AssemblyError, SolverError, np.linalg.LinAlgError) as fault:  # too long a step to guess
                 found, self._fault = None, str(fault)
