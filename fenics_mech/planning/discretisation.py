@@ -36,8 +36,7 @@ class DiscretisationLimits:
 REFINE = DiscretisationLimits()
 
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (3, REFINE.stages)}  # or the default
-NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}
-NUMBERS |= {"positions": "sub_intervals"}  # by the errors that they lessen
+NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
 
 
 @dataclass(frozen=True)
