@@ -50,6 +50,12 @@ class Geometry:
         C = self.skew(c)
         return np.eye(3) + (C + C @ C / 2) / (1 + np.sum(c * c, axis=-1) / 4)[..., None, None]
 
+    def vector(self, R: Array) -> Array:
+        """Chart vector of a rotation, the inverse of `turn`."""
+        if self.d == 2:
+            return np.arctan2(R[..., 1, 0], R[..., 0, 0])[..., None]
+        return np.asarray(4 * self.axial(R) / (1 + np.trace(R, axis1=-2, axis2=-1))[..., None])
+
     def spin(self, c: Array, rate: Array) -> Array:
         """Spin by the rate of a chart vector."""
         if self.d == 2:

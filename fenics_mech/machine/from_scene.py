@@ -210,14 +210,17 @@ def _add_beams(made: SceneMachine) -> None:
     links, machine, mesh = made.links, made.machine, made.links.mesh
     rotation = member_rotation(mesh)
     bow = np.einsum("eai,eij,ebj->eab", rotation, links.stretching.bow, rotation)
-    stiffness, mass = links.element_stiffness, links.element_mass
-    rotary = links.element_rotary_mass
+    offsets, moment = links.layout.offsets, links.mass_moment
+    back = np.eye(6) if offsets is None else np.linalg.inv(offsets.arms)  # from the member's axis to its neutral line
+    of_elements = links.element_stiffness, links.element_mass, links.element_rotary_mass
+    stiffness, mass, rotary = (np.swapaxes(back, -1, -2) @ matrix @ back for matrix in of_elements)
     elements = []
     for e, (nodes, member) in enumerate(zip(mesh.cell_nodes, mesh.cell_member)):
         link = list(made.scene.links)[mesh.member_link[member]]
         place, axes = _frame(made, link)
         own = axes @ PLANE.turn(mesh.member_angle[member, None])
-        first, second = (machine.end(made.node_pose[n], place + axes @ mesh.node_xy[n], own) for n in nodes)
+        beside = 0.0 if offsets is None else offsets.neutral[e] * own[:, 1]  # the neutral line from the member's axis
+        first, second = (machine.end(made.node_pose[n], place + axes @ mesh.node_xy[n] + beside, own) for n in nodes)
         length = float(mesh.cell_length[e])
         shapes = STRAINED * np.array([[length], [1.0], [1.0]])
         arch = np.einsum("ia,ab,jb->ij", shapes, bow[e], shapes) / (2 * length)
@@ -226,7 +229,8 @@ def _add_beams(made: SceneMachine) -> None:
         turning = np.array([0, 0, 1, 0, length, 1.0])  # of the element about its first node
         section = np.array([turning @ rotary[e] @ turning])
         across = (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]
-        elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section))
+        beside_line = np.zeros(1) if moment is None else moment[e, None]
+        elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section, beside_line))
     machine.add_beams(made.element_ends, elements, made.scene.damping.material)
 
 

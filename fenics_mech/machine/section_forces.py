@@ -10,6 +10,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.machine.groups import Group, Moved
 from fenics_mech.machine.measured import Measured
 from fenics_mech.terms import Beams
+from fenics_mech.terms.inertia import beside_line
 
 
 @dataclass(frozen=True)
@@ -61,11 +62,14 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     of_axes = columns @ turn
     vectors = np.stack([of_place, of_axes[..., 0]], axis=3).reshape(*along.shape[:2], 4, d)
     mass = np.array([element.mass for element in beams.elements])
-    inert = np.einsum("eij,tejd->teid", mass, vectors).reshape(*along.shape[:2], 2, 2, d)
+    beside = np.array([beside_line(element.length, element.moment)[0] for element in beams.elements])
+    inert = np.einsum("eij,tejd->teid", mass, vectors) + np.einsum("eik,tekd->teid", beside, of_axes[..., 1])
+    inert = inert.reshape(*along.shape[:2], 2, 2, d)
     force = force + inert[:, :, :, 0]
     moment = moment + _cross(axes[..., 0], inert[:, :, :, 1])[..., None]
     rotary = np.array([element.rotary[0] for element in beams.elements]) / 6
     sections = rotary[None, :, None, None] * (of_axes[..., 1] + of_axes[..., 1].sum(axis=2, keepdims=True))
+    sections = sections + np.einsum("eik,teid->tekd", beside, vectors)
     moment = moment + _cross(axes[..., 1], sections)[..., None]
     return EndForces(force, moment, at.r[:, pose] + way, axes)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,39 +17,83 @@ from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 
 @dataclass
+class Path:
+    """A motion of even steps: where each begins, and the accelerations at its stages.
+
+    Parameters
+    ----------
+    tableau
+        Of a step.
+    h
+        Length of a step (s).
+    n
+        Coordinates; what follows them are multipliers.
+    q0, v0
+        Coordinates and rates at the start of every step ``(steps, size)``.
+    a
+        Accelerations with multipliers ``(steps, stages, size)``.
+    """
+
+    tableau: Tableau
+    h: float
+    n: int
+    q0: Array
+    v0: Array
+    a: Array
+
+    @classmethod
+    def of_rest(cls, machine: Machine, period: float, steps: int, stages: int) -> Path:
+        """Give the path of the chart."""
+        start, size = np.zeros((steps, machine.size)), machine.size
+        return cls(radau(stages), period / steps, machine.n, start, start.copy(), np.zeros((steps, stages, size)))
+
+    def at(self, s: Array) -> tuple[Array, Array, Array, Array]:
+        """Give instants ``(steps, shares)`` (s), coordinates, rates and accelerations at shares of every step."""
+        values, integrals = self.tableau.at(s)
+        h = self.h
+        t = h * (np.arange(len(self.q0))[:, None] + s)
+        at_stages = self.v0[:, None] + h * np.einsum("ij,kjn->kin", self.tableau.A, self.a)
+        q = self.q0[:, None] + h * np.einsum("ij,kjn->kin", integrals, at_stages)
+        v = self.v0[:, None] + h * np.einsum("ij,kjn->kin", integrals, self.a)
+        q[..., self.n :] = v[..., self.n :] = 0.0
+        return t, q, v, np.einsum("ij,kjn->kin", values, self.a)
+
+    def with_stages(self, stages: int) -> Path:
+        """Give the same path by other stages of the same steps."""
+        tableau = radau(stages)
+        return Path(tableau, self.h, self.n, self.q0.copy(), self.v0.copy(), self.at(tableau.c)[3])
+
+
+@dataclass
 class Cycle:
-    """A periodic motion at the stages of its steps.
+    """A periodic motion.
 
     Parameters
     ----------
     machine
         Its machine, whose chart is a cycle.
-    t
-        Instants of the stages ``(steps, stages)`` (s).
-    q, v, a
-        Coordinates, rates, accelerations with multipliers ``(steps, stages, size)``.
+    path
+        The motion beside the chart.
     evaluation
-        The residual at these instants.
-    tableau
-        Of a step.
+        The residual at the stages of the path.
     iterations
         Newton steps.
     change
-        The next Newton correction of the coordinates, relative to the largest: what a further step would change.
+        The last Newton correction of the coordinates, relative to the largest.
     steps
         Linear steps of the converged cycle, for closing and multipliers.
     """
 
     machine: Machine
-    t: Array
-    q: Array
-    v: Array
-    a: Array
+    path: Path
     evaluation: Evaluation
-    tableau: Tableau
     iterations: int
     change: float
     steps: LinearSteps
+
+    def __post_init__(self) -> None:
+        self.tableau = self.path.tableau
+        self.t, self.q, self.v, self.a = self.path.at(self.tableau.c)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -166,7 +210,14 @@ def _shell(size: int, apply: Callable[[Array], Array]):  # type: ignore[no-untyp
 
 
 def periodic(
-    machine: Machine, period: float, steps: int = 60, *, stages: int = 3, tolerance: float = 1e-7, most: int = 25
+    machine: Machine,
+    period: float,
+    steps: int = 60,
+    *,
+    stages: int = 3,
+    tolerance: float = 1e-7,
+    most: int = 25,
+    start: Path | None = None,
 ) -> Cycle:
     """Find the periodic motion beside the machine's chart.
 
@@ -182,53 +233,53 @@ def periodic(
         Of the last change, relative to the largest coordinate.
     most
         Newton steps that may be taken.
+    start
+        Where to begin, with its own steps; None for the chart.
 
     Raises
     ------
     SolverError
         When there is none near by, or it is at an undamped resonance.
     """
-    tableau, n, size, h = radau(stages), machine.n, machine.size, period / steps
-    t = h * (np.arange(steps)[:, None] + tableau.c)
-    q0, v0, a = np.zeros((steps, size)), np.zeros((steps, size)), np.zeros((steps, stages, size))
-    coordinates = np.arange(size) < n
-    stresses = None
-    linear: LinearSteps
-    found: Evaluation
-
-    def at_stages(q0: Array, v0: Array, a: Array) -> tuple[Array, Array]:
-        q = q0[:, None] + h * tableau.c[:, None] * v0[:, None] + h * h * np.einsum("ij,kjn->kin", tableau.square, a)
-        v = v0[:, None] + h * np.einsum("ij,kjn->kin", tableau.A, a)
-        return (q * coordinates).reshape(-1, size), (v * coordinates).reshape(-1, size)
+    path = Path.of_rest(machine, period, steps, stages) if start is None else start
+    changes: list[float] = []
+    stresses, linear = None, None
 
     def step() -> float:
-        nonlocal stresses, linear, found
-        q, v = at_stages(q0, v0, a)
-        found = machine.residual(t.ravel(), q, v, a.reshape(-1, size), predicted=stresses)
-        linear = LinearSteps(machine, tableau, h, found)
-        end_q = (q0 + h * v0 + h * h * np.einsum("j,kjn->kn", tableau.square[-1], a))[:, :n]
-        end_v = (v0 + h * np.einsum("j,kjn->kn", tableau.A[-1], a))[:, :n]
-        gaps = np.concatenate(
-            [end_q - np.roll(q0, -1, axis=0)[:, :n], h * (end_v - np.roll(v0, -1, axis=0)[:, :n])], axis=1
-        )
-        states, da = linear.closed(-found.force.reshape(steps, stages, size), gaps)
-        dq0, dv0 = np.zeros((steps, size)), np.zeros((steps, size))
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / h
-        dq, dv = at_stages(dq0, dv0, da)
-        stresses = predicted(machine, found, dq, dv)
-        q0[:] += dq0
-        v0[:] += dv0
-        a[:] += da
-        return float(np.abs(dq).max() / max(np.abs(q + dq).max(), 1e-12))
+        nonlocal path, stresses, linear
+        path, stresses, linear, change = _corrected(machine, path, stresses)
+        changes.append(change)
+        return change
 
-    changes: list[float] = []
+    iterations = newton(step, tolerance, most, "the periodic motion")
+    assert linear is not None
+    return Cycle(machine, path, _evaluated(machine, path, None), iterations, changes[-1], linear)
 
-    def counted() -> float:
-        changes.append(step())
-        return changes[-1]
 
-    iterations = newton(counted, tolerance, most, "the periodic motion")
-    q, v = at_stages(q0, v0, a)
-    final = machine.residual(t.ravel(), q, v, a.reshape(-1, size))
-    shape = (steps, stages, size)
-    return Cycle(machine, t, q.reshape(shape), v.reshape(shape), a, final, tableau, iterations, changes[-1], linear)
+def _evaluated(machine: Machine, path: Path, stresses: Sequence[Array] | None) -> Evaluation:
+    t, q, v, a = path.at(path.tableau.c)
+    flat = (x.reshape(-1, machine.size) for x in (q, v, a))
+    return machine.residual(t.ravel(), *flat, predicted=stresses)
+
+
+def _corrected(
+    machine: Machine, path: Path, stresses: Sequence[Array] | None
+) -> tuple[Path, Sequence[Array], LinearSteps, float]:
+    """Correct a path by one Newton step, with the stresses that the step before predicted.
+
+    It gives the path, its predicted stresses, the linear steps, and the change relative to the largest coordinate.
+    """
+    n, h, size = machine.n, path.h, machine.size
+    found = _evaluated(machine, path, stresses)
+    linear = LinearSteps(machine, path.tableau, h, found)
+    end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
+    gaps = [end_q - np.roll(path.q0, -1, axis=0)[:, :n], h * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])]
+    states, da = linear.closed(-found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
+    dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
+    dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / h
+    correction = Path(path.tableau, h, n, dq0, dv0, da)
+    _, dq, dv, _ = correction.at(path.tableau.c)
+    moved = Path(path.tableau, h, n, path.q0 + dq0, path.v0 + dv0, path.a + da)
+    largest = max(np.abs(moved.at(path.tableau.c)[1]).max(), 1e-12)
+    change = float(np.abs(dq).max() / largest)
+    return moved, predicted(machine, found, dq.reshape(-1, size), dv.reshape(-1, size)), linear, change

@@ -23,6 +23,8 @@ class Tableau:
         ``(stages, stages)``: a rate at the stages is its start plus A times the accelerations.
     square
         A A, for the coordinates.
+    back
+        Value of the stages' polynomial at the start ``(stages,)``.
     inside
         Largest error of a coordinate inside the step, by the difference between the acceleration at its start and the
         stages' polynomial there; from the remainder of interpolation, whose zeros are the stages.
@@ -34,6 +36,13 @@ class Tableau:
     back: Array
     inside: float
 
+    def at(self, s: Array) -> tuple[Array, Array]:
+        """Give values and integrals from 0 of the stages' polynomial at shares of a step: ``(shares, stages)`` each."""
+        stages = len(self.c)
+        powers = np.arange(1, stages + 1)
+        inverse = np.linalg.inv(np.vander(self.c, stages, increasing=True))
+        return np.vander(s, stages, increasing=True) @ inverse, (s[:, None] ** powers / powers) @ inverse
+
 
 @cache
 def radau(stages: int) -> Tableau:
@@ -41,14 +50,13 @@ def radau(stages: int) -> Tableau:
     points = legendre.legroots([0] * (stages - 1) + [-1, 1]).real
     c = (np.sort(points) + 1) / 2
     c[-1] = 1.0
-    powers = np.vander(c, stages, increasing=True)
+    inverse = np.linalg.inv(np.vander(c, stages, increasing=True))
     integrals = np.array([[x ** (k + 1) / (k + 1) for k in range(stages)] for x in c])
-    A = integrals @ np.linalg.inv(powers)
-    back = np.linalg.inv(powers)[0]  # value of the stages' polynomial at the start
+    A = integrals @ inverse
     product = Polynomial.fromroots(c)
     twice = product.integ(2, [0, 0])
     inside = np.abs(twice(np.linspace(0, 1, 201))).max() / abs(product(0.0))
-    return Tableau(c, A, A @ A, back, float(inside))
+    return Tableau(c, A, A @ A, inverse[0], float(inside))
 
 
 def stage_matrix(tableau: Tableau, h: float, M: Array, C: Array, K: Array) -> Array:

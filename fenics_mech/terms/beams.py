@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
-from fenics_mech.terms.inertia import Masses, hermite_mass
+from fenics_mech.terms.inertia import Masses, beside_line, hermite_mass
 from fenics_mech.terms.term import Response, Term
 
 
@@ -29,6 +29,8 @@ class Element:
         Between places and first axes of both ends, ``(4, 4)`` (kg, kg m, kg m^2).
     rotary
         Rotary inertia of its sections along axes 2 (and 3), rho I L ``(bends,)`` (kg m^2).
+    moment
+        Of the mass about the neutral line along axes 2 (and 3), rho A e ``(bends,)`` (kg).
     """
 
     length: float
@@ -36,6 +38,7 @@ class Element:
     arch: Array
     mass: Array
     rotary: Array
+    moment: Array
 
     @classmethod
     def uniform(
@@ -67,7 +70,7 @@ class Element:
             values.append(GJ / length)
         arch = np.tile([1 / 10, 0, 1 / 24], (len(bending), 1))
         of_sections = length * np.asarray(rotary) if len(rotary) else np.zeros(len(bending))
-        return cls(length, np.diag(values), arch, hermite_mass(length, line_mass), of_sections)
+        return cls(length, np.diag(values), arch, hermite_mass(length, line_mass), of_sections, 0 * of_sections)
 
 
 class Beams(Term):
@@ -94,7 +97,7 @@ class Beams(Term):
     def add_to(self, masses: Masses) -> None:
         """Add the inertia of all elements."""
         for (first, second), element in zip(self.pairs, self.elements):
-            masses.add_beam((first, second), element.mass, element.rotary)
+            masses.add_beam((first, second), element.mass, element.rotary, beside_line(element.length, element.moment))
 
     def parameters(self, geometry: Geometry) -> Array:
         """Give what the kernel takes: length and arch numbers, ``(elements, 1 + 3 bends)``."""

@@ -56,7 +56,7 @@ class Masses:
         for i, j in np.argwhere(tensor):
             self.couple(axis_of(end, i), axis_of(end, j), tensor[i, j])
 
-    def add_beam(self, ends: tuple[End, End], mass: Array, sections: Array) -> None:
+    def add_beam(self, ends: tuple[End, End], mass: Array, sections: Array, beside: Array) -> None:
         """Add an element whose places are Hermite polynomials between its ends' places and first axes.
 
         Parameters
@@ -67,6 +67,8 @@ class Masses:
             Between places and first axes of both ends, ``(4, 4)`` (kg, kg m, kg m^2).
         sections
             Rotary inertia of the sections along axes 2 (and 3), rho I L of each, ``(bends,)`` (kg m^2).
+        beside
+            Between the same four vectors and axes 2 (and 3) at both ends, ``(bends, 4, 2)`` (kg m, kg m^2).
         """
         vectors = [made for end in ends for made in (place_of(end), axis_of(end, 0))]
         for i, one in enumerate(vectors):
@@ -82,6 +84,10 @@ class Masses:
                     (second, second, 2),
                 ):
                     self.couple(one, other, inertia * share / 6)
+        for (axis, i, k), moment in np.ndenumerate(beside):
+            if moment:
+                self.couple(vectors[i], axis_of(ends[k], 1 + axis), float(moment))
+                self.couple(axis_of(ends[k], 1 + axis), vectors[i], float(moment))
 
 
 def hermite_mass(length: float, line_mass: float) -> Array:
@@ -97,3 +103,19 @@ def hermite_mass(length: float, line_mass: float) -> Array:
     numbers = [[156, 22, 54, -13], [22, 4, 13, -3], [54, 13, 156, -22], [-13, -3, -22, 4]]
     scale = np.array([1, length, 1, length])
     return np.asarray(line_mass * length / 420 * np.array(numbers) * np.outer(scale, scale))
+
+
+def beside_line(length: float, moment: Array) -> Array:
+    """Give the mass between places and first axes of both ends, and their other axes, ``(bends, 4, 2)``.
+
+    It is that of a uniform mass beside the line of the places: r(x) + e d(x), d linear between the ends.
+
+    Parameters
+    ----------
+    length
+        m.
+    moment
+        rho A e along each of the other axes ``(bends,)`` (kg).
+    """
+    shares = np.array([[21, 9], [3, 2], [9, 21], [-2, -3]]) / 60 * np.array([1, length, 1, length])[:, None]
+    return np.asarray(length * moment[:, None, None] * shares)

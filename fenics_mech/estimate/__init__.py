@@ -1,0 +1,5 @@
+"""How wrong a periodic motion may be: by its steps, by the mesh of its members, between its instants."""
+
+from fenics_mech.estimate.cycles import finer_mesh, finer_steps, missed_between
+
+__all__ = ["finer_mesh", "finer_steps", "missed_between"]

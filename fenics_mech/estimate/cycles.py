@@ -1,0 +1,143 @@
+"""Errors of periodic motions: against the same motion by more stages, or on a finer mesh, each from what is at hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.geometry import End, Geometry
+from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.solve import Cycle, Path, periodic
+from fenics_mech.terms import Beams
+
+ENOUGH = 1e-4  # last change of Newton's method: with 1e-3 one step may do, and told over true falls to 0.8
+
+
+def finer_steps(cycle: Cycle) -> Cycle:
+    """Give the motion by one more stage in each step, whose order is higher by two.
+
+    A quantity at the ends of the steps differs between both by the error of the steps, but for terms of that order.
+
+    Parameters
+    ----------
+    cycle
+        A converged motion.
+    """
+    path = cycle.path
+    start = path.with_stages(len(path.tableau.c) + 1)
+    return periodic(cycle.machine, path.h * len(path.q0), start=start, tolerance=ENOUGH)
+
+
+def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
+    """Give the motion of a machine with twice the elements, from that with fewer.
+
+    Elements of Hermite polynomials have an error of order 4: 16/15 of the difference between both.
+
+    Parameters
+    ----------
+    cycle
+        A converged motion.
+    machine
+        The same machine, whose elements 2 e and 2 e + 1 are the halves of element e. Poses without beams have the same
+        order, and so have the rows. Its chart is set.
+    """
+    period = cycle.path.h * len(cycle.path.q0)
+    return periodic(machine, period, start=_prolonged(cycle, machine, period), tolerance=ENOUGH)
+
+
+def missed_between(cycle: Cycle, quantity: Callable[[Evaluation], Array], shares: int = 8) -> Array:
+    """Give by how much the largest size of a quantity between the ends of steps is above that at the ends.
+
+    Parameters
+    ----------
+    cycle
+        A converged motion.
+    quantity
+        Something of every instant ``(instants, ...)``, by the residual there.
+    shares
+        Parts of a step between which it is looked at.
+    """
+    machine = cycle.machine
+    t, q, v, a = cycle.path.at(np.arange(1, shares + 1) / shares)
+    found = quantity(machine.residual(t.ravel(), *(x.reshape(-1, machine.size) for x in (q, v, a)), tangents=False))
+    sizes = np.abs(found).reshape(*t.shape, *found.shape[1:])
+    return np.asarray(sizes.max(axis=(0, 1)) - sizes[:, -1].max(axis=0))
+
+
+def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:
+    """Take a motion to a finer mesh: Hermite polynomials in place, Fourier series in time."""
+    coarse, path = cycle.machine, cycle.path
+    stages = len(path.tableau.c)
+    t, q, _, a = path.at(np.arange(stages) / stages)
+    t, q, a = t.ravel(), q.reshape(-1, coarse.size), a.reshape(-1, coarse.size)
+    g, n = fine.geometry, fine.n
+    r, R = _finer_poses(coarse, fine, *_poses(coarse, t, q))
+    chart = fine.known.at(t)
+    turn = g.vector(R @ np.swapaxes(chart.R, -1, -2))
+    values = np.zeros((len(t), fine.size))
+    there = fine.places.ravel() >= 0
+    beside = np.concatenate([r - chart.r, turn], axis=2).reshape(len(t), -1)
+    values[:, fine.places.ravel()[there]] = beside[:, there]
+    values[:, n:] = a[:, coarse.n :]
+    waves, rate = np.fft.rfft(values, axis=0), 2j * np.pi / period * np.arange(len(t) // 2 + 1)[:, None]
+
+    def at(share: float, order: int) -> Array:
+        shifted = waves * rate**order * np.exp(rate * share * path.h)
+        return np.asarray(np.fft.irfft(shifted, len(t), axis=0)[::stages])
+
+    made = np.stack([np.concatenate([at(c, 2)[:, :n], at(c, 0)[:, n:]], axis=1) for c in path.tableau.c], axis=1)
+    q0, v0 = at(0, 0), at(0, 1)
+    q0[:, n:] = v0[:, n:] = 0.0
+    return Path(path.tableau, path.h, n, q0, v0, made)
+
+
+def _poses(machine: Machine, t: Array, q: Array) -> tuple[Array, Array]:
+    """Give places and rotations of all poses."""
+    g, chart = machine.geometry, machine.known.at(t)
+    Q = np.concatenate([q, np.zeros((len(t), 1))], axis=1)[:, machine.places]
+    return chart.r + Q[..., : g.d], g.turn(Q[..., g.d :]) @ chart.R
+
+
+def _finer_poses(coarse: Machine, fine: Machine, r: Array, R: Array) -> tuple[Array, Array]:
+    """Give the poses of the halved elements ``(instants, poses, ...)``, by those of the whole ones."""
+    g, (whole, halves) = fine.geometry, (_beams(machine) for machine in (coarse, fine))
+    made_r, made_R = (np.zeros((len(r), len(fine.r), *x.shape[2:])) for x in (r, R))
+    for mine, theirs in zip(_without_beams(fine, halves), _without_beams(coarse, whole)):
+        made_r[:, mine], made_R[:, mine] = r[:, theirs], R[:, theirs]
+    for e, (pair, element) in enumerate(zip(whole.pairs, whole.elements)):
+        (p1, E1), (p2, E2) = (_end(end, r, R) for end in pair)
+        d1, d2 = E1[..., 0], E2[..., 0]
+        middle = (p1 + p2) / 2 + element.length / 8 * (d1 - d2)
+        along = 1.5 * (p2 - p1) / element.length - (d1 + d2) / 4
+        places = [(p1, E1), (middle, _half_way(g, E1, E2, along)), (p2, E2)]
+        for end, (p, E) in zip((halves.pairs[2 * e][0], *halves.pairs[2 * e + 1]), places):
+            made_R[:, end.pose] = E @ end.turn.T
+            made_r[:, end.pose] = p - made_R[:, end.pose] @ end.offset
+    return made_r, made_R
+
+
+def _half_way(g: Geometry, E1: Array, E2: Array, along: Array) -> Array:
+    """Give axes half-way between two, turned so that the first lies along a direction."""
+    c = g.vector(np.swapaxes(E1, -1, -2) @ E2)
+    half = c / 2 if g.d == 2 else c / (1 + np.sqrt(1 + np.sum(c * c, axis=-1, keepdims=True) / 4))
+    middle = E1 @ g.turn(half)
+    e = along / np.linalg.norm(along, axis=-1, keepdims=True)
+    first = middle[..., 0]
+    W = e[..., :, None] * first[..., None, :] - first[..., :, None] * e[..., None, :]  # the smallest rotation
+    cosine = np.sum(e * first, axis=-1)[..., None, None]
+    return np.asarray((np.eye(g.d) + W + W @ W / (1 + cosine)) @ middle)
+
+
+def _end(end: End, r: Array, R: Array) -> tuple[Array, Array]:
+    return r[:, end.pose] + R[:, end.pose] @ end.offset, R[:, end.pose] @ end.turn
+
+
+def _beams(machine: Machine) -> Beams:
+    return next(term for term in machine.terms if isinstance(term, Beams))
+
+
+def _without_beams(machine: Machine, beams: Beams) -> list[int]:
+    held = {end.pose for pair in beams.pairs for end in pair}
+    return [pose for pose in range(len(machine.r)) if pose not in held]
