@@ -172,9 +172,11 @@ class FreeLinkage:
         way = loops.residual(near, given)[:, -loops.drives :]
         longest = np.abs(way / loops.scale[-loops.drives :]).max(axis=1)
         if not (longest < FREE_MOTION.longest_way).all():
-            raise AssemblyError(f"a time step from {time[0]:.6g} s on is too long for the links to be followed")
+            raise AssemblyError(
+                f"the links move by more than a turn at once, and cannot be followed, at {time[0]:.6g} s"
+            )
         if (ends := longest < CONDITION.singular).any():
-            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[ends][0]:.6g} s")
+            raise self._dead_centre(float(time[ends][0]), singular_values(loops, near[ends])[1][0, -1])
         half[:, loops.drive_order] += way / 2
         return half
 
@@ -190,11 +192,16 @@ class FreeLinkage:
         """
         values, right = singular_values(self.loops, q[None])
         if values[0, -1] < CONDITION.singular:
-            moved, names = ", ".join(links_moved(self.loops, right[0, -1])), ", ".join(self.scene.freedoms)
-            raise AssemblyError(
-                f"at {time:.6g} s the linkage comes to a dead centre of the freedoms at joint {names}: they do not say "
-                f"how {moved} moves. State the freedom at another joint, such as that of a link that can turn fully"
-            )
+            raise self._dead_centre(time, right[0, -1])
+
+    def _dead_centre(self, time: float, motion: Array) -> AssemblyError:
+        """Say at which time links can move by themselves, as a motion of theirs, ``(3 links,)``, does."""
+        moved, names = ", ".join(links_moved(self.loops, motion)), ", ".join(self.scene.moved_joints)
+        return AssemblyError(
+            f"at {time:.6g} s the linkage comes to a dead centre or a change point: the motion of joint {names} does "
+            f"not say how {moved} moves. State the freedom at another joint, such as that of a link that can turn "
+            "fully. Where the links can go on in two ways, take other lengths"
+        )
 
     def _driven(self, time: Array) -> tuple[Array, Array, Array]:
         """Angles and strokes of the drives and two derivatives by time, ``(times, drives)`` each."""
