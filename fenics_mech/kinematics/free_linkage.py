@@ -14,9 +14,9 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import TINY
+from fenics_mech._constants import TINY, TURN
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.kinematics.assembly import newton
+from fenics_mech.kinematics.assembly import newton, side
 from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
@@ -35,7 +35,8 @@ class FreeMotionLimits:
     much: float = 0.1  # of a joint in a free motion, from which on one on the ground is as good as any other
     least_share: float = 1e-6  # of a joint in a free motion, from which on it may be the one that states it
     longest_lead: float = 0.1  # rad, by which drives are led at once to where they are held
-    longest_turn: float = 0.5  # rad, of a link from the positions that are known to those that are looked for
+    longest_turn: float = 0.5  # rad, of a link from where the tangent leads to where the loops close
+    longest_way: float = TURN  # rad, or sizes of the linkage, of a freedom: no polynomial of a step follows more
 
 
 FREE_MOTION = FreeMotionLimits()
@@ -149,17 +150,35 @@ class FreeLinkage:
         given
             Angles and strokes of the drives and the freedoms, ``(times, drives)``.
         near
-            Coordinates of the links at positions near to these, ``(times, 3 links)``.
+            Coordinates of the links at positions that are known, ``(times, 3 links)``.
 
         Raises
         ------
         AssemblyError
-            When the links cannot be assembled so.
+            When a dead centre or a change point lies on the way, or it is too long to be followed.
         """
-        q, closed = newton(self.loops, near, given)
-        if not closed.all() or np.abs((q - near)[:, 2::3]).max() > FREE_MOTION.longest_turn:
-            raise AssemblyError(f"the linkage cannot be assembled as it moves, at {time[0]:.6g} s")
+        ahead, _ = newton(self.loops, near, given, iterations=1)
+        q, closed = newton(self.loops, ahead, given)
+        turned = np.abs((q - ahead)[:, 2::3]).max(axis=1, initial=0.0)
+        far = ~closed | (turned > FREE_MOTION.longest_turn) | (side(self.loops, q) != side(self.loops, near))
+        if far.any():
+            time, given, near = time[far], given[far], near[far]
+            q[far] = self.pose(time, given, self.pose(time, self._half_way(time, given, near), near))
         return q
+
+    def _half_way(self, time: Array, given: Array, near: Array) -> Array:
+        """Angles and strokes half way from known positions, ``(times, drives)``; raise as `pose` where none is left."""
+        loops, half = self.loops, given.copy()
+        way = loops.residual(near, given)[:, -loops.drives :]
+        longest = np.abs(way / loops.scale[-loops.drives :]).max(axis=1)
+        if not (longest < FREE_MOTION.longest_way).all():
+            raise AssemblyError(
+                f"the links move by more than a turn at once, and cannot be followed, at {time[0]:.6g} s"
+            )
+        if (ends := longest < CONDITION.singular).any():
+            raise self._dead_centre(float(time[ends][0]), singular_values(loops, near[ends])[1][0, -1])
+        half[:, loops.drive_order] += way / 2
+        return half
 
     def refuse_dead_centre(self, time: float, q: Array) -> None:
         """Raise `AssemblyError` where the freedoms hardly say how the links move.
@@ -173,11 +192,16 @@ class FreeLinkage:
         """
         values, right = singular_values(self.loops, q[None])
         if values[0, -1] < CONDITION.singular:
-            moved, names = ", ".join(links_moved(self.loops, right[0, -1])), ", ".join(self.scene.freedoms)
-            raise AssemblyError(
-                f"at {time:.6g} s the linkage comes to a dead centre of the freedoms at joint {names}: they do not say "
-                f"how {moved} moves. State the freedom at another joint, such as that of a link that can turn fully"
-            )
+            raise self._dead_centre(time, right[0, -1])
+
+    def _dead_centre(self, time: float, motion: Array) -> AssemblyError:
+        """Say at which time links can move by themselves, as a motion of theirs, ``(3 links,)``, does."""
+        moved, names = ", ".join(links_moved(self.loops, motion)), ", ".join(self.scene.moved_joints)
+        return AssemblyError(
+            f"at {time:.6g} s the linkage comes to a dead centre or a change point: the motion of joint {names} does "
+            f"not say how {moved} moves. State the freedom at another joint, such as that of a link that can turn "
+            "fully. Where the links can go on in two ways, take other lengths"
+        )
 
     def _driven(self, time: Array) -> tuple[Array, Array, Array]:
         """Angles and strokes of the drives and two derivatives by time, ``(times, drives)`` each."""

@@ -62,7 +62,7 @@ class FreeState:
     scene: Scene
     system: System
     contacts: dict[str, Touching] = field(init=False)  # which contacts are closed, by law
-    _known: tuple[float, Array, Array] = field(init=False)  # time (s), coordinates of the links and their rates
+    known_links: Array = field(init=False)  # coordinates at the position that others are near to, ``(3 links,)``
 
     def __post_init__(self) -> None:
         """Start from the position at time 0, without contact."""
@@ -81,16 +81,10 @@ class FreeState:
             The start; None for time 0.
         """
         motion = self.system.motion
-        q, time = coordinates(motion.position, motion.angle)[0], 0.0
+        self.known_links = coordinates(motion.position, motion.angle)[0]
         if start is not None and start.links is not None:
-            q, time = start.links, start.time
-        self._known = time, q, np.zeros_like(q)
+            self.known_links = start.links
         self.contacts = {name: Touching.open(law.contacts) for name, law in self.laws.items()}
-
-    @property
-    def known_links(self) -> Array:
-        """Coordinates of the links at the position that others are near to, ``(3 links,)``."""
-        return self._known[1]
 
     @property
     def laws(self) -> dict[str, JointLaw]:
@@ -113,9 +107,9 @@ class FreeState:
             When the freedoms hardly say how the links move there.
         """
         here = self._motion(np.array([time]), (y[None], rate[None], np.zeros((1, len(y)))))
-        q, velocity = coordinates(here.position, here.angle)[0], coordinates(here.velocity, here.omega)[0]
+        q = coordinates(here.position, here.angle)[0]
         self.linkage.refuse_dead_centre(time, q)
-        self._known = time, q, velocity
+        self.known_links = q
 
     def system_at(self, time: Array, states: States) -> System:
         """Give the mechanism as it moves.
@@ -132,8 +126,7 @@ class FreeState:
     def _motion(self, time: Array, states: States, near: Array | None = None) -> Motion:
         """Give the rigid motion, near to coordinates of the links or else to those that are known."""
         if near is None:
-            then, q, velocity = self._known
-            near = q + velocity * (time - then)[:, None]
+            near = np.tile(self.known_links, (len(time), 1))
         places, rates, seconds = (part[:, self.size :] for part in states)
         return self.linkage.motion(time, places, rates, seconds, near)
 

@@ -94,7 +94,7 @@ class RigidState:
     linkage: FreeLinkage
     linear: bool = field(default=False, init=False)
     contacts: dict[str, Touching] = field(init=False)  # which contacts are closed, by law
-    _known: tuple[float, Array, Array] = field(init=False)  # time (s), coordinates of the links and their rates
+    known_links: Array = field(init=False)  # coordinates at the position that others are near to, ``(3 links,)``
     _last: Pose | None = field(default=None, init=False)  # that was asked for
 
     def __post_init__(self) -> None:
@@ -110,11 +110,8 @@ class RigidState:
         start
             The start; None for time 0.
         """
-        q, time = self.linkage.start, 0.0
-        if start is not None and start.links is not None:
-            q, time = start.links, start.time
-        self.contacts = self.dynamics.all_open()
-        self._known, self._last = (time, q, np.zeros_like(q)), None
+        self.known_links = self.linkage.start if start is None or start.links is None else start.links
+        self.contacts, self._last = self.dynamics.all_open(), None
 
     def move_on(self, states: RigidStates) -> None:
         """Take a position as the one that others are near to.
@@ -130,7 +127,7 @@ class RigidState:
             When the freedoms hardly say how the links move there.
         """
         self.linkage.refuse_dead_centre(float(states.time[0]), states.q[0])
-        self._known = float(states.time[0]), states.q[0], states.velocity[0]
+        self.known_links = states.q[0]
 
     def states(self, time: Array, states: States) -> RigidStates:
         """Give the motion of the links.
@@ -149,11 +146,6 @@ class RigidState:
         """
         given = self.linkage.given(time, states)
         return self._moved(time, states[0], given, self._pose_near(time, given[0]))
-
-    @property
-    def known_links(self) -> Array:
-        """Coordinates of the links at the position that others are near to, ``(3 links,)``."""
-        return self._known[1]
 
     @property
     def laws(self) -> dict[str, JointLaw]:
@@ -176,23 +168,12 @@ class RigidState:
         """Pose of the links near to the last one that was asked for, or else to the position that is known."""
         last = self._last
         if last is None or last.given.shape != given.shape or np.abs(given - last.given).max() > DIFFERENCES.near:
-            last = self._inverted(time, given, self._pose_far(time, given))
+            known = np.tile(self.known_links, (len(time), 1))
+            last = self._inverted(time, given, self.linkage.pose(time, given, known))
         elif not np.array_equal(given, last.given):
             last = self._from(time, given, last)
         self._last = last
         return last
-
-    def _pose_far(self, time: Array, given: Array) -> Array:
-        """Coordinates of the links from the position that is known, or in long steps from the last ones beside each."""
-        then, q, velocity = self._known
-        try:
-            return self.linkage.pose(time, given, q + velocity * (time - then)[:, None])
-        except AssemblyError:
-            if (last := self._last) is None:
-                raise
-        beside = np.abs(given[:, None] - last.given).max(axis=2, initial=0.0).argmin(axis=1)
-        ahead = self.linkage.loops.driven(given - last.given[beside])[..., None]
-        return self.linkage.pose(time, given, last.q[beside] + (last.inverse[beside] @ ahead)[..., 0])
 
     def _from(self, time: Array, given: Array, near: Pose) -> Pose:
         """Pose of the links by a near one, whose Jacobian serves to close the loops."""

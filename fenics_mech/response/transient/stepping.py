@@ -216,10 +216,10 @@ class Collocation:
                 continue
             asked = length * change
             if asked < STEPPING.shortest * self.longest:
-                why = self._fault or "the motion grows without bound or its equation has no solution there"
+                grows = _remedied("the motion grows without bound or its equation has no solution there")
                 raise SolverError(
-                    f"the time steps failed at {start:.6g} s, where they have become {asked:.1e} s long: {why}. "
-                    "Give more damping, or lower loads"
+                    f"the time steps failed at {start:.6g} s, where they have become {asked:.1e} s long: "
+                    f"{self._fault or grows}"
                 )
         curve = self._curve(start, length, z, rate, made)
         vector.array[:] = np.concatenate([part[0] for part in curve(np.array([start + length]))])
@@ -248,7 +248,7 @@ class Collocation:
                     guesses = [at_rest, *guesses] if self.from_rest == "first" else [*guesses, at_rest]
                 found = next(filter(None, (self._accelerations(start, length, z, rate, one) for one in guesses)), None)
             except (AssemblyError, SolverError, np.linalg.LinAlgError) as fault:  # too long a step to guess
-                found, self._fault = None, str(fault)
+                found, self._fault = None, str(fault) if isinstance(fault, AssemblyError) else _remedied(str(fault))
             if found is not None:
                 made, tangents = found
                 error = self._error(start, length, (z, rate), made, tuple(part[0] for part in tangents))
@@ -339,3 +339,8 @@ class Collocation:
     def _curve(self, start: float, length: float, z: Array, rate: Array, made: Array) -> StepCurve:
         """The polynomials of the step."""
         return StepCurve(start, length, z, rate, made, self.tableau, self.lagrange @ made)
+
+
+def _remedied(fault: str) -> str:
+    """Say what helps against a fault of forces."""
+    return f"{fault}. Give more damping, or lower loads"
