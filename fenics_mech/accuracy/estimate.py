@@ -135,7 +135,7 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
-        enough = self._enough()
+        enough = self._enough(scene)
         if enough is None:  # then no steps cure it
             self.refuse_missed(scene)
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
@@ -155,7 +155,9 @@ class Errors:
         for what, missed in self._missed().items():
             if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
                 worst = int(missed.argmax())
-                raise self.missed.refusal((what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", self._enough())
+                raise self.missed.refusal(
+                    (what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", self._enough(scene)
+                )
 
     def _missed(self) -> dict[str, Array]:
         """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
@@ -163,7 +165,7 @@ class Errors:
             return {}
         return {what: self.missed.known[what] / self.measure[what] for what in ("joint_force", "strain")}
 
-    def _enough(self) -> int | None:
+    def _enough(self, scene: Scene) -> int | None:
         """Number of positions that surely miss no peak by too much: 0 where these do not, None where too many."""
         missed = self._missed()
         if self.missed is None or not any(
@@ -171,7 +173,8 @@ class Errors:
         ):
             return 0
         most = ACCEPTED.by_positions / ACCEPTED.margin
-        return self.missed.enough({what: most * self.measure[what] for what in missed})
+        measure = measures(scene, {**self.largest, **self.missed.peaks})  # as it is where the peaks are shown
+        return self.missed.enough({what: most * measure[what] for what in missed})
 
     def of(self, sources: Sequence[str], what: str = "strain") -> Array:
         """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""

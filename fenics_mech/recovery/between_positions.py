@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index, norms
+from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.accuracy.at_stations import AtStations
 from fenics_mech.accuracy.missed_peaks import MissedPeaks
@@ -290,36 +290,34 @@ class _Response:
         )
 
     def enough(self, allowed: Mapping[str, Array]) -> int | None:
-        """Give a number of positions that show the peaks to errors of each owner, wherever in a step they begin."""
-        beyond = {name: np.nonzero(self.missed()[name] > most)[0] for name, most in allowed.items()}
+        """Give a number of positions that show all peaks to errors of each owner, wherever in a step they begin."""
         count = BETWEEN.least
         while (count := math.ceil(BETWEEN.grows * count)) <= BETWEEN.most:
             if count > self.count and all(
-                (self._missed_by(count, name, owners) <= allowed[name][owners]).all()
-                for name, owners in beyond.items()
-                if len(owners)
+                (self._missed_by(count, name, phase) <= most).all()
+                for name, most in allowed.items()
+                if name not in self.unknown
+                for phase in np.arange(BETWEEN.phases) / BETWEEN.phases
             ):
                 return count
         return None
 
-    def _missed_by(self, count: int, name: str, owners: Index) -> Array:
-        """Give by how much so many positions would miss peaks of a quantity at worst, ``(owners,)``."""
-        missed = np.zeros(len(owners))
-        for phase in range(BETWEEN.phases):
-            at = (np.arange(count) + phase / BETWEEN.phases) * (self.count / count)
-            values = self._between(name, owners, at)
-            curves = curves_over_cycle(self.still.scene, values, name)
-            peaks = curves.longest()[1] if name in VECTORS else np.abs(curves.largest()[1])
-            shown = peaks.reshape(len(owners), -1).max(axis=-1)
-            missed = np.maximum(missed, np.abs(self.sizes[name][:, owners].max(axis=0) - shown))
-        return missed
+    def _missed_by(self, count: int, name: str, phase: float) -> Array:
+        """Give by how much so many positions miss peaks of a quantity, on the curves that have them, ``(owners,)``.
 
-    def _between(self, name: str, owners: Index, at: Array) -> Array:
-        """Give some of the response at any places: straight between those that were looked at."""
-        values, places = self.response[name][:, owners], np.append(self.places, self.count)
+        Between the places that were looked at, the curves are straight. `phase` is the part of a step at which the
+        positions begin.
+        """
+        values, owners = self.response[name], np.arange(self.sizes[name].shape[1])
+        each = norms(values) if name in VECTORS else np.abs(values)
+        highest = values[:, owners, each.max(axis=0).argmax(axis=1)]  # of each owner
+        at, places = (np.arange(count) + phase) * (self.count / count), np.append(self.places, self.count)
         k = np.searchsorted(places, at, side="right") - 1
-        share = ((at - places[k]) / (places[k + 1] - places[k])).reshape(-1, *(1,) * (values.ndim - 1))
-        return np.asarray((1 - share) * values[k] + share * values[(k + 1) % len(values)])
+        share = ((at - places[k]) / (places[k + 1] - places[k])).reshape(-1, *(1,) * (highest.ndim - 1))
+        sampled = (1 - share) * highest[k] + share * highest[(k + 1) % len(highest)]
+        curves = curves_over_cycle(self.still.scene, sampled, name)
+        shown = curves.longest()[1] if name in VECTORS else np.abs(curves.largest()[1])
+        return np.asarray(np.abs(self.sizes[name].max(axis=0) - shown))
 
 
 def _of_halves(halves: CycleCurves, places: Array, count: int) -> tuple[Array, Array]:
