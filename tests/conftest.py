@@ -74,7 +74,6 @@ def demo_text():
 OPEN = {
     "test_derivatives_are_those_of_converged_runs[effects0-1e-06-damping.ratio-0.02]": "mean power differs by 2e-6",
     "test_full_disk_leaves_whole_files_only[20000-command3-whole3]": "modes also writes running_frequencies.csv",
-    "test_the_effects_left_out_do_not_add_up_beyond_the_tolerance": "peaks between stated positions count now",
     "test_no_page_is_long": "docs/how-to/joint_laws.md has 284 lines: gears want a page of their own",
     "test_legs_walk_with_the_mean_speed_of_their_comment": "a step too long for its links to follow, at 3.65 s",
 }
