@@ -135,7 +135,9 @@ class Errors:
         """
         if scene.analysis.allow_coarse:
             return
-        self.refuse_missed(scene)
+        enough = self._enough(scene)
+        if enough is None:  # then no steps cure it
+            self.refuse_missed(scene)
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
@@ -144,7 +146,8 @@ class Errors:
                 shares = {source: float(self.of([source], what)[worst]) for source in sources}
                 place, measure = PLACES[what]
                 said = f"{place} {names[what][worst]!r} is uncertain by"
-                raise _refusal(scene, said, measure, shares, self.order, limit)
+                raise _refusal(scene, said, measure, shares, self.order, limit, enough or 0)
+        self.refuse_missed(scene)
 
     def refuse_missed(self, scene: Scene) -> None:
         """Raise `UnresolvedError` where the positions surely miss peaks of joint forces or strains by too much."""
@@ -152,14 +155,26 @@ class Errors:
         for what, missed in self._missed().items():
             if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
                 worst = int(missed.argmax())
-                allowed = ACCEPTED.by_positions * float(self.measure[what][worst])
-                raise self.missed.refusal((what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", allowed)
+                raise self.missed.refusal(
+                    (what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", self._enough(scene)
+                )
 
     def _missed(self) -> dict[str, Array]:
         """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
         if self.missed is None:
             return {}
         return {what: self.missed.known[what] / self.measure[what] for what in ("joint_force", "strain")}
+
+    def _enough(self, scene: Scene) -> int | None:
+        """Number of positions that surely miss no peak by too much: 0 where these do not, None where too many."""
+        missed = self._missed()
+        if self.missed is None or not any(
+            shares.max(initial=0.0) > ACCEPTED.by_positions for shares in missed.values()
+        ):
+            return 0
+        most = ACCEPTED.by_positions / ACCEPTED.margin
+        measure = measures(scene, {**self.largest, **self.missed.peaks})  # as it is where the peaks are shown
+        return self.missed.enough({what: most * measure[what] for what in missed})
 
     def of(self, sources: Sequence[str], what: str = "strain") -> Array:
         """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""
@@ -215,18 +230,29 @@ class Errors:
 
 
 def _refusal(
-    scene: Scene, what: str, measure: str, shares: Mapping[str, float], order: Mapping[str, float], limit: float
+    scene: Scene,
+    what: str,
+    measure: str,
+    shares: Mapping[str, float],
+    order: Mapping[str, float],
+    limit: float,
+    least: int,
 ) -> UnresolvedError:
-    """Say which source has the largest part in the error of a strain or force, and what to do about it."""
+    """Say which source has the largest part in the error of a strain or force, and what to do about it.
+
+    `least` are sub-intervals without which the positions would be refused next.
+    """
     total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
     room = max(limit - (total - shares[source]), limit / 2)
     in_time = source == "time" and scene.analysis.method == "transient"
     fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
+    advice = _advice(scene, source, (shares[source] / room) ** (1 / order[source]), least)
+    if least and "sub_intervals" not in advice:
+        advice += f", and at least {least} sub_intervals"
     return UnresolvedError(
         f"{fault}: the {what} an estimated {percent(total)} of {measure}, "
         f"{percent(shares[source])} of it from the {ORIGINS[source]}. "
-        f"{_advice(scene, source, (shares[source] / room) ** (1 / order[source]))}; "
-        "analysis.allow_coarse lets it pass"
+        f"{advice}; analysis.allow_coarse lets it pass"
     )
 
 
@@ -354,8 +380,8 @@ def left_out(choices: Sequence[Choice], known: Collection[str] = ()) -> float | 
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
 
 
-def _advice(scene: Scene, source: str, times: float) -> str:
-    """Say how many more it takes."""
+def _advice(scene: Scene, source: str, times: float, least: int) -> str:
+    """Say how many more it takes, of sub-intervals as many as `least`."""
     analysis = scene.analysis
     if source == "time" and analysis.method == "transient":
         tolerance = analysis.time_tolerance / (ACCEPTED.margin * times)
@@ -376,4 +402,5 @@ def _advice(scene: Scene, source: str, times: float) -> str:
     assert not isinstance(now, str)  # all modes leave none out
     free = scene.damping == Damping() and not scene.dampers
     first = "State the damping, as nothing damps the vibration, or take" if source == "time" and free else "Take"
-    return f"{first} at least {math.ceil(ACCEPTED.margin * now * times)} {name}"
+    enough = math.ceil(ACCEPTED.margin * now * times)
+    return f"{first} at least {max(enough, least) if source == 'time' else enough} {name}"

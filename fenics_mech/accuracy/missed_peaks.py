@@ -27,7 +27,7 @@ class MissedPeaks:
     peaks, angles
         By quantity, the largest values, and the drive angles (rad) at which they are.
     enough
-        Gives the number of positions that show a peak to an error of the unit of its quantity; None where too many.
+        Gives a number of positions that show the peaks of quantities to errors of each owner; None where too many.
     """
 
     count: int
@@ -35,9 +35,9 @@ class MissedPeaks:
     known: Mapping[str, Array]
     peaks: Mapping[str, Array]
     angles: Mapping[str, Array]
-    enough: Callable[[Owner, float], int | None]
+    enough: Callable[[Mapping[str, Array]], int | None]
 
-    def refusal(self, owner: Owner, what: str, allowed: float) -> UnresolvedError:
+    def refusal(self, owner: Owner, what: str, enough: int | None) -> UnresolvedError:
         """Say where a peak is that the positions miss, and how many of them show it.
 
         Parameters
@@ -46,12 +46,11 @@ class MissedPeaks:
             What has the peak.
         what
             The same in words.
-        allowed
-            Error that would not be refused.
+        enough
+            Number of positions that are not refused; None where too many.
         """
         (name, which), unit = owner, {"joint_force": " N", "deflection": " m"}.get(owner[0], "")
         angle, peak, missed = (float(part[name][which]) for part in (self.angles, self.peaks, self.known))
-        enough = self.enough(owner, allowed)
         advice = (
             "Take lengths, laws or loads that change less fast"
             if enough is None

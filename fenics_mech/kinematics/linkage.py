@@ -26,7 +26,7 @@ Made = TypeVar("Made")
 class CacheLimits:
     """How many of the things that are costly to make are kept."""
 
-    most_paths: int = 8  # sets of angles that a linkage keeps: an analysis with its estimates takes 2 to 7
+    most_paths: int = 12  # sets of angles that a linkage keeps: an analysis takes 2 to 8, and 3 beside sharp peaks
     most_made: int = 2  # things of one kind that the positions at a set of angles keep
     most_shared: int = 2  # links, and linkages, that analyses have in common: those of a survey and those of its run
 

@@ -64,10 +64,11 @@ def unmet(result: Result) -> list[str]:
     data, found = result.data, list[str]()
     unknown = UNKNOWN in data.attrs.get("not_estimated", "")
     for what, most in result.scene.tolerances.items():
-        if (name := f"{ERROR_VARIABLES[what][1]}relative_error") not in data:
+        prefix = ERROR_VARIABLES[what][1]
+        if (name := f"{prefix}relative_error") not in data:
             continue
         errors = dict(zip(map(str, data["source"].to_numpy()), data[name].to_numpy().tolist()))
-        total = sum(errors.values())
+        total = float(data.attrs[f"{prefix}error_estimate"])
         if total <= most and not unknown:
             continue
         worst = max((source for source in errors if source in CAUSES), key=errors.__getitem__, default="")

@@ -36,7 +36,12 @@ class DiscretisationLimits:
 REFINE = DiscretisationLimits()
 
 TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (3, REFINE.stages)}  # or the default
-NUMBERS = {"time": "sub_intervals", "mesh": "elements", "stations": "stations"}  # by the errors that they lessen
+NUMBERS = {
+    "time": "sub_intervals",
+    "positions": "sub_intervals",
+    "mesh": "elements",
+    "stations": "stations",
+}  # by the errors that they lessen
 
 
 @dataclass(frozen=True)
@@ -85,7 +90,7 @@ class Discretisation:
         Parameters
         ----------
         source
-            Source of an error: "time", "mesh" or "stations".
+            Source of an error: "time", "positions", "mesh" or "stations".
 
         Returns
         -------
@@ -94,7 +99,7 @@ class Discretisation:
         """
         if source == "stations":
             return math.ceil(self.stations) - 1
-        return self.steps if source == "time" else math.ceil(self.elements)
+        return self.steps if source in ("time", "positions") else math.ceil(self.elements)
 
     def finer(self, source: str, by: float) -> Discretisation:
         """Refine what makes an error smaller, so many times.

@@ -57,6 +57,7 @@ class SearchLimits:
     most_stations: float = 4.0  # times as many in a round
     most_steps: float = 5.0  # the same of sub-intervals
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
+    least_of_peaks: float = 0.02  # of the tolerance: what the other sources leave where each has its share
     order_of_peaks: float = 6.0  # with which doubts of peaks fall in the positions at least
     share_of_mesh: float = 0.28  # of the tolerance, that its error is sent below
     doubted_order: float = 2.0  # of the mesh, with which errors along members fall, which may be what is left
@@ -132,7 +133,7 @@ def within(
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
         near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
         doubted = doubts(result) if _periodic(scene) else dict.fromkeys(PEAKS, 0.0)  # else none are chosen
-        met = not missed and _beyond(scene, doubted) <= 1
+        met = not missed and _beyond(scene, this, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
             analyser.judge(scene.analysis.allow_unstable)
             judged = True
@@ -151,7 +152,9 @@ def within(
 def _errors(scene: Scene, result: Result) -> tuple[dict[str, dict[str, float]], dict[str, float]]:
     """Relative errors of strains and of what the tolerance names, by quantity and source, and the sources' orders."""
     stated = scene.effects != "auto"  # the tolerance is then that of the equation
-    apart = ["effects", "joints", BETWEEN, *(["theory"] if stated else [])]  # positions: see _beyond, and refuse_missed
+    apart = ["effects", "joints", *(["theory"] if stated else [])]
+    if not _periodic(scene):  # its positions are not chosen, and `unmet` tells what they miss
+        apart.append(BETWEEN)
     data = result.data.drop_sel(source=apart, errors="ignore")
     sources = [str(source) for source in data["source"].to_numpy()]
     names = {what: f"{ERROR_VARIABLES[what][1]}relative_error" for what in ("strain", *scene.tolerances)}
@@ -166,9 +169,13 @@ def _missed(scene: Scene, trial: Trial) -> list[str]:
     ]
 
 
-def _beyond(scene: Scene, doubted: Mapping[str, float]) -> float:
-    """Give the uncertainty of peaks between the positions, over what the tolerance leaves to it."""
-    limits = {name: min(PEAK.doubtful, scene.tolerances.get(name, PEAK.doubtful)) for name in doubted}
+def _beyond(scene: Scene, trial: Trial, doubted: Mapping[str, float]) -> float:
+    """Give the uncertainty of peaks between the positions, over what the tolerance and other errors leave to it."""
+    limits = dict.fromkeys(doubted, PEAK.doubtful)
+    for what in set(limits) & set(scene.tolerances):
+        errors, most = trial.errors[what], scene.tolerances[what]
+        rest = SEARCH.enough * most - sum(errors.values()) + errors.get(BETWEEN, 0.0)
+        limits[what] = min(PEAK.doubtful, max(rest, SEARCH.least_of_peaks * most))
     return max(found / limits[name] for name, found in doubted.items())
 
 
@@ -191,7 +198,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
         for source, error in last.errors[what].items():
-            if error > SEARCH.share(source) * scene.tolerances[what]:
+            if source != BETWEEN and error > SEARCH.share(source) * scene.tolerances[what]:  # see `_seeing_peaks`
                 (by, least_by), (before, least_before) = _times(scene, trials, what, source), more.get(source, (1, 1))
                 more[source] = max(by, before), max(least_by, least_before)
     if _stations_suffice(scene, last):  # which leave the motion as it is
@@ -207,7 +214,7 @@ def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
 
 def _seeing_peaks(scene: Scene, chosen: Discretisation, last: Trial, doubted: Mapping[str, float]) -> Discretisation:
     """Give choices whose positions leave no doubt of peaks between them, by what they leave in the last trial."""
-    if (beyond := _beyond(scene, doubted)) <= 1:
+    if (beyond := _beyond(scene, last, doubted)) <= 1:
         return chosen
     more = SEARCH.margin_of_peaks * beyond ** (1 / SEARCH.order_of_peaks)
     if max(doubted.values()) > PEAK.doubtful:

@@ -56,11 +56,33 @@ def recovered(
         return fields, None
     progress("errors")
     if elsewhere is None:
-        errors = estimate(solution, fields.system, with_missed_peaks(solution, fields), choices, theory)
-    else:
-        errors = elsewhere.at_stations(fields.at_stations)
-        errors.judge(solution.scene)
-    return fields, errors if fields.joints is None else fields.joints.added_to(errors)
+        return fields, errors_of(solution, fields, choices, theory)
+    errors = elsewhere.at_stations(fields.at_stations)
+    errors.judge(solution.scene)
+    return fields, _with_joints(errors, fields)
+
+
+def errors_of(solution: Solution, fields: Fields, choices: Sequence[Choice], theory: bool = True) -> Errors:
+    """Estimate the errors of what was recovered from a solution.
+
+    Parameters
+    ----------
+    solution, choices, theory
+        As of `recovered`.
+    fields
+        What was recovered.
+
+    Raises
+    ------
+    UnresolvedError
+        When a numerical error is too large.
+    """
+    found = with_missed_peaks(solution, fields)
+    return _with_joints(estimate(solution, fields.system, found, choices, theory), fields)
+
+
+def _with_joints(errors: Errors, fields: Fields) -> Errors:
+    return errors if fields.joints is None else fields.joints.added_to(errors)
 
 
 def labelled(

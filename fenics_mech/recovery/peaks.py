@@ -259,9 +259,8 @@ def doubt(result: Result, name: str) -> float:
     name
         Name of the variable.
     """
-    if BETWEEN in result.data.get("source", ()):
-        prefix = "" if name == "strain" else f"{name}_"
-        return float(result.data[f"{prefix}relative_error"].sel(source=BETWEEN))
+    if name in (told := told_doubts(result.data)):
+        return told[name]
     count = result.data.sizes["theta"]
     if result.scene.analysis.method not in CYCLIC or not 4 <= count < PEAK.certain:
         return 0.0
@@ -274,6 +273,20 @@ def doubt(result: Result, name: str) -> float:
     corners = curves.corners.any(axis=-1) if "component" in result.data.variables[name].dims else curves.corners
     cornered = corners[np.arange(len(peaks)), peaks.argmax(axis=1)] | (not curves.of_harmonics)
     return float(gained(apart, cornered, count).max())
+
+
+def told_doubts(data: xr.Dataset) -> dict[str, float]:
+    """Give the uncertainties of `doubts` that estimates of errors tell; nothing where they do not.
+
+    Parameters
+    ----------
+    data
+        A dataset of errors.
+    """
+    if BETWEEN not in data.get("source", ()):
+        return {}
+    names = {"strain": "relative_error", "joint_force": "joint_force_relative_error"}
+    return {what: float(data[name].sel(source=BETWEEN)) for what, name in names.items()}
 
 
 def gained(apart: Array, cornered: Array | None, count: int) -> Array:

@@ -11,10 +11,10 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech.accuracy.estimate import Errors, estimate
+from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.effects.effect import Choice
-from fenics_mech.recovery.between_positions import with_missed_peaks
 from fenics_mech.recovery.fields import Fields
+from fenics_mech.recovery.labelled import errors_of
 from fenics_mech.response.few_nodes import FEW_NODES
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
@@ -80,4 +80,4 @@ class PointParts(CommonParts):
         solution, fields, choices = self._answers.pop(path)
         analysis = solution.scene.analysis.model_copy(update={"error_estimates": estimates})
         scene = solution.scene.model_copy(update={"analysis": analysis})
-        return estimate(replace(solution, scene=scene), fields.system, with_missed_peaks(solution, fields), choices)
+        return errors_of(replace(solution, scene=scene), fields, choices)

@@ -22,7 +22,7 @@ from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.forces.joint_forces import effort_units, joint_names
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import of_errors
-from fenics_mech.recovery.peaks import angles_at, doubts, peak_of
+from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene import Scene
@@ -231,6 +231,8 @@ def reduced(result: Result, gauge: Gauge) -> Record:
 def _of_errors(data: xr.Dataset) -> dict[str, Array]:
     """Give what a dataset tells of errors."""
     values = {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
+    if told := told_doubts(data):
+        values["peak_doubt"] = np.array(max(told.values()))
     if "source" in data and "theory" in data["source"]:
         for prefix in ("", "deflection_"):
             left_out = float(data[f"{prefix}relative_error"].sel(source="theory"))

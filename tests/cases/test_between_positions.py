@@ -1,5 +1,6 @@
 """Peaks between positions: told as an error, refused where it is large, against an own Newton-Euler four-bar."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ from fenics_mech import load
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.recovery.peaks import doubts, peak_of
+from fenics_mech.scene.factories import seed_four_bar
+from tests.common import DEMOS
 
 SCENES = Path(__file__).parent / "scenes"
 CRANK, COUPLER, ROCKER, SPEED, DENSITY = 0.1, 0.25, 0.2, 10.0, 2714 * 0.02 * 0.005  # m, rad/s, kg/m
@@ -105,3 +108,64 @@ def test_a_narrow_pulse_between_positions_is_told(count):
     true = np.abs(np.abs(peak_of(few, "strain")[2]) - np.abs(peak_of(many, "strain")[2]))
     told = few.data["strain_error"].sel(source="positions").to_numpy()
     assert told == pytest.approx(true, rel=0.05, abs=2e-3 * np.abs(many.data["strain"]).max().item())
+
+
+def advised(scene):
+    """Give the sub-intervals that the refusal of a scene advises."""
+    with pytest.raises(UnresolvedError, match="Take at least") as caught:
+        analyse(scene)
+    return int(str(caught.value).split("Take at least ")[1].split(maxsplit=1)[0])
+
+
+def jansen(count):
+    changes = {"analysis__method": "quasi-static", "effects": (), "analysis__sub_intervals": count}
+    return load(DEMOS / "jansen.toml").changed(**changes)
+
+
+def vibrating(count):
+    periodic = {"analysis__method": "periodic", "analysis__solver": "collocation", "damping__ratio": 0.02}
+    return four_bar(count, 1e-3, drive__speed=3.0, **periodic)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("machine", "counts"),
+    [
+        (four_bar, (12, 25, 60, 101)),  # of which 12 and 60 show all but one peak by luck
+        (vibrating, (12, 25, 60)),
+        (jansen, (12, 25)),
+    ],
+)
+def test_advice_is_one_number_and_suffices_once_followed(machine, counts):
+    """It rose and fell with the positions that were tried: 315, 656, 305."""
+    numbers = {advised(machine(count)) for count in counts}
+    assert len(numbers) == 1
+    (enough,) = numbers
+    for more in (enough, enough + 1, enough + 3, math.ceil(1.1 * enough)):
+        analyse(machine(more))  # it says "at least"
+
+
+@pytest.mark.slow
+def test_steps_that_are_too_long_name_the_positions_that_peaks_take_too():
+    """The steps of this strip are too long, and its peaks take more positions than its steps."""
+    scene = seed_four_bar(effects=("coupling",), damping={"material": 5e-3}, mesh={"elements": 2})
+    few = scene.changed(analysis__sub_intervals=24, analysis__stability=False)
+    with pytest.raises(UnresolvedError, match="sub-intervals are too long") as caught:
+        analyse(few)
+    told = int(str(caught.value).split("Take at least ")[1].split(maxsplit=1)[0])
+    missed = analyse(few.changed(analysis__allow_coarse=True)).data["strain_error"].sel(source="positions")
+    assert float(missed.max()) > 0
+    shown = analyse(few.changed(analysis__sub_intervals=told, analysis__allow_coarse=True))
+    assert max(doubts(shown).values()) < 0.05
+
+
+@pytest.mark.slow
+def test_a_motor_has_peaks_by_its_own_rate():
+    """On a shaft the crank's rate varies: 80 positions against 240, which see three times as many harmonics."""
+    shaft = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
+    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), analysis__stability=False, drive__motor=shaft)
+    few, many = (analyse(scene.changed(analysis__sub_intervals=count)) for count in (80, 240))
+    told = few.data["joint_force_error"].sel(source=["positions", "time"]).sum("source").to_numpy()
+    right = np.abs(peak_of(many, "joint_force")[2])
+    assert (np.abs(np.abs(peak_of(few, "joint_force")[2]) - right) <= told + 1e-3 * right.max()).all()
+    assert doubts(few)["joint_force"] < 0.05  # by a constant rate of the crank it would be 0.8, and refused

@@ -408,7 +408,7 @@ def test_peaks_between_few_positions(tmp_path):
     data = swept(scene, tmp_path / "out", "analysis.sub_intervals=24:720:2").data
     few, many = data["peak_strain"].max("member").to_numpy()
     assert abs(few / many - 1) < data["peak_doubt"][0] < 1e-3
-    assert data["peak_doubt"][1] == 0
+    assert data["peak_doubt"][1] < 1e-12  # it is found, and no longer taken to be 0: rounding is left
 
 
 def test_peaks_of_a_load_that_jumps_are_doubted_as_well(arm):
