@@ -4,9 +4,7 @@ Sub-interval k is centred at drive angle theta_k, where M, K and the modes are t
 oscillator with an exact answer. The sub-intervals are joined, and the last one with the first, in one block-cyclic
 linear system for the states at their starts, (5.16).
 
-The damping of modes is a viscous stress: it goes with the rate at which the links are strained,
-``q' + (P^T k P)^-1 P^T k P' q``. Inside a sub-interval P is constant, so that an oscillator has the first part of it
-alone. The second is that of the turning of the links, and acts as an impulse at the joins.
+Damping goes with the rate of strain, ``q' + (P^T k P)^-1 P^T k P' q``. The second part acts as impulses at the joins.
 """
 
 from __future__ import annotations
@@ -253,10 +251,8 @@ def straining_by(system: System, modes: Modes, displacements: Array) -> Array:
 
     Parameters
     ----------
-    system, modes
-        As of `straining`.
-    displacements
-        Coordinates q, ``(angles, displacements, coordinates)``.
+    system, modes, displacements
+        As of `straining`, and coordinates q, ``(angles, displacements, coordinates)``.
     """
     strained, forward = modes.shapes / modes.omega[..., None] ** 2, system.transformation.forward
     if system.symmetric_stiffness:  # M phi is no more of the links' own stiffness
