@@ -311,7 +311,7 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
     if (undamped := left_undamped(solution)) is None:
         remarks.append(TOO_MANY)
     elif undamped:
-        add("time", undamped, ESTIMATES.of_steps, 1.0)
+        add("modes" if "modes" in corrected else "time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and (trial := trial_of_steps(scene.analysis, solution.course.parted)):
         add("time", _by_other_steps(solution, whole.base, trial[0]), trial[1], 1.0)
     for source, errors in whole.missed():

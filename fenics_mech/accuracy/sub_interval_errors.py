@@ -2,7 +2,8 @@
 
 Half as many sub-intervals are those about every second position: their modes are known, and their loads. The modes left
 out answer statically, without their inertia: it bends them as one more load would. Where harmonics of that load may
-meet their frequencies, they are taken in, as far as the sub-intervals can follow them.
+meet their frequencies, they are taken in, as far as the sub-intervals can follow them. What the modes left out move has
+inertia and drag on those kept too, as shapes turn: most where a mode kept exchanges its shape with one left out.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism import System
 from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.periodic.steady_state import by_sub_intervals
-from fenics_mech.response.periodic.sub_intervals import SUB_INTERVALS, SubIntervals, superposed
+from fenics_mech.response.periodic.sub_intervals import SUB_INTERVALS, SubIntervals, straining_by, superposed
 from fenics_mech.response.solution import SubIntervalSolution
 from fenics_mech.response.static.quasi_static import displacement_under
 from fenics_mech.scene import Scene
@@ -60,7 +61,7 @@ def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedRes
     motion = _ModalMotion(solution)
     return {
         "time": CorrectedResponse(solution.response.changed(*motion.halved()), ORDERS["time"], ESTIMATES.safety),
-        "modes": CorrectedResponse(motion.with_modes(), ORDERS["modes"], ESTIMATES.safety),
+        "modes": CorrectedResponse(motion.with_modes(), ORDERS["modes"], ESTIMATES.of_modes),
         "mesh": corrected_for_mesh(motion.system, *without_mesh(motion.answer(), solution.response.undamped)),
     }
 
@@ -106,7 +107,7 @@ class _ModalMotion:
         """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``."""
         load, omega = self.system.on_coordinates_by(loads), self.modes.omega
         modal = self._modal(load)
-        slope = (np.roll(modal, -1, axis=0) - np.roll(modal, 1, axis=0)) / (2 * self.step)
+        slope = self._rate(modal)
         y = self.solution.joined.answer(modal, slope)[..., 0]
         static = displacement_under(self.system, load)
         return np.concatenate([omega * y, superposed(self.modes, y - modal / omega**2) + static], axis=1)
@@ -142,8 +143,7 @@ class _ModalMotion:
 
     def _left_out(self) -> tuple[Array, Array]:
         """Load on the modes left out that is missing in the static answer, and inertia of the nodal dofs with it."""
-        q = self.solution.response.displacement
-        acceleration = (np.roll(q, -1, axis=0) - 2 * q + np.roll(q, 1, axis=0)) / self.step**2
+        acceleration = self._second_rate(self.solution.response.displacement)
         kept = np.einsum("kmi,ki->km", self.momenta, acceleration)
         acceleration -= superposed(self.modes, kept)
         missing = -self.system.mass_times(acceleration[:, None])[:, 0]
@@ -152,6 +152,25 @@ class _ModalMotion:
             missing += self.system.load - np.einsum("kmi,km->ki", self.momenta, self.load)
             inertia += self.system.rigid_acceleration + self.system.to_links(superposed(self.modes, self.load))
         return missing, inertia
+
+    def _rate(self, values: Array) -> Array:
+        return np.asarray((np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) / (2 * self.step))
+
+    def _second_rate(self, values: Array) -> Array:
+        return np.asarray((np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / self.step**2)
+
+    def _completed(self, static: Array, inertia: Array) -> ElasticResponse:
+        """Give the response with the modes left out, and with what they do to those kept; see `_left_out`."""
+        q, joined = self.solution.response.displacement + static, self.solution.joined
+        left = q - superposed(self.modes, np.einsum("kmi,ki->km", self.momenta, q))
+        rate, second = (
+            np.einsum("kmi,ki->km", self.momenta, part) for part in (self._rate(left), self._second_rate(left))
+        )
+        strained = rate + straining_by(self.system, self.modes, left[:, None])[..., 0]
+        load = -second - 2 * joined.oscillators.zeta * joined.oscillators.omega * strained
+        y = joined.answer(load, self._rate(load))[..., 0]
+        moved = self.system.to_links(superposed(self.modes, -(self.modes.omega**2) * y))
+        return self.solution.response.changed(static + superposed(self.modes, y), inertia + moved)
 
     def with_modes(self) -> ElasticResponse:
         """Give the response with the modes left out, by the load that is missing on them and its static answer."""
@@ -165,10 +184,10 @@ class _ModalMotion:
         kept = np.arange(modes.omega.shape[1]) < self.modes.omega.shape[1]
         slow = 2 * modes.frequency.max(axis=0) * self.step < 1  # faster ones would ring at the joins
         if not (slow & ~kept).any():
-            return self.solution.response.changed(static, inertia)
-        more = self._solved_with(modes.only(slow | kept))
-        missing, inertia = _ModalMotion(more)._left_out()
-        return more.response.changed(displacement_under(self.system, missing), inertia)
+            return self._completed(static, inertia)
+        more = _ModalMotion(self._solved_with(modes.only(slow | kept)))
+        missing, inertia = more._left_out()
+        return more._completed(displacement_under(self.system, missing), inertia)
 
     def _solved_with(self, modes: Modes) -> SubIntervalSolution:
         """Solve again with other modes."""
@@ -222,6 +241,7 @@ class _ModalMotion:
             back=momenta @ np.roll(shapes, -1, axis=0).transpose(0, 2, 1),
             size=modes.size[every][:, followed],
         )
+        straining = self.solution.joined.straining[every][:, followed][:, :, followed]
         load, duration = self.system.load, np.full(len(every), 2 * self.step)
         middle, rise = load[every], load[(every + 1) % count] - load[every - 1]
         if count % 2:  # the last begins and ends at a position, and is not about one
@@ -230,4 +250,4 @@ class _ModalMotion:
         if self.scene.analysis.load == "constant":
             rise[:] = 0
         modal, slope = (np.einsum("kmi,ki->km", shapes, part) for part in (middle, rise / duration[:, None]))
-        return SubIntervals.of(self.scene, thinned, duration).answer(modal, slope)[..., 0]
+        return SubIntervals.of(self.scene, thinned, straining, duration).answer(modal, slope)[..., 0]

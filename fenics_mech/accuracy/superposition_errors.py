@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.sub_interval_errors import ORDERS
-from fenics_mech.response.periodic.sub_intervals import superpose
 from fenics_mech.response.solution import SuperposedSolution
 from fenics_mech.response.transient.superposition import finer
 
@@ -27,6 +26,5 @@ def superposition_errors(solution: SuperposedSolution) -> dict[str, CorrectedRes
         if modes and solution.scene.analysis.modes == "all":
             continue
         other = finer(solution, modes=modes)
-        response = superpose(solution.system, other.modes, other.state, other.load, solution.scene)
-        found[source] = CorrectedResponse(response, ORDERS[source], ESTIMATES.safety)
+        found[source] = CorrectedResponse(other.response, ORDERS[source], ESTIMATES.safety)
     return found

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .nine_element import Array, NineElementModel, modes_of
+from .nine_element import Array, NineElementModel, modes_of, turning_strain
 
 ROOT = np.sqrt(15.0)
 NODES = np.array([0.5 - ROOT / 10, 0.5, 0.5 + ROOT / 10])
@@ -41,7 +41,7 @@ class CollocationResponse:
     second_derivative
         q'' (m/s^2, rad/s^2), shape ``(N, dofs)``.
     acceleration
-        q'' + M^-1 C q' with C the damping alone, what strain recovery needs, shape ``(N, dofs)``.
+        q'' + M^-1 times the forces of damping, what strain recovery needs, shape ``(N, dofs)``.
     """
 
     theta: Array
@@ -53,13 +53,17 @@ class CollocationResponse:
 
 @dataclass(frozen=True)
 class _Equation:
-    """``M q'' + C q' + K q = f`` at a number of crank angles; `modal_damping` is the damping's share of C."""
+    """``M q'' + C q' + K q = f`` at a number of crank angles.
+
+    The damping's share of C is `modal_damping`, and that of K is `modal_damping` times `turning`.
+    """
 
     mass: Array
     damping: Array
     stiffness: Array
     load: Array
     modal_damping: Array
+    turning: Array
 
 
 def gauss_legendre_periodic(
@@ -67,7 +71,8 @@ def gauss_legendre_periodic(
 ) -> CollocationResponse:
     """Periodic solution of ``M q'' + C q' + K q = f`` with all modes, to sixth order in the step.
 
-    C = M Phi diag(2 zeta omega) Phi^T M, the modal damping (E.12) as a matrix.
+    C = M Phi diag(2 zeta omega) Phi^T M, the modal damping (E.12) as a matrix. It acts on the rate at which the links
+    are strained, q' + K^-1 P^T k P' q.
 
     Parameters
     ----------
@@ -96,7 +101,8 @@ def gauss_legendre_periodic(
     here = _equation(model, theta, damping, coupling)
     internal = np.einsum("kij,kj->ki", here.damping, velocity) + np.einsum("kij,kj->ki", here.stiffness, displacement)
     second = np.linalg.solve(here.mass, (here.load - internal)[..., None])[..., 0]
-    damped = np.einsum("kij,kj->ki", here.modal_damping, velocity)
+    strained = velocity + np.einsum("kij,kj->ki", here.turning, displacement)
+    damped = np.einsum("kij,kj->ki", here.modal_damping, strained)
     acceleration = second + np.linalg.solve(here.mass, damped[..., None])[..., 0]
     return CollocationResponse(theta, displacement, velocity, second, acceleration)
 
@@ -107,11 +113,12 @@ def _equation(model: NineElementModel, theta: Array, damping: float, coupling: b
     omega, shapes = modes_of(mass, stiffness)
     momentum = mass @ shapes
     modal_damping = (momentum * (2 * damping * omega)[:, None, :]) @ momentum.swapaxes(1, 2)  # (E.12)
-    rates = modal_damping
+    turning = turning_strain(model, theta)
+    rates, stiffness = modal_damping, stiffness + modal_damping @ turning
     if coupling:
         terms = model.coupling(theta)
         rates, stiffness = rates + terms.damping, stiffness + terms.stiffness  # (4.66)
-    return _Equation(mass, rates, stiffness, model.load(theta), modal_damping)
+    return _Equation(mass, rates, stiffness, model.load(theta), modal_damping, turning)
 
 
 def _transfer(equation: _Equation, step: float) -> Array:

@@ -370,6 +370,16 @@ class NineElementModel:
         return self.modes(theta)[0] / (2 * np.pi)
 
 
+def turning_strain(model: NineElementModel, theta: ArrayLike) -> Array:
+    """K^-1 P^T k P' at crank angles `theta` (rad), shape ``(angles, dofs, dofs)`` (1/s).
+
+    Links are strained at the rate of q' plus this times q, as they turn against the coordinates of the pins.
+    """
+    links = zip(model.link_matrices, model.transformations(theta), strict=True)
+    forces = sum(tr.value.swapaxes(1, 2) @ stiffness @ tr.rate for (_, stiffness, _), tr in links)
+    return np.asarray(np.linalg.solve(model.mass_stiffness(theta)[1], forces))
+
+
 def modes_of(mass: Array, stiffness: Array, count: int | None = None) -> tuple[Array, Array]:
     """Modes of ``(K - omega^2 M) phi = 0`` (E.2) for a stack of matrices; see `NineElementModel.modes`.
 

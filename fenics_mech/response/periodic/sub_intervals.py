@@ -3,6 +3,8 @@
 Sub-interval k is centred at drive angle theta_k, where M, K and the modes are taken. Inside it each mode is an
 oscillator with an exact answer. The sub-intervals are joined, and the last one with the first, in one block-cyclic
 linear system for the states at their starts, (5.16).
+
+Damping goes with the rate of strain, ``q' + (P^T k P)^-1 P^T k P' q``. The second part acts as impulses at the joins.
 """
 
 from __future__ import annotations
@@ -72,7 +74,7 @@ def solve_sub_intervals(
     UnresolvedError
         When modes ring that the sub-intervals are too long for.
     """
-    joined, step = SubIntervals.of(scene, modes), scene.period / len(modes.theta)
+    joined, step = SubIntervals.of(scene, modes, straining(system, modes)), scene.period / len(modes.theta)
     load = np.einsum("kmi,ki->km", modes.shapes, system.load)  # (E.6)
     slope = np.zeros_like(load)
     if boundary_load is not None:
@@ -85,7 +87,7 @@ def solve_sub_intervals(
     if not scene.analysis.allow_ringing:
         free = state - joined.oscillators.particular(load - slope * step / 2, slope, step / 2)
         _refuse_ringing(scene.period, modes, state, free)
-    return superpose(system, modes, state, load, scene), joined, condition
+    return superpose(system, modes, state[..., 0], joined.viscous(state), load, scene), joined, condition
 
 
 @dataclass(frozen=True)
@@ -98,9 +100,11 @@ class SubIntervals:
         The modes, ``(sub-intervals, modes)``.
     duration
         Of the sub-intervals (s), ``(sub-intervals, 1)``.
-    join, restored
+    join, kick
         From y and y' at the end of each to those at the start of the next, ``(sub-intervals, modes, modes)``: y goes by
-        the first; y' by the first, and from y by the second, which restores what the join loses. See `_joins`.
+        the first; y' by the first, and from y by the second. See `_joins`.
+    straining
+        As `straining` gives it; 0 where the joins do not turn the modes.
     options
         PETSc options with the prefix "periodic_".
     """
@@ -108,11 +112,12 @@ class SubIntervals:
     oscillators: Oscillators
     duration: Array
     join: Array
-    restored: Array | None
+    kick: Array
+    straining: Array
     options: Mapping[str, Any]
 
     @classmethod
-    def of(cls, scene: Scene, modes: Modes, duration: Array | None = None) -> SubIntervals:
+    def of(cls, scene: Scene, modes: Modes, straining: Array, duration: Array | None = None) -> SubIntervals:
         """Join modes as the scene asks for.
 
         Parameters
@@ -121,15 +126,18 @@ class SubIntervals:
             The scene.
         modes
             Modes at the middles of the sub-intervals.
+        straining
+            As `straining` gives it.
         duration
             Of the sub-intervals (s), ``(sub-intervals,)``; by default equal parts of the cycle.
         """
         if duration is None:
             duration = np.full(len(modes.theta), scene.period / len(modes.theta))
-        oscillators = Oscillators(modes.omega, damping_ratios(scene.damping.ratio, modes.omega))
-        return cls(
-            oscillators, duration[:, None], *_joins(scene.analysis.join, modes, duration[:, None, None]), scene.petsc
-        )
+        how, zeta, step = scene.analysis.join, damping_ratios(scene.damping.ratio, modes.omega), duration[:, None, None]
+        straining = np.zeros_like(straining) if how == "modal" else straining  # there no mode turns
+        drag = step / 2 * (2 * zeta * modes.omega)[..., None] * straining
+        joins = _joins(how, modes, step, drag)
+        return cls(Oscillators(modes.omega, zeta), duration[:, None], *joins, straining, scene.petsc)
 
     @cached_property
     def transitions(self) -> Array:
@@ -141,17 +149,14 @@ class SubIntervals:
         for part in (0, 1):  # of y, and of y' over omega, at the start
             transitions[:, 0, :, part] = self.join * free[..., 0, part]
             transitions[:, 1, :, part] = ahead * free[..., 1, part]
-            if self.restored is not None:
-                transitions[:, 1, :, part] += self.restored * free[..., 0, part]
+            transitions[:, 1, :, part] += self.kick * free[..., 0, part]
         transitions[:, 1] /= np.roll(omega, -1, axis=0)[:, :, None, None]
         return transitions.reshape(count, 2 * m, 2 * m)
 
     def _carried(self, states: Array) -> Array:
         """From states ``(sub-intervals, modes, 2)`` at the ends to those at the next starts, flat."""
         y, rate = states[..., 0], states[..., 1] * self.oscillators.omega
-        ahead = times(self.join, rate)
-        if self.restored is not None:
-            ahead += times(self.restored, y)
+        ahead = times(self.join, rate) + times(self.kick, y)
         return np.concatenate([times(self.join, y), ahead / np.roll(self.oscillators.omega, -1, axis=0)], axis=1)
 
     @cached_property
@@ -213,6 +218,51 @@ class SubIntervals:
         states = starts.reshape(len(starts), 2, -1).transpose(0, 2, 1)
         return np.einsum("kmij,kmj->kmi", half, states) + forced
 
+    def viscous(self, state: Array) -> Array:
+        """Give the coordinates y whose elastic forces are those of the damping, ``(sub-intervals, modes)``.
+
+        Parameters
+        ----------
+        state
+            y and y'/omega of each mode, ``(sub-intervals, modes, 2)``.
+        """
+        zeta, omega = self.oscillators.zeta, self.oscillators.omega
+        return 2 * zeta * (state[..., 1] + times(self.straining, state[..., 0]) / omega)  # (E.12)
+
+
+def straining(system: System, modes: Modes) -> Array:
+    """Rates of each mode at which the turning of the links strains them, per coordinate of each mode (1/s).
+
+    Parameters
+    ----------
+    system, modes
+        The mechanism and its modes at the positions.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``Phi^T M (P^T k P)^-1 P^T k P' Phi``, ``(angles, modes, modes)``.
+    """
+    return straining_by(system, modes, modes.shapes)
+
+
+def straining_by(system: System, modes: Modes, displacements: Array) -> Array:
+    """Give the same of displacements of the mechanism, ``(angles, modes, displacements)``.
+
+    Parameters
+    ----------
+    system, modes, displacements
+        As of `straining`, and coordinates q, ``(angles, displacements, coordinates)``.
+    """
+    strained, forward = modes.shapes / modes.omega[..., None] ** 2, system.transformation.forward
+    if system.symmetric_stiffness:  # M phi is no more of the links' own stiffness
+        alone, momenta = replace(system, terms=NOTHING), system.mass_times(modes.shapes).transpose(1, 0, 2)
+        strained = np.stack([displacement_under(alone, momentum) for momentum in momenta], axis=1)
+    stress = forward(system.values[:, None], strained)
+    stress = (system.link_stiffness @ stress.reshape(-1, stress.shape[-1]).T).T.reshape(stress.shape)
+    turned = forward(system.transformation.derivatives(system.motion)[0][:, None], displacements)
+    return np.asarray(stress @ turned.transpose(0, 2, 1))
+
 
 def require_joined(modes: int, sub_intervals: int) -> None:
     """Raise `TooLargeError` where so many modes in so many sub-intervals do not fit into memory.
@@ -269,21 +319,20 @@ def _without_ringing(slower: int, count: int) -> str:
     return f"To avoid it, {', or '.join(ways)}; effects = 'auto' finds whether method quasi-static is enough"
 
 
-def superpose(system: System, modes: Modes, state: Array, load: Array, scene: Scene) -> ElasticResponse:
+def superpose(system: System, modes: Modes, y: Array, viscous: Array, load: Array, scene: Scene) -> ElasticResponse:
     """Give displacement and inertia from modal coordinates (5.3), with the static answer of the modes left out.
 
     Parameters
     ----------
     system, modes
         The mechanism and its modes at the positions.
-    state
-        y and y'/omega of each mode, ``(angles, modes, 2)``.
+    y, viscous
+        Modal coordinates, and those whose elastic forces are those of the damping, ``(angles, modes)``.
     load
         Modal loads (N/sqrt(kg)), ``(angles, modes)``.
     scene
-        States damping and static correction.
+        States static correction.
     """
-    y = state[..., 0]
     displacement, elastic = superposed(modes, y), -(modes.omega**2) * y
     inertia = np.zeros_like(system.rigid_acceleration)
     if scene.analysis.static_correction:
@@ -292,29 +341,28 @@ def superpose(system: System, modes: Modes, state: Array, load: Array, scene: Sc
         elastic = elastic + load  # y'' + 2 zeta omega y' = p - omega^2 y
         inertia += system.rigid_acceleration
     inertia += system.to_links(superposed(modes, elastic))
-    share = 2 * damping_ratios(scene.damping.ratio, modes.omega) * state[..., 1]
-    return _damped(system, modes, share, ElasticResponse(displacement=displacement, inertia=inertia))
+    return _damped(system, modes, viscous, ElasticResponse(displacement=displacement, inertia=inertia))
 
 
-def _damped(system: System, modes: Modes, share: Array, balanced: ElasticResponse) -> ElasticResponse:
-    """Take the forces of modal damping ``M Phi 2 zeta omega y'`` out of the inertia, into the links.
+def _damped(system: System, modes: Modes, viscous: Array, balanced: ElasticResponse) -> ElasticResponse:
+    """Take the forces of modal damping out of the inertia, into the links.
 
     Parameters
     ----------
-    share
-        ``2 zeta y'/omega``, ``(angles, modes)``.
+    viscous
+        Modal coordinates whose elastic forces they are, ``(angles, modes)``.
     balanced
         The response with the inertia that balances the elastic forces.
     """
-    if not share.any():
+    if not viscous.any():
         return balanced
-    drag = superposed(modes, modes.omega**2 * share)
+    drag = superposed(modes, modes.omega**2 * viscous)
     if system.symmetric_stiffness:
         forces = system.mass_times(drag[:, None])[:, 0]
-        viscous = displacement_under(replace(system, terms=NOTHING), forces)
+        strained = displacement_under(replace(system, terms=NOTHING), forces)
     else:
-        viscous = superposed(modes, share)  # M Phi omega^2 = P^T k P Phi
-    damping = ModalDamping(system.to_links(viscous), system.to_links(drag))
+        strained = superposed(modes, viscous)  # M Phi omega^2 = P^T k P Phi
+    damping = ModalDamping(system.to_links(strained), system.to_links(drag))
     return replace(balanced, inertia=balanced.inertia - damping.acceleration, modal_damping=damping)
 
 
@@ -331,19 +379,21 @@ def superposed(modes: Modes, values: Array) -> Array:
     return np.einsum("kmi,km->ki", modes.shapes, values)
 
 
-def _joins(how: str, modes: Modes, step: Array) -> tuple[Array, Array | None]:
+def _joins(how: str, modes: Modes, step: Array, drag: Array) -> tuple[Array, Array]:
     """Matrices J and L of the joins, ``(angles, modes, modes)``: ``y_{k+1} = J y_k``, ``y'_{k+1} = J y'_k + L y_k``.
 
-    Projected join: ``J = Phi_{k+1}^T M_{k+1} Phi_k``, and no L. The modes kept turn with the drive, and at a join they
-    lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. As that happens over a step h, its momentum as the old
-    modes see it, ``Phi_k^T M_k l/h``, would be lost too. The physical join gives it back: ``L = J (1 - B J)/h`` with
-    ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero.
+    Projected join: ``J = Phi_{k+1}^T M_{k+1} Phi_k``. The modes kept turn with the drive, and at a join they lose the
+    displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. As that happens over a step h, its momentum as the old modes see it,
+    ``Phi_k^T M_k l/h``, would be lost too. The physical join gives it back: ``L = J (1 - B J)/h`` with
+    ``B = Phi_k^T M_k Phi_{k+1}``. With all modes l is zero. L also holds the impulses ``-drag y`` of the damping over
+    the halves of the sub-intervals before and after the join.
     """
-    m = modes.omega.shape[1]
+    m, transfer = modes.omega.shape[1], modes.transfer
     if how == "modal":  # (5.14): each modal coordinate goes on by itself
-        join = np.broadcast_to(np.eye(m), modes.transfer.shape).copy()
+        join = np.broadcast_to(np.eye(m), transfer.shape).copy()
         join[-1] = modes.closing
-        return join, None
+        return join, np.zeros_like(join)
+    kick = -(transfer @ drag + np.roll(drag, -1, axis=0) @ transfer)
     if how == "physical":
-        return modes.transfer, modes.transfer @ (np.eye(m) - modes.back @ modes.transfer) / step
-    return modes.transfer, None
+        kick += transfer @ (np.eye(m) - modes.back @ transfer) / step
+    return transfer, kick

@@ -21,9 +21,16 @@ from fenics_mech._constants import TINY
 from fenics_mech.effects import active
 from fenics_mech.eigenmodes import Modes, modes_kept, solve_modes
 from fenics_mech.errors import SceneError, UnresolvedError
+from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
-from fenics_mech.response.periodic.sub_intervals import SubIntervals, require_joined, superpose, superposed
+from fenics_mech.response.periodic.sub_intervals import (
+    SubIntervals,
+    require_joined,
+    straining,
+    superpose,
+    superposed,
+)
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import SuperposedSolution
 from fenics_mech.response.solvers import periodic_solver
@@ -46,6 +53,8 @@ class Superposition:
         The modes there.
     state
         y and y'/omega of each mode, ``(times, modes, 2)``.
+    viscous
+        Coordinates y whose elastic forces are those of the damping, ``(times, modes)``.
     load
         Modal loads (N/sqrt(kg)), ``(times, modes)``.
     """
@@ -54,7 +63,13 @@ class Superposition:
     system: System
     modes: Modes
     state: Array
+    viscous: Array
     load: Array
+
+    @property
+    def response(self) -> ElasticResponse:
+        """The response of the mechanism."""
+        return superpose(self.system, self.modes, self.state[..., 0], self.viscous, self.load, self.scene)
 
     def course(self, time: Array, settled: tuple[float, int]) -> Course:
         """Give the motion of the mechanism.
@@ -98,9 +113,8 @@ def by_superposition(scene: Scene, system: System, start: StartState) -> Superpo
     if count < len(time):
         found = superposition(scene, system, start, time[part])
     course = found.course(time[part], (change, count))
-    response = superpose(found.system, found.modes, found.state, found.load, scene)
     return SuperposedSolution(
-        scene=scene, system=found.system, response=response, course=course, start=start, over_cycle=system
+        scene=scene, system=found.system, response=found.response, course=course, start=start, over_cycle=system
     )
 
 
@@ -121,8 +135,9 @@ def superposition(scene: Scene, system: System, start: StartState, time: Array) 
     if not scene.analysis.allow_ringing:
         _refuse_too_fast(modes, step, scene.period)
     load, slope = _loads(scene, system, whole, modes, time)
-    joined = SubIntervals.of(scene, modes, np.full(len(time), step))
-    return Superposition(scene, whole, modes, _marched(joined, _at_start(whole, modes, start), load, slope), load)
+    joined = SubIntervals.of(scene, modes, straining(whole, modes), np.full(len(time), step))
+    state = _marched(joined, _at_start(whole, modes, start), load, slope)
+    return Superposition(scene, whole, modes, state, joined.viscous(state), load)
 
 
 def _loads(scene: Scene, system: System, whole: System, modes: Modes, time: Array) -> tuple[Array, Array]:
@@ -157,9 +172,7 @@ def _marched(joined: SubIntervals, first: Array, load: Array, slope: Array) -> A
     for k in range(len(load) - 1):
         y, rate = np.moveaxis(np.einsum("mij,mj->mi", free[k], states[k]) + to_end[k], -1, 0)
         rate = rate * oscillators.omega[k]
-        ahead = joined.join[k] @ rate
-        if joined.restored is not None:
-            ahead = ahead + joined.restored[k] @ y
+        ahead = joined.join[k] @ rate + joined.kick[k] @ y
         begun = np.stack([joined.join[k] @ y, ahead / oscillators.omega[k + 1]], axis=-1)
         states[k + 1] = np.einsum("mij,mj->mi", free[k + 1], begun) + to_middle[k + 1]
     return states
@@ -229,7 +242,8 @@ def finer(solution: SuperposedSolution, *, modes: bool) -> Superposition:
         omega=found.modes.omega[every],
         shapes=found.modes.shapes[every],
     )
-    return Superposition(scene, solution.system, coarse, found.state[every], found.load[every])
+    parts = (part[every] for part in (found.state, found.viscous, found.load))
+    return Superposition(scene, solution.system, coarse, *parts)
 
 
 def _with(scene: Scene, changes: Mapping[str, object]) -> Scene:

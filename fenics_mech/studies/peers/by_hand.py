@@ -18,7 +18,7 @@ from scipy.linalg import expm
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.reference import NineElementModel, link_strain
-from fenics_mech.reference.nine_element import modes_of
+from fenics_mech.reference.nine_element import modes_of, turning_strain
 
 TABLE_ANGLES = 1440  # angles at which SciPy's integrator knows the matrices; between them, cubic splines
 MOST_CYCLES = 40
@@ -28,7 +28,7 @@ MOST_CYCLES = 40
 class _FirstOrder:
     """``z' = A z + b`` at crank angles theta (rad), ``(angles,)``.
 
-    `damped` is M^-1 C with C the damping alone: strains are from ``q'' + damped q'``.
+    `damped` times z is M^-1 times the forces of damping: strains are from q'' plus it.
     """
 
     theta: Array
@@ -45,20 +45,22 @@ def _first_order(model: NineElementModel, theta: Array, damping: float) -> _Firs
     modal = (momentum * (2 * damping * omega)[:, None, :]) @ momentum.swapaxes(1, 2)  # (E.12)
     inverse = np.linalg.inv(mass)
     n = model.size
+    damped = inverse @ modal @ np.concatenate([turning_strain(model, theta), np.broadcast_to(np.eye(n), mass.shape)], 2)
     matrix = np.zeros((len(theta), 2 * n, 2 * n))
     matrix[:, :n, n:] = np.eye(n)
     matrix[:, n:, :n] = -inverse @ (stiffness + coupling.stiffness)
-    matrix[:, n:, n:] = -inverse @ (modal + coupling.damping)
+    matrix[:, n:, n:] = -inverse @ coupling.damping
+    matrix[:, n:] -= damped
     load = np.zeros((len(theta), 2 * n))
     load[:, n:] = np.einsum("tij,tj->ti", inverse, model.load(theta))
-    return _FirstOrder(theta, matrix, load, inverse @ modal)
+    return _FirstOrder(theta, matrix, load, damped)
 
 
 def _strain_of(model: NineElementModel, equation: _FirstOrder, state: Array) -> Array:
     """Mid-span strains of the + fibres, ``(angles, links)``, of states (m, rad, and rates), ``(angles, 2 dofs)``."""
     n = model.size
     rate = np.einsum("tij,tj->ti", equation.matrix, state) + equation.load
-    acceleration = rate[:, n:] + np.einsum("tij,tj->ti", equation.damped, state[:, n:])
+    acceleration = rate[:, n:] + np.einsum("tij,tj->ti", equation.damped, state)
     return link_strain(model, equation.theta, state[:, :n], acceleration).total
 
 
