@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import CorrectedResponse
+from fenics_mech.accuracy.corrected_response import CorrectedResponse, WithoutMesh
 from fenics_mech.accuracy.mesh_residual import moved_by_gaps
 from fenics_mech.accuracy.missed_resonances import missed_vibrations
 from fenics_mech.accuracy.quantities import Quantities
@@ -64,12 +64,17 @@ class Compared:
         if without.response.displacement is solution.response.displacement and without.loads is UNLOADED:
             return {}
         change = Quantities.of(solution.scene, system, without.response.undamped, without.loads) - self.base
+        if isinstance(without, WithoutMesh):
+            change = change.times(1 / without.share)
         if source == "mesh" and system.transformation.constraints.contacts:
             change = change.with_nodes(system, moved_by_gaps(system, solution.response.undamped))
         return change.largest
 
-    def missed(self) -> Iterator[tuple[str, dict[str, Array]]]:
-        """Give by source of error what vibrations that it may miss change of each quantity."""
+    @cached_property
+    def missed(self) -> dict[str, dict[str, Array]]:
+        """What vibrations that it may miss change of each quantity at most, by source of error."""
+        found = {}
         for source, vibrating, share in missed_vibrations(self.solution):
             change = Quantities.of(self.solution.scene, self.system, vibrating.undamped) - self.base
-            yield source, {name: part / share for name, part in change.largest.items()}
+            found[source] = change.times(1 / share).largest
+        return found

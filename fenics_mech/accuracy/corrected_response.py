@@ -47,7 +47,6 @@ class MeshSafety:
 
 
 MESH_SAFETY = MeshSafety()
-RESONANT = "what the mesh does next to a resonance that hardly anything damps, which it may move there or away"
 
 
 @dataclass(frozen=True)
@@ -75,9 +74,31 @@ class CorrectedResponse:
     remark: str = ""
 
 
+@dataclass(frozen=True)
+class WithoutMesh(CorrectedResponse):
+    """A response without the error by the mesh, to its first order.
+
+    Parameters
+    ----------
+    share
+        How much of the error it is without: little, where the response is linear for little only.
+    near
+        Whether a resonance is so near that the first order does not tell the error.
+    """
+
+    share: float = 1.0
+    near: bool = False
+
+
 def corrected_for_mesh(
-    system: System, response: ElasticResponse, loads: Loads, resonant: bool = False, least: float = 1.0
-) -> CorrectedResponse:
+    system: System,
+    response: ElasticResponse,
+    loads: Loads,
+    *,
+    least: float = 1.0,
+    share: float = 1.0,
+    near: bool = False,
+) -> WithoutMesh:
     """Say how the error by the mesh falls, and raise it by its safety factor, `least` or more.
 
     Parameters
@@ -88,13 +109,13 @@ def corrected_for_mesh(
         The response without the error.
     loads
         What the elements neglect.
-    resonant
-        Whether the error may be larger next to a resonance that hardly anything damps.
     least
         Smallest factor.
+    share, near
+        As of `WithoutMesh`.
     """
-    remark = RESONANT if resonant else ""
-    return CorrectedResponse(response, order_of(system), max(least, _safety_of(system)), loads, remark)
+    safety = max(least, _safety_of(system))
+    return WithoutMesh(response, order_of(system), safety, loads, share=share, near=near)
 
 
 def _safety_of(system: System) -> float:

@@ -16,6 +16,7 @@ from fenics_mech.accuracy.at_stations import AtStations
 from fenics_mech.accuracy.base_response import Compared
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
+from fenics_mech.accuracy.mesh_errors import error_of_mesh
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS
 from fenics_mech.accuracy.missed_peaks import MissedPeaks
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
@@ -305,7 +306,12 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
 
     corrected, few = corrected_responses(solution), whole.on_few_nodes
     for source, without in corrected.items():
-        add(source, (few if source == "time" else whole).change(source, without), without.safety, without.order)
+        if source != "mesh":
+            add(source, (few if source == "time" else whole).change(source, without), without.safety, without.order)
+    if "mesh" in corrected:
+        by_mesh, remark = error_of_mesh(whole, corrected["mesh"])
+        add("mesh", by_mesh, 1.0, corrected["mesh"].order)
+        remarks += [remark] if remark else []
     rounded = lost_by_rounding(solution)
     add("mesh", {name: rounded * size for name, size in largest.items()}, 1.0, 1.0)
     if (undamped := left_undamped(solution)) is None:
@@ -314,8 +320,8 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
         add("modes" if "modes" in corrected else "time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and (trial := trial_of_steps(scene.analysis, solution.course.parted)):
         add("time", _by_other_steps(solution, whole.base, trial[0]), trial[1], 1.0)
-    for source, errors in whole.missed():
-        add(source, errors, 1.0, corrected[source].order)
+    if "time" in whole.missed:
+        add("time", whole.missed["time"], 1.0, corrected["time"].order)
     if not isinstance(solution, StaticSolution) and (kinks := _by_slider_kinks(solution, system)):
         add("mesh", kinks, 1.0, OF_SLIDERS)
     if (unlike := misfit(scene.rigidity, system.beams)).any():

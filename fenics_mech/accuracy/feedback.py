@@ -1,9 +1,8 @@
 """What an error comes to that acts back on itself: ``(1 - T)^{-1} T q``, T giving the error that a motion makes.
 
-T q is its first order, which is enough where T changes little. It is not enough where a harmonic lies between the
-frequencies of a mode of the mesh and of the linkage. There an eigenvalue of T is about 1, and only damping limits the
-part of the motion that the mesh misses. T itself is known to first order, so the largest of the possible answers is
-taken. The eigenvalues are found by Arnoldi's method.
+T q is its first order, which is enough where T changes little. T itself is known to first order, so that the answer is
+not known where a harmonic lies between the frequencies of a mode of the mesh and of the linkage. There an eigenvalue of
+T is about 1. The eigenvalues are found by Arnoldi's method.
 """
 
 from __future__ import annotations
@@ -14,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
+from fenics_mech.accuracy.corrected_response import WithoutMesh, corrected_for_mesh
 from fenics_mech.accuracy.mesh_residual import neglected
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -24,28 +25,17 @@ from fenics_mech.mechanism import System
 class FeedbackLimits:
     """Limits of the search for what an error does to itself."""
 
-    near: float = 0.3  # of T's eigenvalues, from where it may
+    near: float = 0.5  # of T's eigenvalues, to which T may be 1.4 times too large: the error is then at most so, too
     little: float = 0.03  # share of a harmonic of a motion that its error is, from which nothing is amplified
     felt: float = 1e-3  # of a motion, from which a part of it is followed: less would have to grow 100 times to count
-    hardly_damped: float = 0.02  # imaginary part over real one of an eigenvalue, up to which hardly anything damps
-    least_loss: float = 1e-3  # loss factor that is taken where there is less
     unfelt: float = 1e-2  # of the size up to which a motion is linear: 1e-6 of it, which no resonance makes felt
-    few: int = 4  # times that T is applied
-    most: int = 8  # the same where a resonance may be near
-    open: tuple[float, float] = (-0.2, 0.7)  # by which share T may be wrong at an eigenvalue of 1: 0.4 in mode 3
-    tried: int = 31  # shares of T, and those at which it has the eigenvalue 1
+    most: int = 4  # times that T is applied
 
 
 FEEDBACK = FeedbackLimits()
 
 
-def fed_back(
-    first: Array,
-    again: Callable[[Array], Array],
-    unit: Array,
-    loss: float,
-    within: float = np.inf,
-) -> tuple[Array, bool]:
+def fed_back(first: Array, again: Callable[[Array], Array], unit: Array, within: float = np.inf) -> tuple[Array, bool]:
     """Give the error of a motion with all that it does to itself.
 
     Source: Saad, Iterative Methods for Sparse Linear Systems (2003), section 6.4 (full orthogonalization).
@@ -58,22 +48,19 @@ def fed_back(
         Gives ``T x``; it is linear for small x.
     unit
         What numbers are multiplied by for their sizes to be compared, ``(numbers,)``.
-    loss
-        Least loss factor of vibration, twice the damping ratio: at an eigenvalue that T may have as 1, its inverse is
-        the most by which anything is amplified.
     within
         Size up to which `again` is linear.
 
     Returns
     -------
     tuple
-        The error, and whether T may have an eigenvalue 1 that hardly anything damps, so that the error may be more.
+        The error, and whether T has an eigenvalue beyond `FEEDBACK.near`, so that its first order does not tell it.
     """
     size = float(np.linalg.norm(first * unit))
     if size <= (FEEDBACK.unfelt * within if np.isfinite(within) else 0.0):  # rounding of fine meshes, too
         return first, False
     tried = min(size, within) or size
-    basis, projected, parts, held = [first / size], np.zeros((FEEDBACK.most + 1, FEEDBACK.most)), np.ones(1), True
+    basis, projected, near = [first / size], np.zeros((FEEDBACK.most + 1, FEEDBACK.most)), False
     for count in range(1, FEEDBACK.most + 1):
         found = again(tried * basis[-1]) / tried
         reach = _reach(basis[-1] * unit, found * unit)
@@ -81,19 +68,13 @@ def fed_back(
             projected[i, count - 1] = np.sum(found * vector * unit**2)
             found = found - projected[i, count - 1] * vector
         projected[count, count - 1] = left = np.linalg.norm(found * unit)
-        before, held_before = parts, held
-        parts, nearest, held = _largest(projected[:count, :count], max(loss, FEEDBACK.least_loss))
-        if (
-            reach < FEEDBACK.little
-            or left * abs(parts[-1]) < FEEDBACK.felt
-            or (count >= FEEDBACK.few and nearest < FEEDBACK.near)
-        ):
+        square = projected[:count, :count]
+        parts, near = np.linalg.solve(np.eye(count) - square, np.eye(count)[0]), _nearest(square) > FEEDBACK.near
+        if near or reach < FEEDBACK.little or left * abs(parts[-1]) < FEEDBACK.felt:
             break
         basis.append(found / left)
-    else:  # an eigenvalue that only the last basis has is by chance: the smaller answer is without it
-        parts, held = min(before, parts, key=np.linalg.norm), held or held_before
     answer = size * np.tensordot(parts, np.array(basis[: len(parts)]), axes=1)
-    return np.asarray(answer, dtype=np.float64), not held
+    return np.asarray(answer, dtype=np.float64), near
 
 
 @dataclass(frozen=True)
@@ -106,8 +87,8 @@ class Answer:
         The mechanism, and the duration between its positions (s).
     unit
         What the numbers of a change are multiplied by for their sizes to be compared, ``(numbers,)``.
-    loss, within
-        Least loss factor of vibration, and size of a change up to which the answer is linear; as of `fed_back`.
+    within
+        Size of a change up to which the answer is linear.
     to
         Gives what loads on the links (N, N m, N/m) change of the motion, ``(angles, numbers)``; it is linear.
     changed
@@ -117,14 +98,15 @@ class Answer:
     system: System
     step: float
     unit: Array
-    loss: float
     within: float
     to: Callable[[Loads], Array]
     changed: Callable[[Array, Loads], ElasticResponse]
 
 
-def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResponse, Loads, bool]:
-    """Give a motion under the loads that its elements neglect, and these, with all that they do to themselves.
+def without_mesh(answer: Answer, response: ElasticResponse) -> WithoutMesh:
+    """Give a motion under the loads that its elements neglect, with all that they do to themselves.
+
+    Where the answer is linear for little only, the motion has so little of them.
 
     Parameters
     ----------
@@ -132,11 +114,6 @@ def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResp
         How the motion answers to loads.
     response
         The motion as it is.
-
-    Returns
-    -------
-    tuple
-        The motion, the loads, and what `fed_back` says of a resonance.
     """
     system, size = answer.system, len(answer.unit)
     missing = neglected(system, response, answer.step)
@@ -155,9 +132,10 @@ def without_mesh(answer: Answer, response: ElasticResponse) -> tuple[ElasticResp
 
     first = under(missing)
     unit = np.pad(answer.unit, (0, first.shape[1] - size))
-    error, resonant = fed_back(first, again, unit, answer.loss, within=answer.within)
-    change, beside = parts(error)
-    return answer.changed(change, beside), beside, resonant
+    error, near = fed_back(first, again, unit, within=answer.within)
+    share = min(1.0, answer.within / max(float(np.linalg.norm(error * unit)), TINY))
+    change, beside = parts(share * error)
+    return corrected_for_mesh(system, answer.changed(change, beside), beside, share=share, near=near)
 
 
 def _reach(motion: Array, error: Array) -> float:
@@ -167,20 +145,7 @@ def _reach(motion: Array, error: Array) -> float:
     return float((after[felt] / before[felt]).max())
 
 
-def _largest(projected: Array, loss: float) -> tuple[Array, float, bool]:
-    """Give the largest ``(1 - s T)^{-1} T q`` in the basis, s being 1 or near it, and ``T q`` the basis' first.
-
-    Beside it T's largest eigenvalue of those that are nearly real, as others are at no resonance, and whether damping
-    holds those that are.
-    """
+def _nearest(projected: Array) -> float:
+    """Give the largest eigenvalue of those that are nearly real, as others are at no resonance."""
     values = np.linalg.eigvals(projected)
-    values = values[np.abs(values.imag) < values.real]
-    nearest = float(np.abs(values).max(initial=0.0))
-    strength = min(1.0, (1 + FEEDBACK.open[1]) * nearest)
-    least, most = 1 + strength * np.array(FEEDBACK.open)
-    poles = values.real / np.abs(values) ** 2
-    inside = (poles >= least) & (poles <= most)
-    held, poles = bool((np.abs(values.imag) > FEEDBACK.hardly_damped * values.real)[inside].all()), poles[inside]
-    shares = np.concatenate([np.linspace(least, most, FEEDBACK.tried), poles * (1 + loss)])
-    found = np.linalg.inv(np.eye(len(projected)) - shares[:, None, None] * projected)[..., 0]
-    return found[np.linalg.norm(found, axis=1).argmax()], nearest, held
+    return float(np.abs(values[np.abs(values.imag) < values.real]).max(initial=0.0))

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.accuracy.corrected_response import ESTIMATES
-from fenics_mech.accuracy.feedback import FEEDBACK
 from fenics_mech.accuracy.frequency_errors import frequency_error, highest_felt, largest_frequency_error
 from fenics_mech.accuracy.periodic_errors import more_accurate
 from fenics_mech.eigenmodes import Modes, natural, solve_modes
@@ -32,6 +31,7 @@ from fenics_mech.response.solution import CollocationSolution, HarmonicSolution,
 from fenics_mech.response.static.quasi_static import displacement_under
 
 Mask = NDArray[np.bool_]
+LEFT_OUT = "mesh, of modes left out"  # a finer mesh with the same modes does not have their vibration
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,8 @@ class ResonanceLimits:
     coarse: float = 0.05  # of a natural frequency by the mesh, from which its first order says too little
     felt: float = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
     farthest: float = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
-    undamped: float = 1e-6  # loss factor, below which `FEEDBACK.least_loss` is taken
+    undamped: float = 1e-6  # loss factor, below which `least_loss` is taken
+    least_loss: float = 1e-3  # loss factor that is taken where there is less
     even: float = 1e-6  # difference of steps of a phase, relative to them, that counts as none
     looked_at: int = 360  # positions of the cycle, for the harmonic with the largest vibration
     at_a_time: int = 4_000_000  # numbers: positions times harmonics
@@ -104,7 +105,7 @@ def _resonances_of(
 
 
 def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, ElasticResponse, float]]:
-    """Give the vibration that the mesh, or modes left out at the mesh's frequencies, may miss."""
+    """Give the vibration that the mesh may miss, and that of modes left out, also at frequencies that it has wrong."""
     scene, system, kept = solution.scene, solution.system, solution.modes
     rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene.damping.ratio, kept.omega)
     fastest = fastest_felt(system, system.load, rate, _width(2 * float(ratios.min())))
@@ -112,11 +113,12 @@ def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, Elas
     losses, off = 2 * damping_ratios(scene.damping.ratio, modes.omega).mean(axis=0), frequency_error(system, modes)
     resonances = Resonances(modes, rate, system.load, losses, off)
     left_out = np.arange(len(off)) >= kept.omega.shape[1]
-    missed = resonances.by_mesh | (resonances.met & left_out & resonances.shifted)
-    if missed.any():
-        y, _ = resonances.vibration(missed)
-        inertia = system.to_links(superposed(modes, -(modes.omega**2) * y))
-        yield "mesh", solution.response.changed(superposed(modes, y), inertia), 1.0
+    unseen = resonances.by_mesh | (resonances.met & resonances.shifted)
+    for source, missed in (("mesh", resonances.by_mesh & ~left_out), (LEFT_OUT, unseen & left_out)):
+        if missed.any():
+            y, _ = resonances.vibration(missed)
+            inertia = system.to_links(superposed(modes, -(modes.omega**2) * y))
+            yield source, solution.response.changed(superposed(modes, y), inertia), 1.0
 
 
 def _beside(
@@ -222,7 +224,7 @@ class Resonances:
 
 def _width(loss: float) -> float:
     """Give the relative width of the resonance of a mode with a loss factor."""
-    return loss if loss > RESONANCES.undamped else FEEDBACK.least_loss
+    return loss if loss > RESONANCES.undamped else RESONANCES.least_loss
 
 
 def hidden_by_steps(tableau: Tableau, finer: Tableau, step: float, omega: Array, width: Array) -> Mask:

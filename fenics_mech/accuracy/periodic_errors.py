@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.feedback import Answer, without_mesh
 from fenics_mech.accuracy.linear_response import periodic_change
 from fenics_mech.effects import Loads
@@ -109,7 +109,7 @@ def harmonic_errors(solution: HarmonicSolution) -> dict[str, CorrectedResponse]:
 
 def _mesh_error(solution: PeriodicSolution, answer: Answer) -> CorrectedResponse:
     """Correct a motion for its mesh."""
-    return corrected_for_mesh(answer.system, *without_mesh(answer, solution.response))
+    return without_mesh(answer, solution.response)
 
 
 def _answer(
@@ -135,7 +135,7 @@ def _answer(
         )
 
     within = ESTIMATES.little * float(np.linalg.norm(q * unit))
-    return Answer(system, step, np.pad(unit, (0, size)), equation.linear.loss, within, to, changed)
+    return Answer(system, step, np.pad(unit, (0, size)), within, to, changed)
 
 
 def more_accurate(stages: int) -> Tableau:

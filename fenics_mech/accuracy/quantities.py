@@ -112,6 +112,17 @@ class Quantities:
             self.effort - other.effort,
         )
 
+    def times(self, factor: float) -> Quantities:
+        """Multiply all of them.
+
+        Parameters
+        ----------
+        factor
+            The factor.
+        """
+        parts = self.axial, self.bending, self.deflection, self.force, self.effort
+        return Quantities(*(factor * part for part in parts))
+
     def with_nodes(self, system: System, v: Array) -> Quantities:
         """Add the deflection by a displacement of the nodes.
 

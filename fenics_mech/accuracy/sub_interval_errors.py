@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
+from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.feedback import Answer, without_mesh
 from fenics_mech.accuracy.frequency_errors import highest_felt
 from fenics_mech.effects import Loads
@@ -62,7 +62,7 @@ def sub_interval_errors(solution: SubIntervalSolution) -> dict[str, CorrectedRes
     return {
         "time": CorrectedResponse(solution.response.changed(*motion.halved()), ORDERS["time"], ESTIMATES.safety),
         "modes": CorrectedResponse(motion.with_modes(), ORDERS["modes"], ESTIMATES.of_modes),
-        "mesh": corrected_for_mesh(motion.system, *without_mesh(motion.answer(), solution.response.undamped)),
+        "mesh": without_mesh(motion.answer(), solution.response.undamped),
     }
 
 
@@ -101,7 +101,7 @@ class _ModalMotion:
     def answer(self) -> Answer:
         """Give the linear answer to loads: the modes' ``omega y``, whose sizes are compared, and q."""
         unit = np.pad(np.ones(self.modes.omega.shape[1]), (0, self.system.size))
-        return Answer(self.system, self.step, unit, self.loss, np.inf, self._to, self._changed)
+        return Answer(self.system, self.step, unit, np.inf, self._to, self._changed)
 
     def _to(self, loads: Loads) -> Array:
         """Give the change of the modes' ``omega y``, and of q, under loads, ``(angles, modes + coordinates)``."""

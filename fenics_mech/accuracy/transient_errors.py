@@ -62,7 +62,9 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
         found, missing, state = _without_mesh(equation, motion, step, state)
         responses.append(found)
         loads.append(missing)
-    errors = {"mesh": corrected_for_mesh(system, concatenated(responses), concatenated(loads))}
+    errors: dict[str, CorrectedResponse] = {
+        "mesh": corrected_for_mesh(system, concatenated(responses), concatenated(loads))
+    }
     if slowest := [frequency for frequency in fast if frequency is not None]:
         remark = (
             f"what the mesh does to vibration from {min(slowest):.3g} Hz on, which {scene.analysis.sub_intervals} "

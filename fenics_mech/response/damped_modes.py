@@ -146,11 +146,11 @@ def damped_modes(scene: Scene, system: System, enough: float | None = None) -> D
         Its mechanism over a cycle.
     enough
         Times the lowest frequency, up to which modes are damped at most that the steps do not resolve; None for that of
-        `DAMPED`, which is farther for a tolerance.
+        `DAMPED`, which is farther for a tolerance. It is infinite for all.
     """
     wound = any(isinstance(spring, HingeSpring) for spring in scene.springs.values())
     rings = scene.analysis.scheme == "gauss" and Steps.of(scene).disturbed
-    if not np.any(scene.damping.ratio) or system.size <= DAMPED.small or wound or rings:
+    if not np.any(scene.damping.ratio) or system.size <= DAMPED.small or wound or rings or enough == math.inf:
         return None
     modal = natural(system)
     frequencies = modal.once("lowest frequencies", lambda: _lowest(modal))

@@ -332,7 +332,7 @@ IN_TIME = {"method": "transient", "cycles": 1, "settled": 0, "sub_intervals": 12
 def test_axial_force_on_the_deflection_that_reduced_members_leave_to_statics(effect):
     """Two loads bend a strut under half of Euler's load in the shape of mode 2, which the cutoff leaves out.
 
-    Measured 1.2, the strains 5 % off; 0.002 without it.
+    Measured 1.06 by halved elements, the strains 5 % off. Its first order tells 1.2, and 0.002 without it.
     """
     press = {"dead": {"at": "column.head", "force": (0, -54.0)}}
     pair = {name: {"at": f"column@{s}", "force": (f, 0.0)} for name, s, f in (("a", 0.25, 5.0), ("b", 0.75, -5.0))}
@@ -342,7 +342,7 @@ def test_axial_force_on_the_deflection_that_reduced_members_leave_to_statics(eff
     reduced = whole.changed(mesh__elements=4, analysis__reduction="craig-bampton", analysis__cutoff=50.0)
     found, exact = analysed(reduced).data, response_of(whole).data
     assert distance(found, exact) > 0.04 * exact["largest_strain"]
-    assert ratio(found, exact, "mesh") == pytest.approx(1.2, abs=0.1)
+    assert ratio(found, exact, "mesh") == pytest.approx(1.1, abs=0.1)
 
 
 @pytest.mark.slow

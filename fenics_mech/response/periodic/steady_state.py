@@ -101,6 +101,7 @@ def by_collocation(
     modes: Modes,
     near: KnownMotion | None = None,
     found: Callable[[KnownMotion], None] = lambda motion: None,
+    damped_up_to: float | None = None,
 ) -> CollocationSolution:
     """Solve at collocation points; the response is that at the starts of the sub-intervals, after any impulse there.
 
@@ -116,6 +117,8 @@ def by_collocation(
         A motion beside the one that is sought, from which Newton's method may begin.
     found
         Called with the motion, before its stability is judged, where Newton's method may begin others from it.
+    damped_up_to
+        As `enough` of `damped_modes`.
 
     Raises
     ------
@@ -124,9 +127,9 @@ def by_collocation(
     """
     few = _with_few_nodes(scene, system, _by_collocation)
     if few is None:
-        return _by_collocation(scene, system, modes, near, found)
+        return _by_collocation(scene, system, modes, near, found, damped_up_to)
     near = near or KnownMotion.of(few.cycle.at_points(few.cycle.tableau), few.orbit)
-    solution = _by_collocation(scene, system, modes, near, found)
+    solution = _by_collocation(scene, system, modes, near, found, damped_up_to)
     apart = difference((few.system, few.response), (solution.system, solution.response))
     logger.info("with few nodes the motion differs by %.1e", apart)
     return replace(solution, thinned=few) if apart < FEW_NODES.largest_difference else solution
@@ -149,9 +152,10 @@ def _by_collocation(
     modes: Modes,
     near: KnownMotion | None = None,
     found: Callable[[KnownMotion], None] = lambda motion: None,
+    damped_up_to: float | None = None,
 ) -> CollocationSolution:
     """Solve with all nodes of a scene; parameters are those of `by_collocation`."""
-    cycle = Cycle(scene, system)
+    cycle = Cycle(scene, system, damped_up_to=damped_up_to)
     stability = cycle.stability(modes) if cycle.linear else None  # first, as it names a resonance
     at_points = cycle.at_points(cycle.tableau)
     if cycle.settling:
