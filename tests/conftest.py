@@ -80,7 +80,6 @@ OPEN = {
     "test_estimates_of_a_kept_answer_are_those_of_a_second_analysis": "errors of positions are not kept alike",
     "test_what_speed_and_damping_do_not_change_is_made_once": "positions beside peaks are sought for each speed",
     "test_the_effects_left_out_do_not_add_up_beyond_the_tolerance": "peaks between stated positions count now",
-    "test_no_page_is_long": "docs/how-to/joint_laws.md has 284 lines: gears want a page of their own",
     "test_legs_walk_with_the_mean_speed_of_their_comment": "a step too long for its links to follow, at 3.65 s",
 }
 
