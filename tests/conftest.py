@@ -74,7 +74,6 @@ def demo_text():
 OPEN = {
     "test_peaks_between_few_positions": "the doubt of 720 positions is 7e-7 and no longer 0",
     "test_derivatives_are_those_of_converged_runs[effects0-1e-06-damping.ratio-0.02]": "mean power differs by 2e-6",
-    "test_full_disk_leaves_whole_files_only[20000-command3-whole3]": "modes also writes running_frequencies.csv",
     "test_strain_of_a_viscous_material_between_few_positions_counts_as_error[periodic]": "positions are refused first",
     "test_energy_of_the_cycle_balances_with_every_effect[four_bar-changes5-0.004]": "a motor: positions refused",
     "test_estimates_of_a_kept_answer_are_those_of_a_second_analysis": "errors of positions are not kept alike",
