@@ -73,7 +73,6 @@ def demo_text():
 # Open since peaks between positions are judged: each has to be decided and mended, see the reasons.
 OPEN = {
     "test_peaks_between_few_positions": "the doubt of 720 positions is 7e-7 and no longer 0",
-    "test_derivatives_are_those_of_converged_runs[effects0-1e-06-damping.ratio-0.02]": "mean power differs by 2e-6",
     "test_strain_of_a_viscous_material_between_few_positions_counts_as_error[periodic]": "positions are refused first",
     "test_energy_of_the_cycle_balances_with_every_effect[four_bar-changes5-0.004]": "a motor: positions refused",
     "test_estimates_of_a_kept_answer_are_those_of_a_second_analysis": "errors of positions are not kept alike",
