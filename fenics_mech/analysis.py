@@ -348,14 +348,15 @@ def solve(
             return by_repeated_motion(scene, system), method
         if scene.freedoms or scene.joint_laws:
             return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
-        return by_time(scene, system, start_state(scene, system)), method
+        with naming_joints(scene, system, lambda: solve_modes(system, scene.analysis.modes, scene.petsc)):
+            return by_time(scene, system, start_state(scene, system)), method
     solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
     check_periodic(scene, system, solver)
     progress("modes")
     modes = solve_modes(system, scene.analysis.modes, scene.petsc)
     progress("response")
     if SOLVERS[solver] is by_collocation:
-        with naming_joints(scene, system, modes):
+        with naming_joints(scene, system, lambda: modes):
             return by_collocation(scene, system, modes, near, found), solver
     return SOLVERS[solver](scene, system, modes), solver
 

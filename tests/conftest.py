@@ -68,18 +68,3 @@ def rng():
 def demo_text():
     """Text of the seed scene file."""
     return (DEMOS / "four_bar.toml").read_text()
-
-
-# Open since peaks between positions are judged: each has to be decided and mended, see the reasons.
-OPEN = {
-    "test_derivatives_are_those_of_converged_runs[effects0-1e-06-damping.ratio-0.02]": "mean power differs by 2e-6",
-    "test_full_disk_leaves_whole_files_only[20000-command3-whole3]": "modes also writes running_frequencies.csv",
-    "test_no_page_is_long": "docs/how-to/joint_laws.md has 284 lines: gears want a page of their own",
-}
-
-
-def pytest_collection_modifyitems(items):
-    """Mark the tests that are open as expected to fail."""
-    for item in items:
-        if item.name in OPEN:
-            item.add_marker(pytest.mark.xfail(reason=OPEN[item.name]))

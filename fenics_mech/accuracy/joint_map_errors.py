@@ -6,7 +6,7 @@ answer is the error, to first order.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -273,18 +273,20 @@ def left_out_of_frequencies(scene: Scene, system: System, modes: Modes) -> tuple
 
 
 @contextmanager
-def naming_joints(scene: Scene, system: System, modes: Modes) -> Iterator[None]:
+def naming_joints(scene: Scene, system: System, modes: Callable[[], Modes]) -> Iterator[None]:
     """Add what joints leave out of frequencies to a `SolverError` of a motion that is not found or not stable.
 
     Parameters
     ----------
-    scene, system, modes
-        As of `left_out_of_frequencies`.
+    scene, system
+        The scene and its mechanism.
+    modes
+        Gives its modes, where a motion is not found.
     """
     try:
         yield
     except SolverError as error:
-        left = left_out_of_frequencies(scene, system, modes)
+        left = left_out_of_frequencies(scene, system, modes())
         if left is None or left[1] < JOINTS.refused:
             raise
         named = type(error)(f"{error}. That may be wrong: {in_frequencies(*left)}")

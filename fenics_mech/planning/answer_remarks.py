@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.theory_ladder import UNKNOWN
+from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.shear import EFFECT as SHEAR
 from fenics_mech.effects.shear import assumed
+from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.strength import exceeded
@@ -81,6 +84,19 @@ def unmet(result: Result) -> list[str]:
     return [f"tolerance: {text}" for text in found]
 
 
+def leaves_vibration(decided: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether vibration is the largest effect that is left out, as of a quasi-static method: no tolerance takes it.
+
+    Parameters
+    ----------
+    decided
+        What was decided about every effect, as a result has it.
+    """
+    held = {EFFECTS[one["name"]].replaces for one in decided if one["acts"] and one["name"] in EFFECTS}
+    sizes = {one["name"]: one["size"] or 0.0 for one in decided if not one["acts"] and one["name"] not in held}
+    return 0 < sizes.get(VIBRATION.name, 0.0) == max(sizes.values(), default=0.0)
+
+
 def _cure(result: Result, source: str) -> str:
     """Say what brings an error within its tolerance, by its largest source."""
     if source in CURES:
@@ -88,6 +104,8 @@ def _cure(result: Result, source: str) -> str:
     decided = json.loads(result.data.attrs["effects"])
     if not any(one["size"] is not None for one in decided):  # the scene lists its effects
         return "Write effects = 'auto', or give a larger tolerance"
+    if source == "effects" and leaves_vibration(decided):
+        return "Vibration is the largest of these: write analysis.method = 'periodic'"
     lacking = [one for one in decided if one["lacking"]]
     if source == "effects" and lacking:
         return "; ".join(f"The effect {one['name']!r} lacks data: {one['lacking']}" for one in lacking)

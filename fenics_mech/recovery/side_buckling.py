@@ -13,12 +13,13 @@ from fenics_mech.scene import Link, Scene
 from fenics_mech.scene.sections import Stock
 
 PLACES = np.linspace(0, 1, 11)  # of a member, at which its section is looked at
+TOLD = 0.5  # share of the Euler load from which a compression is told: half of it is a usual factor of safety of 2
 IN_LINE = 1e-6  # sine of the angle up to which two members are one
 
 
 @dataclass(frozen=True)
 class Sideways:
-    """A member that its axial force may buckle across the plane of motion.
+    """A member that its axial force presses, and at which force it buckles across the plane of motion.
 
     Parameters
     ----------
@@ -50,6 +51,30 @@ class Sideways:
 def buckled_sideways(scene: Scene, data: xr.Dataset) -> list[Sideways]:
     """Give the members whose largest compression is above the Euler load across the plane, the most pressed first.
 
+    Parameters
+    ----------
+    scene, data
+        As of `pressed_sideways`.
+    """
+    found = (one for one in pressed_sideways(scene, data) if one.force > one.pinned)
+    return sorted(found, key=lambda one: one.clamped / one.force)
+
+
+def nearly_buckled_sideways(scene: Scene, data: xr.Dataset) -> Sideways | None:
+    """Give the member that is nearest to that load, from `TOLD` of it on; None where none is, or one is above it.
+
+    Parameters
+    ----------
+    scene, data
+        As of `pressed_sideways`.
+    """
+    most = max(pressed_sideways(scene, data), key=lambda one: one.force / one.pinned, default=None)
+    return most if most is not None and TOLD * most.pinned <= most.force <= most.pinned else None
+
+
+def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
+    """Give the largest compression of each member that is pressed, beside the Euler load across the plane.
+
     That load is ``pi^2 EI/L^2`` with pinned ends and 4 times that with clamped ones. L is the length between joints: of
     members in line with none between them it is that of all. Sections that say no inertia across are not judged.
 
@@ -60,7 +85,6 @@ def buckled_sideways(scene: Scene, data: xr.Dataset) -> list[Sideways]:
     data
         The result, with the axial force (N) over theta, member and s.
     """
-    found = []
     for label, (link, member) in scene.members().items():
         stock = Stock(scene.materials.get(member.material or ""), scene.materials, scene.sections)
         stiffness = scene.sections[member.section].bending_across(PLACES, stock)
@@ -72,9 +96,8 @@ def buckled_sideways(scene: Scene, data: xr.Dataset) -> list[Sideways]:
         euler = math.pi**2 * float(stiffness.min()) / length**2
         highest = math.pi**2 * float(stiffness.max()) / length**2
         pinned, clamped = (euler / 4, highest / 4) if free else (euler, 4 * highest)
-        if force[k] > pinned:
-            found.append(Sideways(label, float(force[k]), float(data["theta"][k]), pinned, clamped, free))
-    return sorted(found, key=lambda one: one.clamped / one.force)
+        if force[k] > 0:
+            yield Sideways(label, float(force[k]), float(data["theta"][k]), pinned, clamped, free)
 
 
 def _between_joints(scene: Scene, link: str, ends: tuple[str, str]) -> tuple[float, bool]:

@@ -60,6 +60,8 @@ MEANT = {name.lower(): name for name in NAMES} | {  # by what is written, in sma
     "kgs": "kg", "g": "g", "gm": "g", "gms": "g", "gr": "g", "grs": "g", "newton": "N", "newtons": "N", "pct": "%",
     "cps": "Hz", "rads": "rad", "nm": "N m", "knm": "kN m", "nmm": "N mm", "kgm": "kg m", "kgcm": "kg cm",
     "kgmm": "kg mm", "nms": "N m s", "ns": "N s",
+    "cbm": "m^3", "cum": "m^3", "ccm": "cm^3", "sqm": "m^2", "sqcm": "cm^2", "sqmm": "mm^2",
+    "rev": "turn", "revs": "turn", "u": "turn", "tr": "turn", "rps": "turn/s", "upm": "rpm",
 }  # fmt: skip
 SIGNS = {'"': " in", "\N{DOUBLE PRIME}": " in", "'": " ft", "\N{PRIME}": " ft"}
 POUND = re.compile(r"\blbs?\b")  # of force, where it is read as a mass

@@ -250,6 +250,8 @@ class _SweepRun:
         try:
             self.points.mkdir(parents=True, exist_ok=True)
             before = plan_before(path) if path.exists() else plan
+            if folder := next((entry for entry in self.points.iterdir() if entry.is_dir()), None):
+                raise ValueError(f"{folder.name} in {self.points} is a folder, and points are files. Remove it")
         except (OSError, ValueError) as error:
             raise ResultError(f"{self.folder}: cannot be used for a sweep: {reason_of(error)}") from error
         refuse_other(before, plan, self.folder)
@@ -333,8 +335,8 @@ class _SweepRun:
         return [record.get("values", {}).get("peak_strain") for record in self.records(points)]
 
     def peaks(self, points: Sequence[Point]) -> Array:
-        """Give the peak strains at points, ``(points, members)``."""
-        return stacked(self.strains(points))
+        """Give the peak strains at points, ``(points, members)``; one column of NaN where all have failed."""
+        return stacked(self.strains(points)).reshape(len(points), -1)
 
     def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
         """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it.

@@ -8,6 +8,7 @@ from typing import Any
 from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SceneError, percent
+from fenics_mech.planning.answer_remarks import leaves_vibration
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 
@@ -64,6 +65,8 @@ def remedy(result: Result, source: str) -> str:
         The source.
     """
     if source == "effects":
+        if leaves_vibration(_decided(result)):
+            return ", which analysis.method = 'periodic' lowers"
         left = [one for one in _decided(result) if not one["acts"]]
         if lacking := max((e for e in left if e["lacking"]), key=lambda e: e["size"] or 0.0, default=None):
             return f", as {lacking['name']} lacks data. {lacking['lacking']}"

@@ -16,6 +16,7 @@ from fenics_mech._console import text_of
 from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.beyond_theory import across_plane
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
@@ -167,6 +168,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
         name = next(iter(rows), "frame")
         rows[name] = f"{rows[name]}; {said}" if rows else said
     others = {"strength used": _used(result), "vibrates": _vibrates(result, reading.units)}
+    others["across plane"] = across_plane(result)
     others["frequencies"] = _frequencies(result)
     rows |= {name: text for name, text in others.items() if text}
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}

@@ -10,6 +10,10 @@ import pytest
 from scipy.optimize import brentq
 
 from fenics_mech import SolverError, load, modes
+from fenics_mech.kinematics.run_up import solve_motion_in_time
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism, moved
+from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.scene import Scene
 from fenics_mech.views.judgements import judgements, verdict
 from tests.cases.elastica import cantilever_with_arm
@@ -33,6 +37,12 @@ def column(share, side=1e-3, arm=0.2, **analysis):
     return COLUMN.changed(
         loads__F__force=(-force, side * force), links__arm__points__T=(arm, 0.0), analysis=analysis, effects="auto"
     ).changed(analysis__method="static")
+
+
+def turned_in_time(share):
+    """Give the column whose drive turns it, while its load keeps its direction."""
+    analysis = {"method": "transient", "sub_intervals": 100, "duration": "20 ms", "allow_coarse": True}
+    return column(share).changed(drive__speed=20.0, mesh__elements=2, analysis=analysis)
 
 
 def cantilever(arm, force=(0.0, -20.0), **options):
@@ -150,6 +160,23 @@ def test_arm_is_refused_from_5_percent_on_unless_it_is_let_pass():
 def test_arm_is_judged_without_estimates_of_errors():
     with pytest.raises(SolverError, match="rigid link 'arm'"):
         analysed(cantilever((0.0, -0.1), (0.0, -40.0), analysis__error_estimates=False))
+
+
+def test_matrices_of_a_link_on_the_ground_are_known_at_any_time():
+    """What its P changes by is rounding, and had been called too fast to be interpolated."""
+    scene = turned_in_time(0.3).changed(effects=("large-rotations",))
+    system = mechanism(scene)
+    known = Coefficients(
+        lambda time: Equation(moved(scene, system, solve_motion_in_time(scene, time))), scene.period, 0.0, 0.0, 1e-7
+    )
+    exact = known.equation_at(np.array([0.0123])).linear.load[0] / known.weight
+    np.testing.assert_allclose(known.at(0.0123)[3], exact, atol=1e-7 * np.abs(exact).max())
+
+
+@pytest.mark.slow
+def test_arm_is_named_where_steps_in_time_fail():
+    with pytest.raises(SolverError, match=r"steps failed at .*: The moment of the forces on the rigid link 'arm'"):
+        analysed(turned_in_time(3.0))
 
 
 @pytest.mark.xfail(strict=True, reason=MISSING)

@@ -11,6 +11,7 @@ from fenics_mech.recovery.side_buckling import buckled_sideways
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections import Stock
 from fenics_mech.views.judgements import judgements, verdict
+from fenics_mech.views.summary import summary
 from tests.common import DEMOS, ROOT, analysed
 
 SCENE = load(Path(__file__).parent / "scenes" / "side_buckling.toml")
@@ -149,3 +150,15 @@ def test_demos_do_not_buckle_sideways(path):
 def test_column_of_the_demo_is_stiffer_across_the_plane():
     result = analysed(load(DEMOS / "pulsating_column.toml"))
     assert buckled_sideways(result.scene, result.data) == []
+
+
+@pytest.mark.parametrize(
+    ("share", "told"), [(0.3, False), (0.49, False), (0.51, True), (0.94, True), (1.0 - 1e-6, True), (1.01, False)]
+)
+def test_compression_from_half_the_euler_load_on_is_told_in_one_line(share, told):
+    """The closed form of a cantilever is a quarter of the pinned load."""
+    result = analysed(strut(share * EULER / 4))
+    lines = [line for line in str(summary(result)).splitlines() if line.startswith("across plane")]
+    factor = f"bar buckles with its free end at {1 / share:.3g} times its compression"
+    assert [factor in line for line in lines] == [True] * told
+    assert not [one for one in judgements(result) if "sideways" in one.title and share < 1]

@@ -141,7 +141,7 @@ def test_above_that_speed_it_leaves_and_flies_under_its_spring_alone():
 
 @pytest.mark.slow
 def test_the_cam_of_the_documents_turns_its_table_and_lets_it_rest(tmp_path):
-    page = blocks(DOCS / "how-to" / "joint_laws.md")
+    page = blocks(DOCS / "how-to" / "cams_and_gears.md")
     shown = next(block.text for block in page if "indexing cam" in block.text)
     (tmp_path / "scene.toml").write_text(shown)
     data = fm.analyse(fm.load(tmp_path / "scene.toml")).data

@@ -262,6 +262,16 @@ def test_units_are_read_as_engineers_write_them(unit, text, value):
         ("Hz", "2 khz", "2 kHz"),
         ("kg*m**2", "3 kgm2", "3 kg m^2"),
         ("s", "5 MS", "5 ms"),
+        ("kg/m**3", "7850 kg/cbm", "7850 kg/m^3"),
+        ("kg/m**3", "7.85 g/ccm", "7.85 g/cm^3"),
+        ("m**2", "40 sqmm", "40 mm^2"),
+        ("rad/s", "1 rev/s", "1 turn/s"),
+        ("rad/s", "1 Rev/sec", "1 turn/sec"),
+        ("rad/s", "5 RPS", "5 turn/s"),
+        ("rad/s", "20 u/min", "20 turn/min"),
+        ("rad/s", "300 UPM", "300 rpm"),
+        ("rad", "2 revs", "2 turn"),
+        ("Pa", "207 gpa", "207 GPa"),
     ],
 )
 def test_a_unit_that_is_not_read_is_answered_with_what_is_meant(unit, text, likely):
@@ -269,6 +279,7 @@ def test_a_unit_that_is_not_read_is_answered_with_what_is_meant(unit, text, like
         in_unit(unit)(text)
     assert str(told.value).endswith(f"Did you mean {likely!r}?")
     assert repr(text) in str(told.value)
+    assert math.isfinite(in_unit(unit)(likely))
 
 
 @pytest.mark.parametrize(("unit", "text"), [("Pa", "5 furlongs"), ("rad/s", "300 1/min"), ("m", "auto")])

@@ -517,3 +517,19 @@ def test_a_text_is_not_taken_for_several_values(seed):
         axes_of(seed, {"drive.speed": "100 rpm"})
     with pytest.raises(SceneError, match="a range has two ends"):
         range_in_si(seed, "drive.speed", "3:4")
+
+
+@pytest.mark.parametrize("ending", ["json", "motion"])
+def test_a_folder_in_place_of_a_kept_point_is_one_message(arm, tmp_path, ending):
+    (tmp_path / "points" / f"0123.{ending}").mkdir(parents=True)
+    with pytest.raises(ResultError, match=rf"0123\.{ending} in .*points is a folder, and points are files. Remove it"):
+        swept(arm, tmp_path, SHORT)
+
+
+def test_a_sweep_whose_points_all_fail_has_no_peaks(arm, tmp_path, monkeypatch):
+    def fails(*arguments, **options):
+        raise MechanismError("not this time")
+
+    monkeypatch.setattr(sweep_points, "analyse", fails)
+    found = swept(arm, tmp_path, SHORT, estimates="peaks")
+    assert (found.data["message"] == "not this time").to_numpy().all()

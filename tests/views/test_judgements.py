@@ -151,6 +151,19 @@ def test_what_lowers_an_error_is_what_the_scene_lacks(result, values, lacking, s
     assert said in error(Result(found.data.assign_attrs(effects=json.dumps(listed)))).text
 
 
+def test_no_tolerance_takes_the_vibration_that_a_quasi_static_method_leaves_out(result):
+    one = {"lacking": "", "acts": False}
+    listed = [
+        {"name": "vibration", "size": 3.0, **one},
+        {"name": "geometric-stiffness", "size": 5.0, **one},  # large-rotations holds it
+        {"name": "shear", "size": 0.3, **one, "lacking": "Give `poisson`"},
+        {"name": "large-rotations", "size": 9.0, **one, "acts": True},
+    ]
+    found = changed(result, sources={"time": 0.0, "effects": 0.3}, attributes={"error_estimate": 0.3})
+    text = error(Result(found.data.assign_attrs(effects=json.dumps(listed)))).text
+    assert "by effects left out, which analysis.method = 'periodic' lowers." in text
+
+
 def test_the_worst_reason_is_told_first_and_the_summary_says_the_same(result):
     judged = judgements(result)
     levels = ["bad", "warn", "good", "note"]

@@ -186,8 +186,8 @@ class BesideKnown:
             found.append(forces + self._on_bent_axis(added, state[0]) + self._on_bent_axis(tension, q))
         return found
 
-    def response(self, q: Array, rate: Array, near: Array) -> ElasticResponse:
-        """Give the response from its coordinates and their rates.
+    def acceleration(self, q: Array, rate: Array, near: Array) -> Array:
+        """Give the second derivatives that fulfil the equation, ``(positions, coordinates)``.
 
         Parameters
         ----------
@@ -196,8 +196,17 @@ class BesideKnown:
         near
             Second derivatives of the known motion, ``(positions, coordinates)``.
         """
+        return near - self.known.mass_at(q).solve(self.residual(q, rate, near))
+
+    def response(self, q: Array, rate: Array, acceleration: Array) -> ElasticResponse:
+        """Give the response from its coordinates and two time derivatives.
+
+        Parameters
+        ----------
+        q, rate, acceleration
+            Coordinates and their derivatives, ``(positions, coordinates)``.
+        """
         mass = self.known.linear.mass
-        acceleration = near - self.known.mass_at(q).solve(self.residual(q, rate, near))
         found = response_at(self._plain, q, rate, acceleration)
         if self.change is None:
             return found

@@ -263,9 +263,15 @@ class Coefficients:
         return flat[np.argsort(order, kind="stable")].reshape(len(start), TABLE.nodes, -1)
 
     def _sizes(self, values: Array) -> Array:
-        """Largest value of each part; damping is compared with what would be critical, too."""
+        """Largest value of each part, beside what would count: rounding is no change.
+
+        Damping is compared with what would be critical, too. P' of a link on the ground is 0 but for rounding: it is
+        compared with P times the rate of the cycle.
+        """
         largest = [float(np.abs(part).max()) for part in np.split(values, self._ends[:-1], axis=2)]
         largest[1] = max(largest[1], 1e-3 * np.sqrt(largest[0] * largest[2]))
+        if self.law is not None:
+            largest[5] = max(largest[5], 1e-3 * largest[4] * 2 * np.pi / self.cycle)
         return np.maximum(largest, 1e-300)
 
     def _error(self, values: Array, size: Array) -> Array:

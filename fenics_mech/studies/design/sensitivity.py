@@ -22,7 +22,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._sparse import Stack
 from fenics_mech.eigenmodes import Modes, natural, solve_modes
 from fenics_mech.errors import DerivativeError, SolverError
-from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
+from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response, response_at
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.damping_factors import FullFactor
 from fenics_mech.mechanism.equation import Equation
@@ -47,7 +47,8 @@ from fenics_mech.studies.design.trial_tasks import read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 Held = tuple[Stack, Stack]  # M and K of the mechanism held at its positions
-Shift = tuple[State, Array | None]  # changes of q and q' at some angles, and that of the damping of modes there
+Starts = tuple[State, Array | None]  # changes of q and q' at starts, and that of the modes' damping
+Points = tuple[Sequence[Array], Array | None]  # those of q, q' and q'' at collocation points
 SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
 SHARE = 1e-2  # of a step, that multipliers take: their angles change far more than other numbers
 LARGEST = 0.99  # of the largest multiplier: a margin of stability looks at no smaller ones
@@ -263,10 +264,10 @@ class _Side:
             return [matrices.left(*path) for path in there]
         return BesideKnown(known.cycle.at_points(gauss), self.at_points(gauss), change).tangents(state, there)
 
-    def numbers(self, starts: Shift, points: Shift | None, stability: Stability | None) -> dict[str, float]:
-        """Recover the numbers of the known motion with changes of q and q' at its own pace.
+    def numbers(self, starts: Starts, points: Points | None, stability: Stability | None) -> dict[str, float]:
+        """Recover the numbers of the known motion with changes at its own pace.
 
-        `starts` are the changes at the starts of the sub-intervals, `points` those at collocation points if needed.
+        `points` are the changes at collocation points, where they are needed.
         """
         known = self.known
         if stability is not None and known.names == {"multiplier"}:
@@ -275,32 +276,41 @@ class _Side:
             result = self._recovered(starts, points, stability)
         return read_numbers(known.trials.quantities, result, known.trials.design.study.targets)
 
-    def _recovered(self, starts: Shift, points: Shift | None, stability: Stability | None) -> Result:
+    def _recovered(self, starts: Starts, points: Points | None, stability: Stability | None) -> Result:
         """Recover what numbers are made from."""
-        known, cycle, orbit, inside = self.known, self.cycle, self.known.solution.orbit, None
-        response = self._response(None, (*known.state, known.acceleration), starts)[1]
+        known, cycle, inside = self.known, self.cycle, None
+        response = self._at_starts(*starts)
         if points is not None:
-            path = orbit.displacement, orbit.velocity, orbit.acceleration
-            inside = partial(AtPoints, *self._response(known.cycle.tableau, path, points), cycle.weights)
+            inside = partial(AtPoints, *self._at_points(*points), cycle.weights)
         other = replace(  # the equation is not replaced, as nothing is recovered from it
             known.solution, scene=cycle.scene, system=cycle.system, response=response, modes=self._modes(), cycle=cycle
         )
         other = replace(other, stability=stability, inside=inside)
         return collect(other, recover(other), None, names=known.names)
 
-    def _response(self, tableau: Tableau | None, path: Path, shift: Shift) -> tuple[System, ElasticResponse]:
-        """The mechanism and its response at collocation points, or without these at the starts of the sub-intervals.
-
-        `path` is the known motion there.
-        """
-        known, cycle, k, ((q, rate), change) = self.known, self.cycle, self.faster, shift
-        q, rate = path[0] + q, k * (path[1] + rate)
+    def _at_starts(self, shift: State, change: Array | None) -> ElasticResponse:
+        """The response at the starts of the sub-intervals, where the equation of motion gives the acceleration."""
+        known, k = self.known, self.faster
+        q, rate = known.state[0] + shift[0], k * (known.state[1] + shift[1])
         if self.assembled:
-            equation = cycle.start if tableau is None else cycle.at_points(tableau)
-            return equation.system, elastic_response(equation, q, rate)
-        equation = known.cycle.start if tableau is None else known.at_points
-        system = cycle.system if tableau is None else self.at_points(tableau)
-        return system, BesideKnown(equation, system, change).response(q, rate, k**2 * path[2])
+            return elastic_response(self.cycle.start, q, rate)
+        beside = BesideKnown(known.cycle.start, self.cycle.system, change)
+        return beside.response(q, rate, beside.acceleration(q, rate, k**2 * known.acceleration))
+
+    def _at_points(self, shift: Sequence[Array], change: Array | None) -> tuple[System, ElasticResponse]:
+        """The mechanism and its response at the collocation points.
+
+        The linearised equation gives the change of the acceleration. By the equation itself it would be rounded as
+        the forces of stretching are, beside which the mean of a drive's power is small.
+        """
+        known, k, orbit = self.known, self.faster, self.known.solution.orbit
+        path = (orbit.displacement, orbit.velocity, orbit.acceleration)
+        q, rate, acceleration = (k**i * (old + new) for i, (old, new) in enumerate(zip(path, shift)))
+        if self.assembled:
+            equation = self.cycle.at_points(known.cycle.tableau)
+            return equation.system, response_at(equation, q, rate, acceleration)
+        system = self.at_points(known.cycle.tableau)
+        return system, BesideKnown(known.at_points, system, change).response(q, rate, acceleration)
 
     def _modes(self) -> Modes:
         """Natural modes there, as far as numbers are made from them."""
@@ -363,13 +373,14 @@ class _Neighbours:
         share = {name: SHARE if one.needs_stability else 1.0 for one in quantities for name in one.names}
         return {name: (more[name] - less[name]) / (2 * self.step * share[name]) for name in more}
 
-    def _at_points(self, change: Orbit) -> tuple[Shift, Shift] | tuple[None, None]:
+    def _at_points(self, change: Orbit) -> tuple[Points, Points] | tuple[None, None]:
         """Changes at the collocation points to both sides, by which powers are integrated; None where none is asked."""
         if "mean_power" not in self.ahead.known.names:
             return None, None
-        q, rate = self.step * change.displacement, self.step * change.velocity
+        path = change.displacement, change.velocity, change.acceleration
         more, less = self._damping_change_at(self.ahead.known.cycle.tableau)
-        return ((q, rate), more), ((-q, -rate), less)
+        ahead, behind = ([sign * self.step * part for part in path] for sign in (1.0, -1.0))
+        return (ahead, more), (behind, less)
 
     def _stability(self, change: Orbit) -> tuple[Stability | None, Stability | None]:
         """Multipliers at a share of the step to both sides; None where no number is made from them."""
