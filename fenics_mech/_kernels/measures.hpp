@@ -80,15 +80,16 @@ void strains(const Ends<G> &ends, const double *par, typename Ends<G>::Number *e
             for (int k = 1; k < d; k++) R[i][j] += ends.A[i][k] * mid[k][j];
         }
     const Number length = sqrt(ends.square()), inverse_length = inverse(length);
+    Number slope[b], spin[G::turns];
     e[0] = length * (1 / par[0]) - 1.;
+    for (int i = 0; i < b; i++) slope[i] = -(ends.along(R, i + 1) * inverse_length);
+    for (int i = 0; i < G::turns; i++) spin[i] = c[i] * turn;
+    G::along_chord(slope, spin, e + 1);
     for (int i = 0; i < b; i++) {
-        e[1 + i] = -(ends.along(R, i + 1) * inverse_length);
-        e[1 + b + i] = (d == 2 ? c[0] : i == 0 ? c[G::turns - 1] : -c[1 % G::turns]) * turn;
         const Number &s = e[1 + i], &k = e[1 + b + i];
         const double *q = par + 1 + 3 * i;
         e[0] += q[0] * (s * s) + q[1] * (s * k) + q[2] * (k * k);
     }
-    if (d == 3) e[5] = c[0] * turn;
 }
 
 // What a relation looks at.

@@ -36,6 +36,10 @@ struct Plane {
         const S n = 1. / (1. + 0.25 * (c[0] * c[0]));
         R[0][0] = 1. + -0.5 * (c[0] * c[0]) * n, R[1][1] = R[0][0], R[1][0] = c[0] * n, R[0][1] = -R[1][0];
     }
+
+    // Strains of a beam but its stretch, by minus the slope of its middle against the chord, and by how its ends are
+    // turned against each other.
+    template <class S> static void along_chord(const S *slope, const S *turn, S *e) { e[0] = slope[0], e[1] = turn[0]; }
 };
 
 struct Space {
@@ -94,4 +98,13 @@ struct Space {
     }
 
     template <class S> static void cayley(const S *c, S (&R)[3][3]) { turn(c, R); }
+
+    // The same in space. An even curvature k with an even twist t makes a helix, whose middle has the slope t k/24 against
+    // its chord. The turn counts about axes whose first is along the chord: there the sections stand on average.
+    template <class S> static void along_chord(const S *slope, const S *turn, S *e) {
+        const S &s2 = slope[0], &s3 = slope[1], &t = turn[0], &k2 = turn[2], k3 = -turn[1];
+        e[0] = s2 + -1. / 24 * (t * k3), e[1] = s3 + 1. / 24 * (t * k2);
+        e[2] = k2 + t * s3, e[3] = k3 - t * s2;
+        e[4] = t + s2 * k3 - s3 * k2;
+    }
 };

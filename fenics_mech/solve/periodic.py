@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,6 +12,7 @@ from fenics_mech._petsc import PETSc, SLEPc
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.operators import shell
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
@@ -161,7 +162,7 @@ class LinearSteps:
 
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
-        operator = _shell(len(right), lambda x: x - self.cycle(x))
+        operator = shell(len(right), lambda x: x - self.cycle(x))
         ksp = PETSc.KSP().create(PETSc.COMM_SELF)
         ksp.setOptionsPrefix("fenics_mech_closing_")
         ksp.setOperators(operator)
@@ -185,7 +186,7 @@ class LinearSteps:
         else:
             solver = SLEPc.EPS().create(PETSc.COMM_SELF)
             solver.setOptionsPrefix("fenics_mech_multipliers_")
-            solver.setOperators(_shell(2 * self.n, self.cycle))
+            solver.setOperators(shell(2 * self.n, self.cycle))
             solver.setProblemType(SLEPc.EPS.ProblemType.NHEP)
             solver.setDimensions(count)
             solver.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
@@ -193,20 +194,6 @@ class LinearSteps:
             solver.solve()
             values = np.array([solver.getEigenvalue(i) for i in range(solver.getConverged())])
         return values[np.argsort(-np.abs(values))][:count]
-
-
-class _Operator:
-    def __init__(self, apply: Callable[[Array], Array]) -> None:
-        self.apply = apply
-
-    def mult(self, matrix: object, x: object, y: object) -> None:
-        y.setArray(self.apply(x.getArray(readonly=True)))  # type: ignore[attr-defined]
-
-
-def _shell(size: int, apply: Callable[[Array], Array]):  # type: ignore[no-untyped-def]
-    matrix = PETSc.Mat().createPython([size, size], _Operator(apply), comm=PETSc.COMM_SELF)
-    matrix.setUp()
-    return matrix
 
 
 def periodic(

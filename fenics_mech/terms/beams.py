@@ -93,6 +93,7 @@ class Beams(Term):
         self.elements = list(elements)
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
+        self.twisting = TwistInside(self.stiffness)
 
     def add_to(self, masses: Masses) -> None:
         """Add the inertia of all elements."""
@@ -104,15 +105,71 @@ class Beams(Term):
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give D (strain + tau strain rate)."""
+        """Give D (strain + tau strain rate), and the stresses by twist inside elements, which is not damped."""
         tau = self.damping[:, None]
         stress = np.einsum("eij,tej->tei", self.stiffness, x + tau * v)
         shape = (len(t), *self.stiffness.shape)
-        by_rate = None
+        by_strain, by_rate = np.broadcast_to(self.stiffness, shape).copy(), None
         if self.damping.any():
             by_rate = np.ascontiguousarray(np.broadcast_to(tau[..., None] * self.stiffness, shape))
-        return Response(stress, np.ascontiguousarray(np.broadcast_to(self.stiffness, shape)), by_rate)
+        self.twisting.add_to(x, stress, by_strain)
+        return Response(stress, by_strain, by_rate)
 
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy of the strains."""
-        return np.einsum("tei,eij,tej->te", x, self.stiffness, x) / 2
+        return np.einsum("tei,eij,tej->te", x, self.stiffness, x) / 2 + self.twisting.energy(x)
+
+
+class TwistInside:
+    """Twist that varies inside elements whose two bending stiffnesses differ, without an unknown of its own.
+
+    The section at xi, from 0 to 1, turns by 4 xi (1 - xi) c more. D is the difference of both bending stiffnesses over
+    the length, G the torsional stiffness over it, p and r the curvature modes of the stiff and of the soft plane:
+
+        energy = 1/2 (16/3 G + 8/15 D r^2) c^2 + 2/3 D p r c.
+
+    Its least value by c is -1/2 p^2 f, with f = D^2 r^2/(12 G + 6/5 D r^2). It takes up to 5/6 of D from the stiff
+    plane, and the energy of the strains stays positive. Left out is -4/15 D p^2 c^2, which matters where p^2 is near
+    10 G/D: there an element would buckle alone.
+
+    Parameters
+    ----------
+    stiffness
+        Of the strains of every element, ``(elements, strains, strains)``.
+    """
+
+    def __init__(self, stiffness: Array) -> None:
+        planes = stiffness.shape[-1] // 3
+        own = np.diagonal(stiffness, axis1=1, axis2=2)
+        bending = own[:, 1 + planes : 1 + 2 * planes]
+        difference = np.ptp(bending, axis=1)  # 0 in the plane, where there is one of them
+        self.at = np.flatnonzero(difference)
+        self.stiff, self.soft = (
+            1 + planes + order[self.at] for order in (bending.argmax(axis=1), bending.argmin(axis=1))
+        )
+        self.difference, self.torsion = difference[self.at], own[self.at, -1]
+
+    def _softening(self, x: Array) -> tuple[Array, Array, Array, Array]:
+        """Give the stiff plane's curvature, and f with its derivatives by that of the soft one."""
+        D, G, p, r = self.difference, self.torsion, x[:, self.at, self.stiff], x[:, self.at, self.soft]
+        whole = 12 * G + 1.2 * D * r * r
+        share = 24 * G * (D / whole) ** 2
+        return p, (D * r) ** 2 / whole, share * r, share * (48 * G / whole - 3)
+
+    def energy(self, x: Array) -> Array:
+        """Give its energy by the strains ``(instants, elements, strains)``."""
+        p, f, *_ = self._softening(x)
+        energy = np.zeros(x.shape[:2])
+        energy[:, self.at] = -p * p * f / 2
+        return energy
+
+    def add_to(self, x: Array, stress: Array, by_strain: Array) -> None:
+        """Add its stresses, and their derivatives by the strains."""
+        p, f, slope, bend = self._softening(x)
+        at, stiff, soft = self.at, self.stiff, self.soft
+        stress[:, at, stiff] -= p * f
+        stress[:, at, soft] -= p * p * slope / 2
+        by_strain[:, at, stiff, stiff] -= f
+        by_strain[:, at, stiff, soft] -= p * slope
+        by_strain[:, at, soft, stiff] -= p * slope
+        by_strain[:, at, soft, soft] -= p * p * bend / 2
