@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,12 +13,12 @@ from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.kinematics import start_motion
-from fenics_mech.machine.machine import Machine, Row
+from fenics_mech.machine.machine import Machine
 from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.terms import Element, Look, Measure
+from fenics_mech.terms import Element
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
@@ -141,8 +141,7 @@ class _Nodes:
         """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
         fixed: set[str] = set()
         shared: dict[str, str] = {}
-        self.by_places: dict[str, set[str]] = {}  # pins, and the points that need no row
-        for name, joint in scene.joints.items():
+        for joint in scene.joints.values():
             if not isinstance(joint, Revolute):
                 continue
             links = [point.split(".")[0] for point in joint.connect]
@@ -155,7 +154,6 @@ class _Nodes:
                 fixed |= set(bending)
             else:
                 shared |= {point: bending[0] for point in bending[1:]}
-            self.by_places[name] = set(bending)
         return fixed, shared
 
     def end(self, point: str, turn: float = 0.0) -> End:
@@ -164,28 +162,27 @@ class _Nodes:
         place, axes = self.frames[link]
         return self.machine.end(self._pose_at(link, point), place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 
+    def stiffness(self, point: str) -> int:
+        """Order points by what carries them: the ground, a link that bends, a rigid link."""
+        link = point.split(".", maxsplit=1)[0]
+        return 0 if link == "ground" else 1 if self.scene.links[link].rigid is None else 2
+
     def _pose_at(self, link: str, point: str) -> int:
         return self._rigid[link] if link in self._rigid else self.pose[self.mesh.node(point)]
 
 
 def _add_pins(machine: Machine, nodes: _Nodes, name: str, joint: Revolute) -> None:
-    """Hold the points of rigid links, which share no place, at the pin."""
-    held = nodes.by_places[name]
-    ground = [point for point in joint.connect if point.startswith("ground.")]
-    first = (ground or sorted(held, key=joint.connect.index) or [joint.connect[0]])[0]
-    for point in joint.connect:
-        if point != first and point not in held:
-            ends = nodes.end(first), nodes.end(point)
-            machine.rows += [Row(ends, Measure(Look.PLACE, axis), name=name) for axis in range(2)]
+    """Hold all points of a pin at one, those of rigid links last: no place is then shared after it has rows."""
+    first, *others = sorted(joint.connect, key=nodes.stiffness)
+    for point in others:
+        machine.join(joint.kind, (nodes.end(first), nodes.end(point)), name=name)
 
 
 def _add_guide(machine: Machine, nodes: _Nodes, name: str, joint: Slot | Prismatic) -> None:
-    """Hold a pin on the line of a guide, and in a prismatic joint its angle."""
+    """Hold a pin on the line of a guide, and in a prismatic joint its angle, as drawn."""
     guide, slide = (nodes.end(point, joint.angle) for point in joint.connect)
-    machine.rows.append(Row((guide, slide), Measure(Look.ALONG, 1), name=name))
-    if isinstance(joint, Prismatic):
-        own = machine.end(slide.pose, None, machine.R[guide.pose] @ guide.turn)  # drawn along the guide
-        machine.rows.append(Row((guide, own), Measure(Look.ALIGNED, 1, 0), name=name))
+    axes = machine.R[slide.pose].T @ machine.R[guide.pose] @ guide.turn
+    machine.join(joint.kind, (guide, replace(slide, turn=axes)), name=name)
 
 
 def _add_drives(made: SceneMachine, nodes: _Nodes) -> None:
@@ -193,11 +190,9 @@ def _add_drives(made: SceneMachine, nodes: _Nodes) -> None:
     scene, machine = made.scene, made.machine
     for drive in scene.drives:
         joint = scene.joints[drive.joint]
-        turn = joint.angle if isinstance(joint, Slot | Prismatic) else 0.0
+        turn, freedom = (0.0, "angle") if isinstance(joint, Revolute) else (joint.angle, "stroke")
         ends = nodes.end(joint.connect[0], turn), nodes.end(joint.connect[1], turn)
-        measure = Measure(Look.ANGLE) if isinstance(joint, Revolute) else Measure(Look.ALONG, 0)
-        made.driven.append(len(machine.rows))
-        machine.rows.append(Row(ends, measure, _law(drive, scene.cycle_rate), name=drive.joint))
+        made.driven.append(machine.drive(joint.kind, freedom, ends, _law(drive, scene.cycle_rate), drive.joint))
 
 
 def _law(drive: Drive, rate: float) -> Callable[[Array], Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,36 +11,12 @@ from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
 from fenics_mech.geometry import Chart, End, Geometry, Rest
 from fenics_mech.geometry.charts import Path
+from fenics_mech.joints import Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.groups import Group, InertiaPlan, Moved, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
-from fenics_mech.terms import Beams, Element, Masses, Measure, Response, Term
-
-
-@dataclass(frozen=True)
-class Row:
-    """A condition of a joint: a measure of two ends has a value.
-
-    Parameters
-    ----------
-    pair
-        The ends.
-    measure
-        What they are held by.
-    value
-        Its value: a number, or by time ``(instants,)`` (s).
-    slack
-        Change of the measure per multiplier (m/N, 1/(N m)): of joints that others hold already.
-    name
-        Of the joint.
-    """
-
-    pair: tuple[End, End]
-    measure: Measure
-    value: float | Callable[[Array], Array] = 0.0
-    slack: float = 0.0
-    name: str = ""
+from fenics_mech.terms import Beams, Element, Look, Masses, Response, Term
 
 
 class Machine:
@@ -140,6 +115,49 @@ class Machine:
         beams = Beams(pairs, elements, damping)
         beams.add_to(self.masses)
         self.terms.append(beams)
+
+    def join(self, kind: str, pair: tuple[End, End], *, slack: float = 0.0, name: str = "") -> None:
+        """Hold two ends by a kind of joint; a place that their poses share needs no rows.
+
+        Parameters
+        ----------
+        kind
+            Its name in `joints.KINDS`.
+        pair
+            Its ends, drawn with the same axes: see `joints/kinds.py`.
+        slack
+            As of a row.
+        name
+            Of the joint.
+        """
+        one, other = (self._places[end.pose] for end in pair)
+        shared = one == other and not any(map(self._has_arm, pair))
+        for measure in kind_of(kind, self.geometry).held:
+            if not (shared and measure.look is Look.PLACE):
+                self.rows.append(Row(pair, measure, slack=slack, name=name))
+
+    def _has_arm(self, end: End) -> bool:
+        """Say whether an end moves beside the place of its pose, when that turns."""
+        return bool(end.offset.any()) and self._turns[end.pose][0] >= 0
+
+    def drive(
+        self, kind: str, freedom: str, pair: tuple[End, End], law: Callable[[Array], Array], name: str = ""
+    ) -> int:
+        """Lead the angle or the stroke of a joint by a law of time, and give the number of the row.
+
+        Parameters
+        ----------
+        kind, freedom
+            Of the joint: its name in `joints.KINDS`, and "angle" or "stroke".
+        pair
+            Its ends.
+        law
+            Angle (rad) or stroke (m) by time ``(instants,)`` (s).
+        name
+            Of the joint.
+        """
+        self.rows.append(Row(pair, kind_of(kind, self.geometry).drives[freedom], law, name=name))
+        return len(self.rows) - 1
 
     # ---- the plan: where everything lies ----
     @property
