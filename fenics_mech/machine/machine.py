@@ -160,6 +160,11 @@ class Machine:
         return len(self.rows) - 1
 
     # ---- the plan: where everything lies ----
+    def forget_plan(self) -> None:
+        """Plan anew: what was evaluated before has got more poses, terms or rows."""
+        for name in ("places", "groups", "row_group", "inertia", "pattern", "_row_at", "_chart_at", "_rest"):
+            self.__dict__.pop(name, None)
+
     @property
     def size(self) -> int:
         """Coordinates and rows."""

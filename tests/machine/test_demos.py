@@ -7,6 +7,7 @@ import fenics_mech as fm
 from fenics_mech._arrays import turned
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.machine.from_scene import machine_of
+from fenics_mech.machine.mobility import mobility
 from fenics_mech.machine.section_forces import end_forces
 from fenics_mech.solve import periodic, rigid_cycle
 from tests.common import DEMOS
@@ -59,3 +60,10 @@ def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo):
     assert np.abs(torque - exerted).max() < 2 * told * np.abs(torque).max()
     known = np.hypot(*result["multiplier"].to_numpy()[0])
     assert np.abs(cycle.multipliers(1)[0]) == pytest.approx(known, rel=5e-3)  # both damp by their steps
+
+
+@pytest.mark.parametrize("demo", DRIVEN)
+def test_the_drives_of_demos_lead_all_of_their_freedoms(demo):
+    scene = fm.load(DEMOS / f"{demo}.toml").changed({"effects": (), "analysis.reduction": "none", "mesh.elements": 1})
+    found = mobility(machine_of(scene).machine)
+    assert (found.freedoms, len(found.idle), found.surplus) == (len(scene.drives), 0, 0)
