@@ -35,20 +35,23 @@ class SceneMachine:
     machine
         Its machine, as drawn at the start of the cycle.
     links
-        The local matrices of its links.
+        The local matrices of its links; None where all are rigid.
     node_pose
         Pose of every node of the mesh.
     element_ends
         Ends of every element of the mesh.
+    end
+        Gives the end at a point, "link.point" or "ground.point".
     driven
         Row of every drive.
     """
 
     scene: Scene
     machine: Machine
-    links: LinkMatrices
+    links: LinkMatrices | None
     node_pose: list[int]
     element_ends: list[tuple[End, End]]
+    end: Callable[[str], End]
     driven: list[int] = field(default_factory=list)
 
 
@@ -66,12 +69,12 @@ def machine_of(scene: Scene) -> SceneMachine:
         When the scene has what no term or joint states yet.
     """
     machine = Machine(PLANE, scene.gravity)
-    links, start = matrices_of_links(scene), start_motion(scene)
+    links, start = matrices_of_links(scene) if scene.members() else None, start_motion(scene)
     names = list(start.links)
     frames = {name: (start.position[0, i], PLANE.turn(start.angle[0, i, None])) for i, name in enumerate(names)}
     frames["ground"] = np.zeros(2), np.eye(2)
     nodes = _Nodes(scene, machine, links, frames)
-    made = SceneMachine(scene, machine, links, nodes.pose, [])
+    made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end)
     for name, joint in scene.joints.items():
         if isinstance(joint, Slot | Prismatic):
             if joint.member is not None:
@@ -80,7 +83,8 @@ def machine_of(scene: Scene) -> SceneMachine:
         elif isinstance(joint, Revolute):
             _add_pins(machine, nodes, name, joint)
     _add_drives(made, nodes)
-    _add_beams(made)
+    if links is not None:
+        _add_beams(made, links)
     _add_bodies(scene, machine, nodes)
     return made
 
@@ -89,11 +93,12 @@ class _Nodes:
     """Poses of the nodes of a mesh and of rigid links, and ends at the points of links."""
 
     def __init__(
-        self, scene: Scene, machine: Machine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]]
+        self, scene: Scene, machine: Machine, links: LinkMatrices | None, frames: dict[str, tuple[Array, Array]]
     ) -> None:
         self.scene, self.machine, self.frames = scene, machine, frames
-        mesh = links.mesh
-        self.mesh, self.names = mesh, list(scene.links)
+        mesh, names = None if links is None else links.mesh, list(scene.links)
+        nodes = [] if mesh is None else list(zip(mesh.node_name, mesh.node_link, mesh.node_xy))
+        self._number = {label: node for node, (label, *_) in enumerate(nodes)}
         self._rigid: dict[str, int] = {"ground": machine.ground}
         welded = self._welded(scene)
         poses: dict[int, int] = {}
@@ -105,18 +110,17 @@ class _Nodes:
             if name in scene.links and scene.links[name].rigid is not None and name not in self._rigid:
                 self._rigid[name] = self._rigid[welded[name]]
         fixed, shared = self._pinned(scene)
-        for node, (link, at) in enumerate(zip(mesh.node_link, mesh.node_xy)):
-            body, label = self.names[link], mesh.node_name[node]
+        for node, (label, link, at) in enumerate(nodes):
+            body = names[link]
             place, axes = frames[body]
             if scene.links[body].rigid is not None:
                 poses[node] = self._rigid[body]
             elif label in welded:
                 poses[node] = self._carrier(welded[label], poses)
             else:
-                other = shared.get(label)
-                known = poses[mesh.node(other)] if other is not None and mesh.node(other) in poses else None
+                known = poses.get(self._number[shared[label]]) if label in shared else None
                 poses[node] = machine.add_pose(place + axes @ at, axes, known, "place" if label in fixed else "")
-        self.pose = [poses[node] for node in range(len(mesh.node_name))]
+        self.pose = [poses[node] for node in range(len(nodes))]
 
     def _welded(self, scene: Scene) -> dict[str, str]:
         """Give by "link.point", or by rigid link, what carries it: "ground", a rigid link, or another point."""
@@ -135,7 +139,7 @@ class _Nodes:
         return carried
 
     def _carrier(self, name: str, poses: dict[int, int]) -> int:
-        return self._rigid[name] if name in self._rigid else poses[self.mesh.node(name)]
+        return self._rigid[name] if name in self._rigid else poses[self._number[name]]
 
     def _pinned(self, scene: Scene) -> tuple[set[str], dict[str, str]]:
         """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
@@ -168,7 +172,7 @@ class _Nodes:
         return 0 if link == "ground" else 1 if self.scene.links[link].rigid is None else 2
 
     def _pose_at(self, link: str, point: str) -> int:
-        return self._rigid[link] if link in self._rigid else self.pose[self.mesh.node(point)]
+        return self._rigid[link] if link in self._rigid else self.pose[self._number[point]]
 
 
 def _add_pins(machine: Machine, nodes: _Nodes, name: str, joint: Revolute) -> None:
@@ -200,9 +204,9 @@ def _law(drive: Drive, rate: float) -> Callable[[Array], Array]:
     return lambda t: drive.jet(rate * t, rate).value
 
 
-def _add_beams(made: SceneMachine) -> None:
+def _add_beams(made: SceneMachine, links: LinkMatrices) -> None:
     """Make the elements of the mesh beams: stiffness, mass and shallow-arch numbers from the forms."""
-    links, machine, mesh = made.links, made.machine, made.links.mesh
+    machine, mesh = made.machine, links.mesh
     rotation = member_rotation(mesh)
     bow = np.einsum("eai,eij,ebj->eab", rotation, links.stretching.bow, rotation)
     stiffness, mass = links.element_stiffness, links.element_mass
