@@ -38,3 +38,25 @@ class Row:
     def leads(self) -> bool:
         """Whether it is a drive."""
         return callable(self.value)
+
+
+@dataclass(frozen=True)
+class Ride:
+    """A pin that rides along the bent axis of a member: a row that holds it on the element where it is.
+
+    In space it is held along the second axis of the elements alone.
+
+    Parameters
+    ----------
+    pin
+        The pin.
+    elements
+        Ends of the member's elements, one after the other; their first axes lie along it.
+    slack, name
+        As of a row.
+    """
+
+    pin: End
+    elements: tuple[tuple[End, End], ...]
+    slack: float = 0.0
+    name: str = ""

@@ -12,12 +12,13 @@ from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
+from fenics_mech.joints import Ride
 from fenics_mech.kinematics import start_motion
 from fenics_mech.machine.machine import Machine
 from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Drive
-from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
+from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
 from fenics_mech.terms import Element
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
@@ -77,14 +78,16 @@ def machine_of(scene: Scene) -> SceneMachine:
     made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end)
     for name, joint in scene.joints.items():
         if isinstance(joint, Slot | Prismatic):
-            if joint.member is not None:
-                raise SceneError("no term states a slider on a member yet", place=f"joints.{name}.member")
-            _add_guide(machine, nodes, name, joint)
+            if joint.member is None:
+                _add_guide(machine, nodes, name, joint)
+            elif isinstance(joint, Prismatic) or any(drive.joint == name for drive in scene.drives):
+                raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
         elif isinstance(joint, Revolute):
             _add_pins(machine, nodes, name, joint)
     _add_drives(made, nodes)
     if links is not None:
         _add_beams(made, links)
+        _add_rides(made, links)
     _add_bodies(scene, machine, nodes)
     return made
 
@@ -227,6 +230,15 @@ def _add_beams(made: SceneMachine, links: LinkMatrices) -> None:
         across = (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]
         elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section))
     machine.add_beams(made.element_ends, elements, made.scene.damping.material)
+
+
+def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
+    """Let pins ride along the bent axes of members."""
+    mesh = links.mesh
+    for name, label in members_under_pins(made.scene.joints, made.scene.members()).items():
+        member = list(mesh.members).index(label)
+        elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
+        made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))
 
 
 def _frame(made: SceneMachine, link: str) -> tuple[Array, Array]:

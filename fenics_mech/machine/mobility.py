@@ -59,7 +59,7 @@ def mobility(machine: Machine, t: float = 0.0) -> Mobility:
     turns = machine.places[:, machine.geometry.d :]
     units[turns[turns >= 0]] = 1 / _size(machine)  # of coordinates, so that all have one
     undriven = np.ones(machine.size - n, dtype=bool)
-    undriven[:] = [not row.leads for row in machine.rows]
+    undriven[: len(machine.rows)] = [not row.leads for row in machine.rows]
 
     drawn = _left(_conditions(machine, t, q, undriven)[0] * units)
     if len(drawn):
@@ -87,7 +87,11 @@ def loosen(machine: Machine, redundant: list[int]) -> None:
     redundant
         Numbers of the rows.
     """
+    rows = len(machine.rows)
     for k in redundant:
+        if k >= rows:
+            machine.rides[k - rows] = replace(machine.rides[k - rows], slack=SLACK)
+            continue
         turns = machine.rows[k].measure.look in {Look.ALIGNED, Look.ANGLE}
         machine.rows[k] = replace(machine.rows[k], slack=SLACK / _size(machine) ** 2 if turns else SLACK)
 

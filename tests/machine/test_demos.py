@@ -8,11 +8,20 @@ from fenics_mech._arrays import turned
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.mobility import mobility
-from fenics_mech.machine.section_forces import end_forces
+from fenics_mech.machine.section_forces import end_forces, with_rides
 from fenics_mech.solve import periodic, rigid_cycle
 from tests.common import DEMOS
 
-DRIVEN = ["four_bar", "slider_crank", "jansen", "stephenson", "watt", "composite_four_bar", "manipulator"]
+DRIVEN = [
+    "quick_return",
+    "four_bar",
+    "slider_crank",
+    "jansen",
+    "stephenson",
+    "watt",
+    "composite_four_bar",
+    "manipulator",
+]
 
 
 @pytest.mark.parametrize("demo", DRIVEN)
@@ -31,7 +40,7 @@ STEPS, FINE = 120, 240  # of the machine, and positions of the linkage
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("demo", ["slider_crank", "four_bar", "stephenson"])
+@pytest.mark.parametrize("demo", ["slider_crank", "four_bar", "stephenson", "quick_return"])
 def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo):
     exact = {"effects": ("coupling", "large-rotations"), "damping": {"material": 1e-4}}
     numbers = {"analysis.sub_intervals": FINE, "analysis.reduction": "none", "analysis.stations": 21}
@@ -42,6 +51,9 @@ def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo):
     cycle = periodic(machine, scene.period, STEPS)
     assert cycle.iterations <= 7
     forces = end_forces(machine.terms[0], machine.groups[0], cycle.evaluation.terms[0], cycle.evaluation.at)
+    if machine.rides:
+        a = cycle.a.reshape(-1, machine.size)
+        forces = with_rides(forces, machine.terms[0], machine.riders, cycle.evaluation.at, a)
     stages = cycle.t.shape[1]
     result = fm.analyse(scene).data
     positions = (np.arange(STEPS) + 1) * (FINE // STEPS) % FINE
