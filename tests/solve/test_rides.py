@@ -71,7 +71,7 @@ def energy(machine, v):
 
 
 def test_a_bead_that_runs_along_a_shaking_strip_keeps_the_energy():
-    """It passes three nodes. Its steps damp what is faster than they are: of 2 % that the strip has, a four-hundredth."""
+    """It passes three nodes. Its steps damp what is faster than they are, of 2 % that the strip has."""
     machine = strip(4, (0.1, 0.0))
     bead = machine.add_pose(np.array([0.1, 0.0]), fixed="turn")
     machine.masses.add_body(machine.end(bead), 0.05, np.zeros((2, 2)))
