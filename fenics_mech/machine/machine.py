@@ -137,6 +137,7 @@ class Machine:
         for measure in kind_of(kind, self.geometry).held:
             if not (shared and measure.look is Look.PLACE):
                 self.rows.append(Row(pair, measure, slack=slack, name=name))
+        self.forget_plan()
 
     def _has_arm(self, end: End) -> bool:
         """Say whether an end moves beside the place of its pose, when that turns."""
@@ -159,6 +160,7 @@ class Machine:
             Of the joint.
         """
         self.rows.append(Row(pair, kind_of(kind, self.geometry).drives[freedom], law, name=name))
+        self.forget_plan()
         return len(self.rows) - 1
 
     # ---- the plan: where everything lies ----
