@@ -174,4 +174,4 @@ def test_bennetts_linkage_turns_its_output_as_the_closed_form_says():
     machine.drive("revolute", "angle", machine.rows[0].pair, lambda t: t)
     at = rigid_cycle(machine, 2 * np.pi, POSITIONS).at(THETA)
     turned = Bennett.second(start + THETA) - Bennett.second(start)  # of the ground against the last body
-    np.testing.assert_allclose(at.R[:, bodies[2]], SPACE.about(axes[3], turned), atol=1e-9)
+    np.testing.assert_allclose(at.R[:, bodies[2]], SPACE.about(axes[3], turned), atol=1e-12)
