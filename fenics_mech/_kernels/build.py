@@ -21,6 +21,7 @@ FUNCTIONS = {
         " const double *D, const double *B, const double *v, const int *dof, const int *at, int tangents,"
         f" {TARGET})"
     ),
+    "rides": f"({ENDS}, double *v, double *g, double *h, double *share)",
     "conditions": f"(long T, long E, const double *g, const int *by, const int *on, {TARGET})",
     "inertia": (
         "(long T, long P, long L, const int *entry, const double *mass, const int *at, const int *own, const int *dof,"
@@ -33,21 +34,24 @@ CALLS = {
     "relations": "T, E, Poses{poses, r, c, R0}, pose, arms, code, before, v, g, h",
     "rotations": "n, c, v, a, R0, w0, al0, R, J, H, z1, z2, z2_c, z2_v, u, u_c",
     "spread": "T, E, m, g, h, s, predicted, D, B, v, dof, at, tangents, Target{size, entries, F, M, C, K}",
+    "rides": "T, E, Poses{poses, r, c, R0}, pose, arms, v, g, h, share",
     "conditions": "T, E, g, by, on, Target{size, entries, F, M, C, K}",
     "inertia": (
         "T, P, L, entry, mass, at, own, dof, acc, J, H, z2_c, z2_v, tangents, work, Target{size, entries, F, M, C, K}"
     ),
 }
+VARIANTS = {name: (name, "") for name in FUNCTIONS}  # by name: the function, and what else its template takes
+VARIANTS |= {f"{name}_ride": (name, ", Own<{}>") for name in ("spread", "conditions")}
 KINDS = {"plane": "Plane", "space": "Space"}
 
 builder = FFI()
-builder.cdef("\n".join(f"void {name}_{kind}{FUNCTIONS[name]};" for name in FUNCTIONS for kind in KINDS))
+builder.cdef("\n".join(f"void {own}_{kind}{FUNCTIONS[name]};" for own, (name, _) in VARIANTS.items() for kind in KINDS))
 builder.set_source(
     "fenics_mech._kernels._compiled",
     '#include "kernels.hpp"\n'
     + "\n".join(
-        f"static void {name}_{kind}{FUNCTIONS[name]} {{ {name}<{of}>({CALLS[name]}); }}"
-        for name in FUNCTIONS
+        f"static void {own}_{kind}{FUNCTIONS[name]} {{ {name}<{of}{more.format(of)}>({CALLS[name]}); }}"
+        for own, (name, more) in VARIANTS.items()
         for kind, of in KINDS.items()
     ),
     source_extension=".cpp",

@@ -48,6 +48,23 @@ void relations(long T, long E, Poses p, const int *pose, const double *arms, con
     });
 }
 
+// Gaps of E pins from the elements on which they may ride: pose (E, 3), arms of both ends and of the pin; share (T, E).
+template <class G>
+void rides(long T, long E, Poses p, const int *pose, const double *arms, double *v, double *g, double *h, double *share) {
+    constexpr int d = G::d, k = G::turns;
+    for (long t = 0; t < T; t++)
+        for (long e = 0; e < E; e++) {
+            const double *r[3], *c[3], *R0[3];
+            for (int j = 0; j < 3; j++) {
+                const long a = t * p.count + pose[3 * e + j];
+                r[j] = p.r + a * d, c[j] = p.c + a * k, R0[j] = p.R0 + a * d * d;
+            }
+            typename Ride<G>::Number gap;
+            share[t * E + e] = Ride<G>::share_and_gap(r, c, R0, arms + e * 3 * (d + d * d), gap);
+            put(gap, t * E + e, v, g, h);
+        }
+}
+
 // Rotations of n poses and their rates. Given chart vectors and rates c, v, a, and rotation, spin and its rate of the
 // chart (R0, w0, al0). Of every column of R: J and H, first and second derivatives by c; its second rate z2, with
 // derivatives by c and v (those by a are J). And the rates u of the chart vectors beside a chart at rest, with their
@@ -126,7 +143,7 @@ static inline void put_in(double *values, int at, double x) {
 // Variable of Ends of each of the 2 (d + turns) coordinates of both poses, and its sign there.
 template <class G>
 struct Locals {
-    static constexpr int d = G::d, k = G::turns, count = 2 * (d + k);
+    static constexpr int d = G::d, k = G::turns, count = 2 * (d + k), variables = d + 2 * k;
     int place[count];
     double sign[count];
 
@@ -139,12 +156,24 @@ struct Locals {
     }
 };
 
+// The same of `Ride`, whose variables are the coordinates of three poses.
+template <class G>
+struct Own {
+    static constexpr int count = 3 * (G::d + G::turns), variables = count;
+    int place[count];
+    double sign[count];
+
+    Own() {
+        for (int i = 0; i < count; i++) place[i] = i, sign[i] = 1;
+    }
+};
+
 // Derivatives of E conditions: of each by the coordinates, into K at `by` (E, n), and of the forces by its multiplier, into
 // M at `on`.
-template <class G>
+template <class G, class L = Locals<G>>
 void conditions(long T, long E, const double *g, const int *by, const int *on, Target y) {
-    const Locals<G> l;
-    constexpr int N = G::d + 2 * G::turns, n = Locals<G>::count;
+    const L l;
+    constexpr int N = L::variables, n = L::count;
     for (long t = 0; t < T; t++)
         for (long e = 0; e < E; e++)
             for (int j = 0; j < n; j++) {
@@ -157,11 +186,11 @@ void conditions(long T, long E, const double *g, const int *by, const int *on, T
 // Forces of E elements of m measures with stresses s, which depend on the measures by D and on their rates by B:
 // F += G' s, K += G'(D G + B (H v)) + H . predicted, C += G' B G. v holds rates of N variables. Local coordinates
 // are 2 (d + turns), those of both poses; `dof` (E, 2 (d + turns)) and `at` (E, n, n) say where they lie.
-template <class G>
+template <class G, class L = Locals<G>>
 void spread(long T, long E, long m, const double *g, const double *h, const double *s, const double *predicted,
             const double *D, const double *B, const double *v, const int *dof, const int *at, bool tangents, Target y) {
-    constexpr int d = G::d, k = G::turns, N = d + 2 * k, n = 2 * (d + k), pairs = Jet<N>::pairs;
-    const Locals<G> l;
+    constexpr int N = L::variables, n = L::count, pairs = Jet<N>::pairs;
+    const L l;
     const int *place = l.place;
     const double *sign = l.sign;
     for (long t = 0; t < T; t++)

@@ -4,6 +4,29 @@
 #pragma once
 #include "rotations.hpp"
 
+// Arm p and axes E of an end, by the chart vector of its pose, whose variables begin at `first`.
+template <class G, class Number>
+void end_of(const double *c, int first, const double *R0, const double *arm, Number *p, Number (&E)[G::d][G::d]) {
+    constexpr int d = G::d;
+    Number chart[G::turns], turn[d][d];
+    for (int i = 0; i < G::turns; i++) chart[i] = Number::variable(c[i], first + i);
+    G::turn(chart, turn);
+    double known[d][d + 1] = {};  // R0 S, and R0 p
+    for (int i = 0; i < d; i++)
+        for (int k = 0; k < d; k++) {
+            for (int j = 0; j < d; j++) known[i][j] += R0[i * d + k] * arm[d + k * d + j];
+            known[i][d] += R0[i * d + k] * arm[k];
+        }
+    for (int i = 0; i < d; i++) {
+        for (int j = 0; j < d; j++) {
+            E[i][j] = turn[i][0] * known[0][j];
+            for (int k = 1; k < d; k++) E[i][j] += turn[i][k] * known[k][j];
+        }
+        p[i] = turn[i][0] * known[0][d];
+        for (int k = 1; k < d; k++) p[i] += turn[i][k] * known[k][d];
+    }
+}
+
 template <class G>
 struct Ends {
     static constexpr int d = G::d, N = d + 2 * G::turns;
@@ -14,29 +37,9 @@ struct Ends {
     Ends(const double *r1, const double *r2, const double *c1, const double *c2, const double *R1, const double *R2,
          const double *arms) {
         Number p1[d], p2[d];
-        end(c1, d, R1, arms, p1, A);
-        end(c2, d + G::turns, R2, arms + d + d * d, p2, B);
+        end_of<G>(c1, d, R1, arms, p1, A);
+        end_of<G>(c2, d + G::turns, R2, arms + d + d * d, p2, B);
         for (int i = 0; i < d; i++) x[i] = Number::variable(r2[i] - r1[i], i) + p2[i] - p1[i];
-    }
-
-    static void end(const double *c, int first, const double *R0, const double *arm, Number *p, Number (&E)[d][d]) {
-        Number chart[G::turns], turn[d][d];
-        for (int i = 0; i < G::turns; i++) chart[i] = Number::variable(c[i], first + i);
-        G::turn(chart, turn);
-        double known[d][d + 1] = {};  // R0 S, and R0 p
-        for (int i = 0; i < d; i++)
-            for (int k = 0; k < d; k++) {
-                for (int j = 0; j < d; j++) known[i][j] += R0[i * d + k] * arm[d + k * d + j];
-                known[i][d] += R0[i * d + k] * arm[k];
-            }
-        for (int i = 0; i < d; i++) {
-            for (int j = 0; j < d; j++) {
-                E[i][j] = turn[i][0] * known[0][j];
-                for (int k = 1; k < d; k++) E[i][j] += turn[i][k] * known[k][j];
-            }
-            p[i] = turn[i][0] * known[0][d];
-            for (int k = 1; k < d; k++) p[i] += turn[i][k] * known[k][d];
-        }
     }
 
     static Number dot(const Number (&X)[d][d], int i, const Number (&Y)[d][d], int j) {
@@ -116,3 +119,39 @@ typename Ends<G>::Number relation(const Ends<G> &ends, int measure, int i, int j
         }
     }
 }
+
+// Distance of a pin from the bent axis of an element: from the cubic y(x) over its chord that has the slopes of both first
+// axes. Variables are the place and the chart vector of both ends' poses, then of the pin's. Gives its share of the chord.
+template <class G>
+struct Ride {
+    static constexpr int d = G::d, own = d + G::turns, N = 3 * own;
+    using Number = Jet<N>;
+
+    static double share_and_gap(const double *const *r, const double *const *c, const double *const *R0, const double *arms,
+                                Number &gap) {
+        Number p[3][d], E[3][d][d], e[d], n[d];
+        for (int j = 0; j < 3; j++) {
+            end_of<G>(c[j], j * own + d, R0[j], arms + j * (d + d * d), p[j], E[j]);
+            for (int i = 0; i < d; i++) p[j][i] += Number::variable(r[j][i], j * own + i);
+        }
+        for (int i = 0; i < d; i++) e[i] = p[1][i] - p[0][i], p[2][i] = p[2][i] - p[0][i];
+        const Number length = sqrt(dot(e, e)), inverse_length = inverse(length);
+        for (int i = 0; i < d; i++) e[i] = e[i] * inverse_length;
+        Number first[d], last[d], side[d];
+        for (int i = 0; i < d; i++) first[i] = E[0][i][0], last[i] = E[1][i][0], side[i] = E[0][i][1];
+        const Number off = dot(e, side);
+        for (int i = 0; i < d; i++) n[i] = side[i] - off * e[i];
+        const Number size = inverse(sqrt(dot(n, n)));
+        for (int i = 0; i < d; i++) n[i] = n[i] * size;
+        const Number x = dot(e, p[2]) * inverse_length, rest = 1. - x;
+        const Number one = dot(n, first) / dot(e, first), two = dot(n, last) / dot(e, last);  // slopes
+        gap = dot(n, p[2]) - length * (x * rest) * (rest * one - x * two);
+        return x.v;
+    }
+
+    static Number dot(const Number *a, const Number *b) {
+        Number s = a[0] * b[0];
+        for (int i = 1; i < d; i++) s += a[i] * b[i];
+        return s;
+    }
+};

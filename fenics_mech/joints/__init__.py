@@ -1,1 +1,6 @@
-"""Laws of joints: the forces of friction, contact and soft bearings by the state of a joint. One law a file."""
+"""Joints: kinds, which hold measures of two ends; and laws of friction, contact and soft bearings, one a file."""
+
+from fenics_mech.joints.kinds import IN_SPACE, KINDS, Kind, kind_of
+from fenics_mech.joints.rows import Ride, Row
+
+__all__ = ["IN_SPACE", "KINDS", "Kind", "Ride", "Row", "kind_of"]

@@ -1,7 +1,8 @@
 """A machine of poses: coordinates, rows of joints, and the one residual with its sparse tangents."""
 
+from fenics_mech.joints import Row
 from fenics_mech.machine.evaluation import Evaluation
-from fenics_mech.machine.machine import Machine, Row
+from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.pattern import Pattern
 
 __all__ = ["Evaluation", "Machine", "Pattern", "Row"]

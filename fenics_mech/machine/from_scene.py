@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -12,13 +12,14 @@ from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
+from fenics_mech.joints import Ride
 from fenics_mech.kinematics import start_motion
-from fenics_mech.machine.machine import Machine, Row
+from fenics_mech.machine.machine import Machine
 from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Drive
-from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.terms import Element, Look, Measure
+from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
+from fenics_mech.terms import Element
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
@@ -35,20 +36,23 @@ class SceneMachine:
     machine
         Its machine, as drawn at the start of the cycle.
     links
-        The local matrices of its links.
+        The local matrices of its links; None where all are rigid.
     node_pose
         Pose of every node of the mesh.
     element_ends
         Ends of every element of the mesh.
+    end
+        Gives the end at a point, "link.point" or "ground.point".
     driven
         Row of every drive.
     """
 
     scene: Scene
     machine: Machine
-    links: LinkMatrices
+    links: LinkMatrices | None
     node_pose: list[int]
     element_ends: list[tuple[End, End]]
+    end: Callable[[str], End]
     driven: list[int] = field(default_factory=list)
 
 
@@ -66,21 +70,24 @@ def machine_of(scene: Scene) -> SceneMachine:
         When the scene has what no term or joint states yet.
     """
     machine = Machine(PLANE, scene.gravity)
-    links, start = matrices_of_links(scene), start_motion(scene)
+    links, start = matrices_of_links(scene) if scene.members() else None, start_motion(scene)
     names = list(start.links)
     frames = {name: (start.position[0, i], PLANE.turn(start.angle[0, i, None])) for i, name in enumerate(names)}
     frames["ground"] = np.zeros(2), np.eye(2)
     nodes = _Nodes(scene, machine, links, frames)
-    made = SceneMachine(scene, machine, links, nodes.pose, [])
+    made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end)
     for name, joint in scene.joints.items():
         if isinstance(joint, Slot | Prismatic):
-            if joint.member is not None:
-                raise SceneError("no term states a slider on a member yet", place=f"joints.{name}.member")
-            _add_guide(machine, nodes, name, joint)
+            if joint.member is None:
+                _add_guide(machine, nodes, name, joint)
+            elif isinstance(joint, Prismatic) or any(drive.joint == name for drive in scene.drives):
+                raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
         elif isinstance(joint, Revolute):
             _add_pins(machine, nodes, name, joint)
     _add_drives(made, nodes)
-    _add_beams(made)
+    if links is not None:
+        _add_beams(made, links)
+        _add_rides(made, links)
     _add_bodies(scene, machine, nodes)
     return made
 
@@ -89,11 +96,12 @@ class _Nodes:
     """Poses of the nodes of a mesh and of rigid links, and ends at the points of links."""
 
     def __init__(
-        self, scene: Scene, machine: Machine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]]
+        self, scene: Scene, machine: Machine, links: LinkMatrices | None, frames: dict[str, tuple[Array, Array]]
     ) -> None:
         self.scene, self.machine, self.frames = scene, machine, frames
-        mesh = links.mesh
-        self.mesh, self.names = mesh, list(scene.links)
+        mesh, names = None if links is None else links.mesh, list(scene.links)
+        nodes = [] if mesh is None else list(zip(mesh.node_name, mesh.node_link, mesh.node_xy))
+        self._number = {label: node for node, (label, *_) in enumerate(nodes)}
         self._rigid: dict[str, int] = {"ground": machine.ground}
         welded = self._welded(scene)
         poses: dict[int, int] = {}
@@ -105,18 +113,17 @@ class _Nodes:
             if name in scene.links and scene.links[name].rigid is not None and name not in self._rigid:
                 self._rigid[name] = self._rigid[welded[name]]
         fixed, shared = self._pinned(scene)
-        for node, (link, at) in enumerate(zip(mesh.node_link, mesh.node_xy)):
-            body, label = self.names[link], mesh.node_name[node]
+        for node, (label, link, at) in enumerate(nodes):
+            body = names[link]
             place, axes = frames[body]
             if scene.links[body].rigid is not None:
                 poses[node] = self._rigid[body]
             elif label in welded:
                 poses[node] = self._carrier(welded[label], poses)
             else:
-                other = shared.get(label)
-                known = poses[mesh.node(other)] if other is not None and mesh.node(other) in poses else None
+                known = poses.get(self._number[shared[label]]) if label in shared else None
                 poses[node] = machine.add_pose(place + axes @ at, axes, known, "place" if label in fixed else "")
-        self.pose = [poses[node] for node in range(len(mesh.node_name))]
+        self.pose = [poses[node] for node in range(len(nodes))]
 
     def _welded(self, scene: Scene) -> dict[str, str]:
         """Give by "link.point", or by rigid link, what carries it: "ground", a rigid link, or another point."""
@@ -135,14 +142,13 @@ class _Nodes:
         return carried
 
     def _carrier(self, name: str, poses: dict[int, int]) -> int:
-        return self._rigid[name] if name in self._rigid else poses[self.mesh.node(name)]
+        return self._rigid[name] if name in self._rigid else poses[self._number[name]]
 
     def _pinned(self, scene: Scene) -> tuple[set[str], dict[str, str]]:
         """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
         fixed: set[str] = set()
         shared: dict[str, str] = {}
-        self.by_places: dict[str, set[str]] = {}  # pins, and the points that need no row
-        for name, joint in scene.joints.items():
+        for joint in scene.joints.values():
             if not isinstance(joint, Revolute):
                 continue
             links = [point.split(".")[0] for point in joint.connect]
@@ -155,7 +161,6 @@ class _Nodes:
                 fixed |= set(bending)
             else:
                 shared |= {point: bending[0] for point in bending[1:]}
-            self.by_places[name] = set(bending)
         return fixed, shared
 
     def end(self, point: str, turn: float = 0.0) -> End:
@@ -164,28 +169,27 @@ class _Nodes:
         place, axes = self.frames[link]
         return self.machine.end(self._pose_at(link, point), place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 
+    def stiffness(self, point: str) -> int:
+        """Order points by what carries them: the ground, a link that bends, a rigid link."""
+        link = point.split(".", maxsplit=1)[0]
+        return 0 if link == "ground" else 1 if self.scene.links[link].rigid is None else 2
+
     def _pose_at(self, link: str, point: str) -> int:
-        return self._rigid[link] if link in self._rigid else self.pose[self.mesh.node(point)]
+        return self._rigid[link] if link in self._rigid else self.pose[self._number[point]]
 
 
 def _add_pins(machine: Machine, nodes: _Nodes, name: str, joint: Revolute) -> None:
-    """Hold the points of rigid links, which share no place, at the pin."""
-    held = nodes.by_places[name]
-    ground = [point for point in joint.connect if point.startswith("ground.")]
-    first = (ground or sorted(held, key=joint.connect.index) or [joint.connect[0]])[0]
-    for point in joint.connect:
-        if point != first and point not in held:
-            ends = nodes.end(first), nodes.end(point)
-            machine.rows += [Row(ends, Measure(Look.PLACE, axis), name=name) for axis in range(2)]
+    """Hold all points of a pin at one, those of rigid links last: no place is then shared after it has rows."""
+    first, *others = sorted(joint.connect, key=nodes.stiffness)
+    for point in others:
+        machine.join(joint.kind, (nodes.end(first), nodes.end(point)), name=name)
 
 
 def _add_guide(machine: Machine, nodes: _Nodes, name: str, joint: Slot | Prismatic) -> None:
-    """Hold a pin on the line of a guide, and in a prismatic joint its angle."""
+    """Hold a pin on the line of a guide, and in a prismatic joint its angle, as drawn."""
     guide, slide = (nodes.end(point, joint.angle) for point in joint.connect)
-    machine.rows.append(Row((guide, slide), Measure(Look.ALONG, 1), name=name))
-    if isinstance(joint, Prismatic):
-        own = machine.end(slide.pose, None, machine.R[guide.pose] @ guide.turn)  # drawn along the guide
-        machine.rows.append(Row((guide, own), Measure(Look.ALIGNED, 1, 0), name=name))
+    axes = machine.R[slide.pose].T @ machine.R[guide.pose] @ guide.turn
+    machine.join(joint.kind, (guide, replace(slide, turn=axes)), name=name)
 
 
 def _add_drives(made: SceneMachine, nodes: _Nodes) -> None:
@@ -193,11 +197,9 @@ def _add_drives(made: SceneMachine, nodes: _Nodes) -> None:
     scene, machine = made.scene, made.machine
     for drive in scene.drives:
         joint = scene.joints[drive.joint]
-        turn = joint.angle if isinstance(joint, Slot | Prismatic) else 0.0
+        turn, freedom = (0.0, "angle") if isinstance(joint, Revolute) else (joint.angle, "stroke")
         ends = nodes.end(joint.connect[0], turn), nodes.end(joint.connect[1], turn)
-        measure = Measure(Look.ANGLE) if isinstance(joint, Revolute) else Measure(Look.ALONG, 0)
-        made.driven.append(len(machine.rows))
-        machine.rows.append(Row(ends, measure, _law(drive, scene.cycle_rate), name=drive.joint))
+        made.driven.append(machine.drive(joint.kind, freedom, ends, _law(drive, scene.cycle_rate), drive.joint))
 
 
 def _law(drive: Drive, rate: float) -> Callable[[Array], Array]:
@@ -205,9 +207,9 @@ def _law(drive: Drive, rate: float) -> Callable[[Array], Array]:
     return lambda t: drive.jet(rate * t, rate).value
 
 
-def _add_beams(made: SceneMachine) -> None:
+def _add_beams(made: SceneMachine, links: LinkMatrices) -> None:
     """Make the elements of the mesh beams: stiffness, mass and shallow-arch numbers from the forms."""
-    links, machine, mesh = made.links, made.machine, made.links.mesh
+    machine, mesh = made.machine, links.mesh
     rotation = member_rotation(mesh)
     bow = np.einsum("eai,eij,ebj->eab", rotation, links.stretching.bow, rotation)
     offsets, moment = links.layout.offsets, links.mass_moment
@@ -232,6 +234,15 @@ def _add_beams(made: SceneMachine) -> None:
         beside_line = np.zeros(1) if moment is None else moment[e, None]
         elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section, beside_line))
     machine.add_beams(made.element_ends, elements, made.scene.damping.material)
+
+
+def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
+    """Let pins ride along the bent axes of members."""
+    mesh = links.mesh
+    for name, label in members_under_pins(made.scene.joints, made.scene.members()).items():
+        member = list(mesh.members).index(label)
+        elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
+        made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))
 
 
 def _frame(made: SceneMachine, link: str) -> tuple[Array, Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -12,36 +11,13 @@ from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
 from fenics_mech.geometry import Chart, End, Geometry, Rest
 from fenics_mech.geometry.charts import Path
+from fenics_mech.joints import Ride, Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.groups import Group, InertiaPlan, Moved, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
-from fenics_mech.terms import Beams, Element, Masses, Measure, Response, Term
-
-
-@dataclass(frozen=True)
-class Row:
-    """A condition of a joint: a measure of two ends has a value.
-
-    Parameters
-    ----------
-    pair
-        The ends.
-    measure
-        What they are held by.
-    value
-        Its value: a number, or by time ``(instants,)`` (s).
-    slack
-        Change of the measure per multiplier (m/N, 1/(N m)): of joints that others hold already.
-    name
-        Of the joint.
-    """
-
-    pair: tuple[End, End]
-    measure: Measure
-    value: float | Callable[[Array], Array] = 0.0
-    slack: float = 0.0
-    name: str = ""
+from fenics_mech.machine.rides import Rides
+from fenics_mech.terms import Beams, Element, Look, Masses, Response, Term
 
 
 class Machine:
@@ -66,6 +42,7 @@ class Machine:
         self.led: dict[int, Path] = {}
         self.terms: list[Term] = []
         self.rows: list[Row] = []
+        self.rides: list[Ride] = []  # their multipliers follow those of the rows
         self.masses = Masses()
         self.chart: Chart | None = None
         self.n = 0  # coordinates
@@ -141,11 +118,61 @@ class Machine:
         beams.add_to(self.masses)
         self.terms.append(beams)
 
+    def join(self, kind: str, pair: tuple[End, End], *, slack: float = 0.0, name: str = "") -> None:
+        """Hold two ends by a kind of joint; a place that their poses share needs no rows.
+
+        Parameters
+        ----------
+        kind
+            Its name in `joints.KINDS`.
+        pair
+            Its ends, drawn with the same axes: see `joints/kinds.py`.
+        slack
+            As of a row.
+        name
+            Of the joint.
+        """
+        one, other = (self._places[end.pose] for end in pair)
+        shared = one == other and not any(map(self._has_arm, pair))
+        for measure in kind_of(kind, self.geometry).held:
+            if not (shared and measure.look is Look.PLACE):
+                self.rows.append(Row(pair, measure, slack=slack, name=name))
+        self.forget_plan()
+
+    def _has_arm(self, end: End) -> bool:
+        """Say whether an end moves beside the place of its pose, when that turns."""
+        return bool(end.offset.any()) and self._turns[end.pose][0] >= 0
+
+    def drive(
+        self, kind: str, freedom: str, pair: tuple[End, End], law: Callable[[Array], Array], name: str = ""
+    ) -> int:
+        """Lead the angle or the stroke of a joint by a law of time, and give the number of the row.
+
+        Parameters
+        ----------
+        kind, freedom
+            Of the joint: its name in `joints.KINDS`, and "angle" or "stroke".
+        pair
+            Its ends.
+        law
+            Angle (rad) or stroke (m) by time ``(instants,)`` (s).
+        name
+            Of the joint.
+        """
+        self.rows.append(Row(pair, kind_of(kind, self.geometry).drives[freedom], law, name=name))
+        self.forget_plan()
+        return len(self.rows) - 1
+
     # ---- the plan: where everything lies ----
+    def forget_plan(self) -> None:
+        """Plan anew: what was evaluated before has got more poses, terms or rows."""
+        for name in ("places", "groups", "row_group", "inertia", "pattern", "riders", "_row_at", "_chart_at", "_rest"):
+            self.__dict__.pop(name, None)
+
     @property
     def size(self) -> int:
         """Coordinates and rows."""
-        return self.n + len(self.rows)
+        return self.n + len(self.rows) + len(self.rides)
 
     @cached_property
     def places(self) -> Places:
@@ -164,6 +191,11 @@ class Machine:
         return Group(self.geometry, self.places, pairs, measures)
 
     @cached_property
+    def riders(self) -> Rides:
+        """The elements that pins ride on, where they lie."""
+        return Rides(self.geometry, self.places, self.rides, self.n + len(self.rows))
+
+    @cached_property
     def inertia(self) -> InertiaPlan:
         """The constant mass, where it lies."""
         return InertiaPlan(self.geometry, self.places, self.masses)
@@ -171,14 +203,18 @@ class Machine:
     @cached_property
     def pattern(self) -> Pattern:
         """Where tangents have entries."""
-        numbers = np.arange(self.n, self.size, dtype=np.int32)[:, None]
-        of_rows = np.concatenate([self.row_group.dof, numbers], axis=1)
-        return Pattern.of(self.size, [*(group.dof for group in self.groups), of_rows, self.inertia.dof, self.places])
+        of_rows = np.concatenate([self.row_group.dof, self._row_numbers], axis=1)
+        blocks = [*(group.dof for group in self.groups), of_rows, self.riders.block, self.inertia.dof, self.places]
+        return Pattern.of(self.size, blocks)
+
+    @property
+    def _row_numbers(self) -> Places:
+        return np.arange(self.n, self.n + len(self.rows), dtype=np.int32)[:, None]
 
     @cached_property
     def _row_at(self) -> tuple[Places, Places, Places]:
         """Where derivatives of rows lie: by coordinates, of forces by multipliers, of rows by multipliers."""
-        numbers, dof, pattern = np.arange(self.n, self.size, dtype=np.int32)[:, None], self.row_group.dof, self.pattern
+        numbers, dof, pattern = self._row_numbers, self.row_group.dof, self.pattern
         by, on, own = pattern.at(numbers, dof)[:, 0], pattern.at(dof, numbers)[:, :, 0], pattern.at(numbers, numbers)
         return np.ascontiguousarray(by), np.ascontiguousarray(on), own[:, 0, 0]
 
@@ -272,6 +308,8 @@ class Machine:
             measured.append(found)
         if self.rows:
             self._add_rows(t, at, a, tangents, target)
+        if self.rides:
+            self.riders.add(at, a, self.pattern, tangents, target)
         if tangents and g.turns > 1 and not self.known.still:  # stresses depend on chart vectors by their rates too
             entries, pose = self._chart_at
             K[:, entries] += np.einsum("tik,tikl->til", C[:, entries], at.ways_c[:, pose])
@@ -280,13 +318,13 @@ class Machine:
 
     def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the gaps of the rows."""
-        n, group = self.n, self.row_group
+        n, end, group = self.n, self.n + len(self.rows), self.row_group
         values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
         value = np.stack(values, axis=1)
         found = group.measure(at, value[..., None])
-        group.spread(found.with_response(Response(a[:, n:, None])), None, self.pattern, tangents, target)
+        group.spread(found.with_response(Response(a[:, n:end, None])), None, self.pattern, tangents, target)
         slack = np.array([row.slack for row in self.rows])
-        target[0][:, n:] = found.x[..., 0] - value - slack * a[:, n:]
+        target[0][:, n:end] = found.x[..., 0] - value - slack * a[:, n:end]
         if tangents:
             by, on, own = self._row_at
             shape = len(t), len(self.rows), found.gradient, by, on, self.size, self.pattern.entries

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.machine.groups import Group, Moved
 from fenics_mech.machine.measured import Measured
+from fenics_mech.machine.rides import Rides
 from fenics_mech.terms import Beams
 from fenics_mech.terms.inertia import beside_line
 
@@ -72,6 +73,30 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     sections = sections + np.einsum("eik,teid->tekd", beside, vectors)
     moment = moment + _cross(axes[..., 1], sections)[..., None]
     return EndForces(force, moment, at.r[:, pose] + way, axes)
+
+
+def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Array) -> EndForces:
+    """Give the same where pins ride inside elements: their ends hold the pins' loads too.
+
+    Parameters
+    ----------
+    forces
+        What holds the elements against stresses and inertia.
+    beams, rides
+        The elements, and the pins that ride on some of them.
+    at, a
+        The poses, and accelerations with multipliers ``(instants, size)``.
+    """
+    numbers = {id(pair): e for e, pair in enumerate(beams.pairs)}
+    number = [numbers[id(pair)] for ride in rides.rides for pair in ride.elements]
+    load = rides.loads(at, a)
+    push, way = load[..., : at.r.shape[-1]], forces.place[:, number] - at.r[:, rides.pose[:, :2]]
+    force, moment = forces.force.copy(), forces.moment.copy()
+    about_end = load[..., -1:] - _cross(way, push)[..., None]
+    for k, e in enumerate(number):
+        force[:, e] += push[:, k]
+        moment[:, e] += about_end[:, k]
+    return replace(forces, force=force, moment=moment)
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -7,11 +7,21 @@ import fenics_mech as fm
 from fenics_mech._arrays import turned
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.machine.from_scene import machine_of
-from fenics_mech.machine.section_forces import end_forces
+from fenics_mech.machine.mobility import mobility
+from fenics_mech.machine.section_forces import end_forces, with_rides
 from fenics_mech.solve import periodic, rigid_cycle
 from tests.common import DEMOS
 
-DRIVEN = ["four_bar", "slider_crank", "jansen", "stephenson", "watt", "composite_four_bar", "manipulator"]
+DRIVEN = [
+    "quick_return",
+    "four_bar",
+    "slider_crank",
+    "jansen",
+    "stephenson",
+    "watt",
+    "composite_four_bar",
+    "manipulator",
+]
 
 
 @pytest.mark.parametrize("demo", DRIVEN)
@@ -26,24 +36,29 @@ def test_the_rigid_motion_of_demos_is_that_of_the_loop_equations(demo):
         assert np.abs(chart.r[:, made.node_pose[node]] - place).max() < 1e-12  # m, of machines of 0.3 to 2 m
 
 
-STEPS, FINE = 120, 240  # of the machine, and positions of the linkage
+FINE = 240  # positions of the linkage
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("demo", ["slider_crank", "four_bar", "stephenson"])
-def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo):
+@pytest.mark.parametrize(
+    ("demo", "steps"), [("slider_crank", 120), ("four_bar", 120), ("stephenson", 120), ("quick_return", 240)]
+)
+def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo, steps):
     exact = {"effects": ("coupling", "large-rotations"), "damping": {"material": 1e-4}}
     numbers = {"analysis.sub_intervals": FINE, "analysis.reduction": "none", "analysis.stations": 21}
     scene = fm.load(DEMOS / f"{demo}.toml").changed(exact | numbers)
     made = machine_of(scene)
     machine, mesh = made.machine, made.links.mesh
     machine.chart = rigid_cycle(machine, scene.period)
-    cycle = periodic(machine, scene.period, STEPS)
+    cycle = periodic(machine, scene.period, steps)
     assert cycle.iterations <= 7
     forces = end_forces(machine.terms[0], machine.groups[0], cycle.evaluation.terms[0], cycle.evaluation.at)
+    if machine.rides:
+        a = cycle.a.reshape(-1, machine.size)
+        forces = with_rides(forces, machine.terms[0], machine.riders, cycle.evaluation.at, a)
     stages = cycle.t.shape[1]
     result = fm.analyse(scene).data
-    positions = (np.arange(STEPS) + 1) * (FINE // STEPS) % FINE
+    positions = (np.arange(steps) + 1) * (FINE // steps) % FINE
     told = 2 * (float(result.attrs["error_estimate"]) + 2e-4)  # of both, and of 120 steps; joint forces have more
     for number, member in enumerate(mesh.members):
         cells = np.nonzero(mesh.cell_member == number)[0]
@@ -59,3 +74,10 @@ def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo):
     assert np.abs(torque - exerted).max() < 2 * told * np.abs(torque).max()
     known = np.hypot(*result["multiplier"].to_numpy()[0])
     assert np.abs(cycle.multipliers(1)[0]) == pytest.approx(known, rel=5e-3)  # both damp by their steps
+
+
+@pytest.mark.parametrize("demo", DRIVEN)
+def test_the_drives_of_demos_lead_all_of_their_freedoms(demo):
+    scene = fm.load(DEMOS / f"{demo}.toml").changed({"effects": (), "analysis.reduction": "none", "mesh.elements": 1})
+    found = mobility(machine_of(scene).machine)
+    assert (found.freedoms, len(found.idle), found.surplus) == (len(scene.drives), 0, 0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech.geometry import PLANE, SPACE, PoseMotion
+from fenics_mech.joints import Ride
 from fenics_mech.machine import Machine, Row
 from fenics_mech.terms import Damper, Element, Look, Measure, Spring
 
@@ -49,6 +50,7 @@ def everything(g, seed):
     ]
     measures = [Measure(Look.PLACE, 1), Measure(Look.ALONG, 1), Measure(Look.ALIGNED, 1, 0)]
     machine.rows += [Row(pairs[2], measure, slack=1e-3) for measure in measures]
+    machine.rides.append(Ride(pairs[2][1], tuple(pairs[:2]), slack=1e-3))
     machine.chart = Moving(machine, rng)
     return machine, rng
 

@@ -1,0 +1,99 @@
+"""Pins that ride along bent members: rows of which each looks at one element at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech._kernels import call
+from fenics_mech.geometry import Geometry
+from fenics_mech.joints import Ride
+from fenics_mech.machine.groups import Moved, Target
+from fenics_mech.machine.pattern import Pattern, Places
+
+
+class Rides:
+    """The elements that pins may ride on, where they lie.
+
+    The axis is the cubic over each chord with the slopes of both first axes, so that its tangent goes on from element
+    to element. The multiplier is the force normal to it.
+
+    Parameters
+    ----------
+    geometry
+        The plane.
+    places
+        Coordinates of every pose.
+    rides
+        The pins.
+    first
+        Number of their first row among all coordinates and rows.
+    """
+
+    def __init__(self, geometry: Geometry, places: Places, rides: Sequence[Ride], first: int) -> None:
+        self.geometry, self.rides, self.first = geometry, list(rides), first
+        ends = [(*pair, ride.pin) for ride in rides for pair in ride.elements]
+        self.pose = np.array([[end.pose for end in own] for own in ends], dtype=np.int32).reshape(-1, 3)
+        self.arms = np.array([[[*end.offset, *end.turn.ravel()] for end in own] for own in ends], dtype=float)
+        self.dof = np.ascontiguousarray(places[self.pose].reshape(len(self.pose), 3 * geometry.size))
+        self.starts = np.cumsum([0, *(len(ride.elements) for ride in rides)])
+        self.of = np.repeat(np.arange(len(self.rides)), np.diff(self.starts))
+        self._entries: tuple[Places, Places, Places, Places] | None = None
+        self.row = (first + self.of).astype(np.int32)[:, None]
+
+    @property
+    def block(self) -> Places:
+        """Coordinates that meet in each element, and the row."""
+        return np.concatenate([self.dof, self.row], axis=1)
+
+    def add(self, at: Moved, a: Array, pattern: Pattern, tangents: bool, target: Target) -> None:
+        """Add the forces of the multipliers, and the distances of the pins from their members."""
+        gap, gradient, hessian, ridden = self._measured(at)
+        (T, E), g = gap.shape, self.geometry
+        rows = np.arange(self.first, self.first + len(self.rides))
+        slack = np.array([ride.slack for ride in self.rides])
+        target[0][:, rows] = np.add.reduceat(gap, self.starts[:-1], axis=1) - slack * a[:, rows]
+        force = np.ascontiguousarray(a[:, self.row[:, 0], None] * ridden[..., None])
+        sizes = target[0].shape[1], target[3].shape[1]
+        call(
+            f"spread_ride_{g.name}", T, E, 1, gradient, hessian, force, force, np.zeros((T, E, 1, 1)), None, gradient,
+            self.dof, self._at(pattern)[0], int(tangents), *sizes, *target,
+        )  # fmt: skip
+        if tangents:
+            _, by, on, own = self._at(pattern)
+            call(f"conditions_ride_{g.name}", T, E, gradient, by, on, *sizes, *target)
+            target[1][:, own] = -slack
+
+    def loads(self, at: Moved, a: Array) -> Array:
+        """Give what the pins exert on both poses of every element, ``(instants, elements, 2, d + turns)`` (N, N m)."""
+        load = self._measured(at)[1] * a[:, self.row[:, 0], None]
+        return load.reshape(*load.shape[:2], 3, -1)[:, :, :2]
+
+    def _measured(self, at: Moved) -> tuple[Array, Array, Array, Array]:
+        """Give distances, their gradients and Hessians, and 1 where a pin is, else 0, as the first two are there."""
+        g, (T, poses), (E, N) = self.geometry, at.r.shape[:2], self.dof.shape
+        gap, gradient, hessian, share = (np.empty((T, E, *s)) for s in ((), (N,), (N * (N + 1) // 2,), ()))
+        given = (T, E, poses, at.r, at.c, at.R0, self.pose, self.arms)
+        call(f"rides_{g.name}", *given, gap, gradient, hessian, share)
+        ridden = self._ridden(share)
+        return gap * ridden, gradient * ridden[..., None], hessian, ridden
+
+    def _at(self, pattern: Pattern) -> tuple[Places, Places, Places, Places]:
+        """Give where derivatives lie: of forces, of rows, of forces by multipliers, of rows by multipliers."""
+        if self._entries is None:
+            own = np.arange(self.first, self.first + len(self.rides), dtype=np.int32)[:, None]
+            by, on = pattern.at(self.row, self.dof)[:, 0], pattern.at(self.dof, self.row)[:, :, 0]
+            by, on = np.ascontiguousarray(by), np.ascontiguousarray(on)
+            self._entries = pattern.at(self.dof, self.dof), by, on, pattern.at(own, own)[:, 0, 0]
+        return self._entries
+
+    def _ridden(self, share: Array) -> Array:
+        """Say on which element each pin is: the first whose end it has not passed ``(instants, elements)``."""
+        ridden = np.zeros(share.shape)
+        for start, stop in zip(self.starts, self.starts[1:]):
+            before = share[:, start : stop - 1] < 1
+            on = np.where(before.any(axis=1), before.argmax(axis=1), stop - start - 1) if stop - start > 1 else 0
+            ridden[np.arange(len(share)), start + on] = 1.0
+        return ridden
