@@ -47,8 +47,8 @@ class Row:
 class Machine:
     """A machine in the plane or in space.
 
-    Coordinates are deviations of poses from a chart. Multipliers of the rows follow them, and stand among the
-    accelerations: ``residual(t, q, v, a)`` and its tangents are all that a solver sees.
+    Coordinates are deviations of poses from a chart. Multipliers of the rows follow them, then the sizes of modes of
+    stress. Both stand among the accelerations: ``residual(t, q, v, a)`` and its tangents are all that a solver sees.
 
     Parameters
     ----------
@@ -144,8 +144,8 @@ class Machine:
     # ---- the plan: where everything lies ----
     @property
     def size(self) -> int:
-        """Coordinates and rows."""
-        return self.n + len(self.rows)
+        """Coordinates, rows, and modes of stress."""
+        return self.n + len(self.rows) + sum(term.modes for term in self.terms)
 
     @cached_property
     def places(self) -> Places:
@@ -171,22 +171,38 @@ class Machine:
     @cached_property
     def pattern(self) -> Pattern:
         """Where tangents have entries."""
-        numbers = np.arange(self.n, self.size, dtype=np.int32)[:, None]
+        numbers = np.arange(self.n, self.n + len(self.rows), dtype=np.int32)[:, None]
         of_rows = np.concatenate([self.row_group.dof, numbers], axis=1)
-        return Pattern.of(self.size, [*(group.dof for group in self.groups), of_rows, self.inertia.dof, self.places])
+        of_terms = [
+            np.hstack([group.dof, np.broadcast_to(own, (len(group.dof), len(own)))])
+            for group, own in zip(self.groups, self.mode_numbers)
+        ]
+        return Pattern.of(self.size, [*of_terms, of_rows, self.inertia.dof, self.places])
+
+    @cached_property
+    def mode_numbers(self) -> list[Places]:
+        """Numbers of the modes of stress of every term, after the rows."""
+        ends = self.n + len(self.rows) + np.cumsum([term.modes for term in self.terms])
+        return [np.arange(end - term.modes, end, dtype=np.int32) for term, end in zip(self.terms, ends)]
+
+    def plan_anew(self) -> None:
+        """Forget where everything lies, after a term has changed its modes of stress."""
+        for name in ("groups", "row_group", "inertia", "pattern", "mode_numbers", "_row_at", "_chart_at"):
+            self.__dict__.pop(name, None)
 
     @cached_property
     def _row_at(self) -> tuple[Places, Places, Places]:
         """Where derivatives of rows lie: by coordinates, of forces by multipliers, of rows by multipliers."""
-        numbers, dof, pattern = np.arange(self.n, self.size, dtype=np.int32)[:, None], self.row_group.dof, self.pattern
+        dof, pattern = self.row_group.dof, self.pattern
+        numbers = np.arange(self.n, self.n + len(dof), dtype=np.int32)[:, None]
         by, on, own = pattern.at(numbers, dof)[:, 0], pattern.at(dof, numbers)[:, :, 0], pattern.at(numbers, numbers)
         return np.ascontiguousarray(by), np.ascontiguousarray(on), own[:, 0, 0]
 
     @cached_property
     def _chart_at(self) -> tuple[Places, Places]:
         """Entries of a row of the pattern in the columns of a turn ``(., turns)``, and the poses of these turns."""
-        rows = np.arange(self.n, dtype=np.int32)
-        entries = self.pattern.at(rows, self.places[:, self.geometry.d :])  # (poses, n, turns)
+        rows = np.arange(self.size, dtype=np.int32)
+        entries = self.pattern.at(rows, self.places[:, self.geometry.d :])  # (poses, size, turns)
         pose, row = np.nonzero(entries[..., 0] >= 0)
         return entries[pose, row], pose.astype(np.int32)
 
@@ -267,8 +283,13 @@ class Machine:
         for k, (term, group) in enumerate(zip(self.terms, self.groups)):
             found = group.measure(at, None if angles is None else angles[k])
             response = term.respond(t, found.x, found.rate)
+            own = self.mode_numbers[k]
+            if response.modes is not None:
+                response = response.under(a[:, own])
             found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
+            if response.modes is not None:
+                group.add_modes(found, a[:, own], own, self.pattern, target)
             measured.append(found)
         if self.rows:
             self._add_rows(t, at, a, tangents, target)
@@ -283,12 +304,13 @@ class Machine:
         n, group = self.n, self.row_group
         values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
         value = np.stack(values, axis=1)
+        own = slice(n, n + len(self.rows))
         found = group.measure(at, value[..., None])
-        group.spread(found.with_response(Response(a[:, n:, None])), None, self.pattern, tangents, target)
+        group.spread(found.with_response(Response(a[:, own, None])), None, self.pattern, tangents, target)
         slack = np.array([row.slack for row in self.rows])
-        target[0][:, n:] = found.x[..., 0] - value - slack * a[:, n:]
+        target[0][:, own] = found.x[..., 0] - value - slack * a[:, own]
         if tangents:
-            by, on, own = self._row_at
+            by, on, at_own = self._row_at
             shape = len(t), len(self.rows), found.gradient, by, on, self.size, self.pattern.entries
             call(f"conditions_{self.geometry.name}", *shape, *target)
-            target[1][:, own] = -slack
+            target[1][:, at_own] = -slack

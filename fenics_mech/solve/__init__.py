@@ -1,9 +1,21 @@
 """Solvers of one residual: statics, motion in time, periodic motion, frequencies, stability. None knows what moves."""
 
 from fenics_mech.solve.frequencies import frequencies, tangents_at
+from fenics_mech.solve.held_modes import damp_modes, held_modes
 from fenics_mech.solve.in_time import Course, march
 from fenics_mech.solve.periodic import Cycle, periodic
 from fenics_mech.solve.rigid import rigid_cycle
 from fenics_mech.solve.statics import equilibrium
 
-__all__ = ["Course", "Cycle", "equilibrium", "frequencies", "march", "periodic", "rigid_cycle", "tangents_at"]
+__all__ = [
+    "Course",
+    "Cycle",
+    "damp_modes",
+    "equilibrium",
+    "frequencies",
+    "held_modes",
+    "march",
+    "periodic",
+    "rigid_cycle",
+    "tangents_at",
+]

@@ -12,7 +12,7 @@ from fenics_mech.machine import Machine
 def tangents_at(
     machine: Machine, q: Array, a: Array, t: float = 0.0, *, moving: bool = True
 ) -> tuple[Array, Array, Array]:
-    """Give M, C and K of the free coordinates about an equilibrium, the rows of the joints eliminated.
+    """Give M, C and K of the free coordinates about an equilibrium, rows of joints and modes of stress eliminated.
 
     Parameters
     ----------
@@ -29,9 +29,10 @@ def tangents_at(
     zero = np.zeros((1, machine.size))
     found = machine.residual(np.array([t]), q[None], zero, a[None], moving=moving)
     M, C, K = (machine.pattern.matrix(x[0]).toarray() for x in (found.M, found.C, found.K))
-    rows = K[n:, :n]
-    free = scipy.linalg.null_space(rows, rcond=1e-10) if len(rows) else np.eye(n)
-    return tuple(free.T @ X[:n, :n] @ free for X in (M, C, K))  # type: ignore[return-value]
+    rows, modes = slice(n, n + len(machine.rows)), slice(n + len(machine.rows), None)
+    free = scipy.linalg.null_space(K[rows, :n], rcond=1e-10) if machine.rows else np.eye(n)
+    C, K = (X[:n, :n] + M[:n, modes] @ X[modes, :n] for X in (C, K))
+    return tuple(free.T @ X @ free for X in (M[:n, :n], C, K))  # type: ignore[return-value]
 
 
 def frequencies(M: Array, C: Array, K: Array, count: int) -> Array:

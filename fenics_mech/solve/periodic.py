@@ -215,7 +215,7 @@ def periodic(
         dq0, dv0 = np.zeros((steps, size)), np.zeros((steps, size))
         dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / h
         dq, dv = at_stages(dq0, dv0, da)
-        stresses = predicted(machine, found, dq, dv)
+        stresses = predicted(machine, found, dq, dv, da.reshape(dq.shape))
         q0[:] += dq0
         v0[:] += dv0
         a[:] += da

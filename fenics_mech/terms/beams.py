@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
 from fenics_mech.terms.inertia import Masses, hermite_mass
+from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Response, Term
 
 
@@ -90,6 +91,12 @@ class Beams(Term):
         self.elements = list(elements)
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
+        self.modal: ModalDamping | None = None
+
+    @property
+    def modes(self) -> int:  # type: ignore[override]
+        """Modes of viscous stress."""
+        return 0 if self.modal is None else self.modal.modes
 
     def add_to(self, masses: Masses) -> None:
         """Add the inertia of all elements."""
@@ -101,14 +108,15 @@ class Beams(Term):
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give D (strain + tau strain rate)."""
+        """Give D (strain + tau strain rate), and the stress of modes."""
         tau = self.damping[:, None]
         stress = np.einsum("eij,tej->tei", self.stiffness, x + tau * v)
         shape = (len(t), *self.stiffness.shape)
         by_rate = None
         if self.damping.any():
             by_rate = np.ascontiguousarray(np.broadcast_to(tau[..., None] * self.stiffness, shape))
-        return Response(stress, np.ascontiguousarray(np.broadcast_to(self.stiffness, shape)), by_rate)
+        by_measure = np.ascontiguousarray(np.broadcast_to(self.stiffness, shape))
+        return Response(stress, by_measure, by_rate, None if self.modal is None else self.modal.at(t))
 
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy of the strains."""

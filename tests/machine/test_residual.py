@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech.geometry import PLANE, SPACE, PoseMotion
 from fenics_mech.machine import Machine, Row
-from fenics_mech.terms import Damper, Element, Look, Measure, Spring
+from fenics_mech.terms import Damper, Element, Look, Measure, ModalDamping, Spring
 
 
 class Moving:
@@ -42,6 +42,8 @@ def everything(g, seed):
     bends = g.d - 1
     bars = [Element.uniform(length, 5.0, [2.0, 3.0][:bends], 1.0, 2.0, [0.3, 0.4][:bends]) for length in lengths]
     machine.add_beams(pairs, bars, 0.1)
+    patterns, root = rng.normal(size=(3, 3 * bends, 4)), rng.normal(size=(4, 2))
+    machine.terms[0].modal = ModalDamping(patterns, np.zeros(1), (root @ root.T)[None], 2)
     machine.terms += [
         Spring(pairs[:1], 3.0, 0.2),
         Spring(pairs[:1], 3.0, 0.2, Look.ANGLE),
