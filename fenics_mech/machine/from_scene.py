@@ -18,7 +18,7 @@ from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.terms import Element, Look, Measure
+from fenics_mech.terms import Beams, Element, Look, Measure
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
@@ -50,6 +50,13 @@ class SceneMachine:
     node_pose: list[int]
     element_ends: list[tuple[End, End]]
     driven: list[int] = field(default_factory=list)
+
+    @property
+    def beams(self) -> Beams:
+        """The elements, which are the first term."""
+        beams = self.machine.terms[0]
+        assert isinstance(beams, Beams)
+        return beams
 
 
 def machine_of(scene: Scene) -> SceneMachine:

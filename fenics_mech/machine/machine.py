@@ -186,8 +186,8 @@ class Machine:
         return [np.arange(end - term.modes, end, dtype=np.int32) for term, end in zip(self.terms, ends)]
 
     def plan_anew(self) -> None:
-        """Forget where everything lies, after a term has changed its modes of stress."""
-        for name in ("groups", "row_group", "inertia", "pattern", "mode_numbers", "_row_at", "_chart_at"):
+        """Forget where everything lies, after a change of the coordinates or of a term's modes of stress."""
+        for name in ("places", "groups", "row_group", "inertia", "pattern", "mode_numbers", "_row_at", "_chart_at"):
             self.__dict__.pop(name, None)
 
     @cached_property

@@ -38,7 +38,7 @@ def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
 
 
 def damp_modes(
-    machine: Machine, period: float, ratio: float | Sequence[float], *, fastest: float = 8.0, positions: int = 36
+    machine: Machine, period: float, ratio: float | Sequence[float], *, fastest: float = 32.0, positions: int = 36
 ) -> None:
     """Damp the slow modes of a machine by their ratios, in a cycle of its chart.
 
@@ -52,7 +52,8 @@ def damp_modes(
         Damping ratio of all modes, or of the slowest ones; the last holds for the rest.
     fastest
         Frequency below which modes are damped, over that of the slowest mode of the cycle. Faster ones follow their
-        loads: with 8 the strains of five demos are within 2e-5 of those with all modes.
+        loads. Strains of slender members of five demos need 8 to be within 2e-5 of those with all modes, and those of a
+        stiff crank 32 to be within 4e-5.
     positions
         Even positions of the cycle at which the modes are found: with 24 instead of 48 they are within 2e-5.
     """
