@@ -13,6 +13,7 @@ from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.kinematics import start_motion
+from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.machine import Machine, Row
 from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
@@ -89,6 +90,7 @@ def machine_of(scene: Scene) -> SceneMachine:
     _add_drives(made, nodes)
     _add_beams(made)
     _add_bodies(scene, machine, nodes)
+    add_acting(scene, machine, nodes)
     return made
 
 
@@ -166,8 +168,15 @@ class _Nodes:
         return fixed, shared
 
     def end(self, point: str, turn: float = 0.0) -> End:
-        """Give the end at a point of a link or the ground, its axes turned by an angle from those of the link (rad)."""
-        link, (x, y) = self.scene.point(point)
+        """Give the end at a point of a link or the ground, or at a node inside a member "member@0.3".
+
+        Its axes are turned by an angle from those of the link (rad).
+        """
+        if "@" in point:
+            node = self.mesh.node(point)
+            link, (x, y) = self.names[self.mesh.node_link[node]], self.mesh.node_xy[node]
+        else:
+            link, (x, y) = self.scene.point(point)
         place, axes = self.frames[link]
         return self.machine.end(self._pose_at(link, point), place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 

@@ -281,7 +281,7 @@ class Machine:
 
         measured: list[Measured] = []
         for k, (term, group) in enumerate(zip(self.terms, self.groups)):
-            found = group.measure(at, None if angles is None else angles[k])
+            found = group.measure(at, term.near(t) if angles is None else angles[k])
             response = term.respond(t, found.x, found.rate)
             own = self.mode_numbers[k]
             if response.modes is not None:

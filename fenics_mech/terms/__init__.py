@@ -2,7 +2,7 @@
 
 from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
-from fenics_mech.terms.laws import Damper, DeadLoad, Spring
+from fenics_mech.terms.laws import Damper, DeadLoad, PointLoad, Spring
 from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Look, Measure, Response, Term
 
@@ -15,6 +15,7 @@ __all__ = [
     "Masses",
     "Measure",
     "ModalDamping",
+    "PointLoad",
     "Response",
     "Spring",
     "Term",

@@ -100,6 +100,10 @@ class Term:
         """
         raise NotImplementedError
 
+    def near(self, t: Array) -> Array | None:
+        """Give angles within half a turn of those that are measured ``(instants, elements, measures)``; None for 0."""
+        return None
+
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy that the elements store ``(instants, elements)`` (J): none, unless a term says so."""
         return np.zeros(x.shape[:2])
