@@ -3,6 +3,7 @@
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, held_modes
 from fenics_mech.solve.in_time import Course, march
+from fenics_mech.solve.linear import Iterate, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, periodic
 from fenics_mech.solve.rigid import rigid_cycle
 from fenics_mech.solve.statics import equilibrium
@@ -10,12 +11,16 @@ from fenics_mech.solve.statics import equilibrium
 __all__ = [
     "Course",
     "Cycle",
+    "Iterate",
+    "axial_forces",
     "damp_modes",
     "equilibrium",
     "frequencies",
     "held_modes",
+    "iterates",
     "march",
     "periodic",
+    "quasi_static",
     "rigid_cycle",
     "tangents_at",
 ]

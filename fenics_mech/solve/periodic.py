@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +35,7 @@ class Cycle:
     iterations
         Newton steps.
     change
-        The next Newton correction of the coordinates, relative to the largest: what a further step would change.
+        Size of the last Newton step, relative to the largest coordinate.
     steps
         Linear steps of the converged cycle, for closing and multipliers.
     """
@@ -188,47 +188,84 @@ def periodic(
     SolverError
         When there is none near by, or it is at an undamped resonance.
     """
-    tableau, n, size, h = radau(stages), machine.n, machine.size, period / steps
-    t = h * (np.arange(steps)[:, None] + tableau.c)
-    q0, v0, a = np.zeros((steps, size)), np.zeros((steps, size)), np.zeros((steps, stages, size))
-    coordinates = np.arange(size) < n
-    stresses = None
-    linear: LinearSteps
-    found: Evaluation
+    iteration = Iteration(machine, period, steps, stages)
+    iterations = newton(iteration.step, tolerance, most, "the periodic motion")
+    shape = (steps, stages, machine.size)
+    q, v = iteration.at_stages(iteration.q0, iteration.v0, iteration.a)
+    final = machine.residual(iteration.t.ravel(), q, v, iteration.a.reshape(q.shape))
+    return Cycle(
+        machine,
+        iteration.t,
+        q.reshape(shape),
+        v.reshape(shape),
+        iteration.a,
+        final,
+        iteration.tableau,
+        iterations,
+        iteration.size_of_change,
+        iteration.linear,
+    )
 
-    def at_stages(q0: Array, v0: Array, a: Array) -> tuple[Array, Array]:
+
+class Iteration:
+    """Newton's method over a cycle, step by step, from the chart.
+
+    Parameters
+    ----------
+    machine
+        The machine; its chart is a periodic motion.
+    period
+        s.
+    steps, stages
+        Of a cycle, and of a step.
+    predicted
+        Stresses of every term that make the geometric stiffness of the first step; None for the present ones.
+    """
+
+    found: Evaluation
+    linear: LinearSteps
+    change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
+    size_of_change: float  # relative to the largest coordinate
+
+    def __init__(
+        self, machine: Machine, period: float, steps: int, stages: int, predicted: Sequence[Array] | None = None
+    ) -> None:
+        self.machine, self.tableau, self.h, self.stresses = machine, radau(stages), period / steps, predicted
+        self.t = self.h * (np.arange(steps)[:, None] + self.tableau.c)
+        self.q0, self.v0 = np.zeros((steps, machine.size)), np.zeros((steps, machine.size))
+        self.a = np.zeros((steps, stages, machine.size))
+
+    def at_stages(self, q0: Array, v0: Array, a: Array) -> tuple[Array, Array]:
+        """Give coordinates and rates at the stages ``(instants, size)``, by those at the starts of the steps."""
+        h, tableau, size = self.h, self.tableau, self.machine.size
         q = q0[:, None] + h * tableau.c[:, None] * v0[:, None] + h * h * np.einsum("ij,kjn->kin", tableau.square, a)
         v = v0[:, None] + h * np.einsum("ij,kjn->kin", tableau.A, a)
+        coordinates = np.arange(size) < self.machine.n
         return (q * coordinates).reshape(-1, size), (v * coordinates).reshape(-1, size)
 
-    def step() -> float:
-        nonlocal stresses, linear, found
-        q, v = at_stages(q0, v0, a)
-        found = machine.residual(t.ravel(), q, v, a.reshape(-1, size), predicted=stresses)
-        linear = LinearSteps(machine, tableau, h, found)
+    def _gaps(self) -> Array:
+        """Give what the end of each step misses of the start of the next ``(steps, 2 n)``."""
+        h, tableau, q0, v0, a, n = self.h, self.tableau, self.q0, self.v0, self.a, self.machine.n
         end_q = (q0 + h * v0 + h * h * np.einsum("j,kjn->kn", tableau.square[-1], a))[:, :n]
         end_v = (v0 + h * np.einsum("j,kjn->kn", tableau.A[-1], a))[:, :n]
-        gaps = np.concatenate(
-            [end_q - np.roll(q0, -1, axis=0)[:, :n], h * (end_v - np.roll(v0, -1, axis=0)[:, :n])], axis=1
-        )
-        states, da = linear.closed(-found.force.reshape(steps, stages, size), gaps)
-        dq0, dv0 = np.zeros((steps, size)), np.zeros((steps, size))
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / h
-        dq, dv = at_stages(dq0, dv0, da)
-        stresses = predicted(machine, found, dq, dv, da.reshape(dq.shape))
-        q0[:] += dq0
-        v0[:] += dv0
-        a[:] += da
-        return float(np.abs(dq).max() / max(np.abs(q + dq).max(), 1e-12))
+        next_q, next_v = (np.roll(x, -1, axis=0)[:, :n] for x in (q0, v0))
+        return np.concatenate([end_q - next_q, h * (end_v - next_v)], axis=1)
 
-    changes: list[float] = []
-
-    def counted() -> float:
-        changes.append(step())
-        return changes[-1]
-
-    iterations = newton(counted, tolerance, most, "the periodic motion")
-    q, v = at_stages(q0, v0, a)
-    final = machine.residual(t.ravel(), q, v, a.reshape(-1, size))
-    shape = (steps, stages, size)
-    return Cycle(machine, t, q.reshape(shape), v.reshape(shape), a, final, tableau, iterations, changes[-1], linear)
+    def step(self) -> float:
+        """Take a step, and give its size relative to the largest coordinate."""
+        machine, n = self.machine, self.machine.n
+        q, v = self.at_stages(self.q0, self.v0, self.a)
+        a = self.a.reshape(q.shape)
+        self.found = machine.residual(self.t.ravel(), q, v, a, predicted=self.stresses)
+        self.linear = LinearSteps(machine, self.tableau, self.h, self.found)
+        states, da = self.linear.closed(-self.found.force.reshape(self.a.shape), self._gaps())
+        dq0, dv0 = np.zeros_like(self.q0), np.zeros_like(self.v0)
+        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / self.h
+        dq, dv = self.at_stages(dq0, dv0, da)
+        self.change = dq, dv, da.reshape(dq.shape)
+        self.stresses = predicted(machine, self.found, *self.change)
+        self.q0 += dq0
+        self.v0 += dv0
+        self.a += da
+        self.size_of_change = float(np.abs(dq).max() / max(np.abs(q + dq).max(), 1e-12))
+        return self.size_of_change

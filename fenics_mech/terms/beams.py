@@ -118,6 +118,10 @@ class Beams(Term):
         by_measure = np.ascontiguousarray(np.broadcast_to(self.stiffness, shape))
         return Response(stress, by_measure, by_rate, None if self.modal is None else self.modal.at(t))
 
+    def stiffening(self, present: Array, static: Array) -> Array:
+        """Give the axial forces of the static answer."""
+        return static * (np.arange(static.shape[-1]) == 0)
+
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy of the strains."""
         return np.einsum("tei,eij,tej->te", x, self.stiffness, x) / 2

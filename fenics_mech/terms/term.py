@@ -100,6 +100,10 @@ class Term:
         """
         raise NotImplementedError
 
+    def stiffening(self, present: Array, static: Array) -> Array:
+        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's."""
+        return present
+
     def near(self, t: Array) -> Array | None:
         """Give angles within half a turn of those that are measured ``(instants, elements, measures)``; None for 0."""
         return None
