@@ -5,7 +5,7 @@ import pytest
 
 from fenics_mech.geometry import PLANE, SPACE, PoseMotion
 from fenics_mech.machine import Machine, Row
-from fenics_mech.terms import Damper, Element, Look, Measure, ModalDamping, Spring
+from fenics_mech.terms import Damper, Element, Look, Measure, ModalDamping, PointLoad, Spring
 
 
 class Moving:
@@ -49,6 +49,9 @@ def everything(g, seed):
         Spring(pairs[:1], 3.0, 0.2, Look.ANGLE),
         Damper(pairs[1:2], 2.0),
     ]
+    if g is PLANE:
+        jet = PointLoad(machine.at_ground(), pairs[1][1], (1.0, 2.0), 0.5, lambda t: np.full(len(t), 3.0), follows=True)
+        machine.terms.append(jet)
     measures = [Measure(Look.PLACE, 1), Measure(Look.ALONG, 1), Measure(Look.ALIGNED, 1, 0)]
     machine.rows += [Row(pairs[2], measure, slack=1e-3) for measure in measures]
     machine.chart = Moving(machine, rng)
