@@ -166,18 +166,8 @@ class Machine:
     # ---- the plan: where everything lies ----
     def forget_plan(self) -> None:
         """Plan anew: what was evaluated before has got more poses, terms or rows."""
-        for name in (
-            "places",
-            "groups",
-            "row_group",
-            "inertia",
-            "pattern",
-            "riders",
-            "mode_numbers",
-            "_row_at",
-            "_chart_at",
-            "_rest",
-        ):
+        made = ["places", "groups", "row_group", "inertia", "pattern", "riders", "mode_numbers"]
+        for name in [*made, "_row_at", "_chart_at", "_rest"]:
             self.__dict__.pop(name, None)
 
     @property
