@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry.poses import PoseMotion
 from fenics_mech.geometry.spaces import Geometry
 
+Complex = NDArray[np.complex128]
 Path = Callable[[Array], tuple[Array, Array, Array, Array, Array, Array]]  # t -> r, R, v, w, a, al of one pose
 
 
@@ -61,6 +63,24 @@ class Rest:
         return motion
 
 
+def harmonics(values: Array, period: float) -> tuple[Complex, Complex]:
+    """Give exponents (1/s) and coefficients of the trigonometric polynomial through values at even instants from 0.
+
+    Its values are the real part of ``tensordot(exp(outer(t, exponents)), coefficients, 1)``.
+
+    Parameters
+    ----------
+    values
+        ``(instants, ...)``.
+    period
+        s.
+    """
+    n = len(values)
+    k = np.arange(n // 2 + 1)
+    shares = np.where((k == 0) | (2 * k == n), 1.0, 2.0) / n
+    return 2j * np.pi / period * k, np.tensordot(np.diag(shares), np.fft.rfft(values, axis=0), 1)
+
+
 @dataclass
 class Fourier:
     """A periodic motion by trigonometric polynomials of its places and rotation matrices.
@@ -82,11 +102,8 @@ class Fourier:
     still: bool = False
 
     def __post_init__(self) -> None:
-        n = len(self.r)
-        k = np.arange(n // 2 + 1)
-        shares = np.where((k == 0) | (2 * k == n), 1.0, 2.0) / n
-        self._rate = 2j * np.pi / self.period * k
-        self._r, self._R = (np.tensordot(np.diag(shares), np.fft.rfft(x, axis=0), 1) for x in (self.r, self.R))
+        self._rate, self._r = harmonics(self.r, self.period)
+        self._R = harmonics(self.R, self.period)[1]
 
     def at(self, t: Array) -> PoseMotion:
         """Give the motion at some instants."""

@@ -14,12 +14,13 @@ from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Ride
 from fenics_mech.kinematics import start_motion
+from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.machine import Machine
 from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
-from fenics_mech.terms import Element
+from fenics_mech.terms import Beams, Element
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
@@ -55,6 +56,13 @@ class SceneMachine:
     end: Callable[[str], End]
     driven: list[int] = field(default_factory=list)
 
+    @property
+    def beams(self) -> Beams:
+        """The elements, which are the first term."""
+        beams = self.machine.terms[0]
+        assert isinstance(beams, Beams)
+        return beams
+
 
 def machine_of(scene: Scene) -> SceneMachine:
     """Build the machine of a planar scene that is driven.
@@ -89,6 +97,7 @@ def machine_of(scene: Scene) -> SceneMachine:
         _add_beams(made, links)
         _add_rides(made, links)
     _add_bodies(scene, machine, nodes)
+    add_acting(scene, machine, nodes)
     return made
 
 
@@ -102,6 +111,7 @@ class _Nodes:
         mesh, names = None if links is None else links.mesh, list(scene.links)
         nodes = [] if mesh is None else list(zip(mesh.node_name, mesh.node_link, mesh.node_xy))
         self._number = {label: node for node, (label, *_) in enumerate(nodes)}
+        self._drawn = {label: (names[link], at) for label, link, at in nodes}
         self._rigid: dict[str, int] = {"ground": machine.ground}
         welded = self._welded(scene)
         poses: dict[int, int] = {}
@@ -164,8 +174,14 @@ class _Nodes:
         return fixed, shared
 
     def end(self, point: str, turn: float = 0.0) -> End:
-        """Give the end at a point of a link or the ground, its axes turned by an angle from those of the link (rad)."""
-        link, (x, y) = self.scene.point(point)
+        """Give the end at a point of a link or the ground, or at a node inside a member "member@0.3".
+
+        Its axes are turned by an angle from those of the link (rad).
+        """
+        if "@" in point:
+            link, (x, y) = self._drawn[point]
+        else:
+            link, (x, y) = self.scene.point(point)
         place, axes = self.frames[link]
         return self.machine.end(self._pose_at(link, point), place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 

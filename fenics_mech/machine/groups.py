@@ -136,6 +136,26 @@ class Group:
             self.dof, self.entries(pattern), int(tangents), F.shape[1], K.shape[1], *target,
         )  # fmt: skip
 
+    def add_modes(self, found: Measured, sizes: Array, numbers: Places, pattern: Pattern, target: Target) -> None:
+        """Add the conditions of the modes of stress, E . rates less their sizes, with tangents of both and of forces.
+
+        Sizes are ``(instants, modes)``, and their numbers among the unknowns ``(modes,)``.
+        """
+        E = found.response.modes
+        assert E is not None
+        F, M, C, K = target
+        F[:, numbers] += np.einsum("temk,tem->tk", E, found.rate) - sizes
+        by = pattern.at(numbers, self.dof)
+        on = pattern.at(self.dof, numbers).swapaxes(1, 2)
+        for variables, where, to in (
+            (found.gradient, on, (F, M, C, C)),
+            (found.rate_by_variables, np.full_like(on, -1), (F, M, C, K)),
+        ):
+            g = np.einsum("temn,temk->tekn", variables, E)
+            shape = len(g), E.shape[3] * len(self.dof), np.ascontiguousarray(g), by, np.ascontiguousarray(where)
+            call(f"conditions_{self.geometry.name}", *shape, F.shape[1], K.shape[1], *to)
+        M[:, pattern.at(numbers[:, None], numbers[:, None])[:, 0, 0]] -= 1.0
+
     def entries(self, pattern: Pattern) -> Places:
         """Give the places of the entries between the coordinates of each element."""
         if not hasattr(self, "_entries"):

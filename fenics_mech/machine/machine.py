@@ -23,8 +23,8 @@ from fenics_mech.terms import Beams, Element, Look, Masses, Response, Term
 class Machine:
     """A machine in the plane or in space.
 
-    Coordinates are deviations of poses from a chart. Multipliers of the rows follow them, and stand among the
-    accelerations: ``residual(t, q, v, a)`` and its tangents are all that a solver sees.
+    Coordinates are deviations of poses from a chart. Multipliers of the rows follow them, then the sizes of modes of
+    stress. Both stand among the accelerations: ``residual(t, q, v, a)`` and its tangents are all that a solver sees.
 
     Parameters
     ----------
@@ -166,13 +166,19 @@ class Machine:
     # ---- the plan: where everything lies ----
     def forget_plan(self) -> None:
         """Plan anew: what was evaluated before has got more poses, terms or rows."""
-        for name in ("places", "groups", "row_group", "inertia", "pattern", "riders", "_row_at", "_chart_at", "_rest"):
+        made = ["places", "groups", "row_group", "inertia", "pattern", "riders", "mode_numbers"]
+        for name in [*made, "_row_at", "_chart_at", "_rest"]:
             self.__dict__.pop(name, None)
 
     @property
     def size(self) -> int:
-        """Coordinates and rows."""
-        return self.n + len(self.rows) + len(self.rides)
+        """Coordinates, rows and rides, and modes of stress."""
+        return self.n + self.held + sum(term.modes for term in self.terms)
+
+    @property
+    def held(self) -> int:
+        """Multipliers: of rows, and of pins that ride along members."""
+        return len(self.rows) + len(self.rides)
 
     @cached_property
     def places(self) -> Places:
@@ -204,12 +210,21 @@ class Machine:
     def pattern(self) -> Pattern:
         """Where tangents have entries."""
         of_rows = np.concatenate([self.row_group.dof, self._row_numbers], axis=1)
-        blocks = [*(group.dof for group in self.groups), of_rows, self.riders.block, self.inertia.dof, self.places]
-        return Pattern.of(self.size, blocks)
+        of_terms = [
+            np.hstack([group.dof, np.broadcast_to(own, (len(group.dof), len(own)))])
+            for group, own in zip(self.groups, self.mode_numbers)
+        ]
+        return Pattern.of(self.size, [*of_terms, of_rows, self.riders.block, self.inertia.dof, self.places])
 
     @property
     def _row_numbers(self) -> Places:
         return np.arange(self.n, self.n + len(self.rows), dtype=np.int32)[:, None]
+
+    @cached_property
+    def mode_numbers(self) -> list[Places]:
+        """Numbers of the modes of stress of every term, after the multipliers."""
+        ends = self.n + self.held + np.cumsum([term.modes for term in self.terms])
+        return [np.arange(end - term.modes, end, dtype=np.int32) for term, end in zip(self.terms, ends)]
 
     @cached_property
     def _row_at(self) -> tuple[Places, Places, Places]:
@@ -221,8 +236,8 @@ class Machine:
     @cached_property
     def _chart_at(self) -> tuple[Places, Places]:
         """Entries of a row of the pattern in the columns of a turn ``(., turns)``, and the poses of these turns."""
-        rows = np.arange(self.n, dtype=np.int32)
-        entries = self.pattern.at(rows, self.places[:, self.geometry.d :])  # (poses, n, turns)
+        rows = np.arange(self.size, dtype=np.int32)
+        entries = self.pattern.at(rows, self.places[:, self.geometry.d :])  # (poses, size, turns)
         pose, row = np.nonzero(entries[..., 0] >= 0)
         return entries[pose, row], pose.astype(np.int32)
 
@@ -301,10 +316,15 @@ class Machine:
 
         measured: list[Measured] = []
         for k, (term, group) in enumerate(zip(self.terms, self.groups)):
-            found = group.measure(at, None if angles is None else angles[k])
+            found = group.measure(at, term.near(t) if angles is None else angles[k])
             response = term.respond(t, found.x, found.rate)
+            own = self.mode_numbers[k]
+            if response.modes is not None:
+                response = response.under(a[:, own])
             found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
+            if response.modes is not None:
+                group.add_modes(found, a[:, own], own, self.pattern, target)
             measured.append(found)
         if self.rows:
             self._add_rows(t, at, a, tangents, target)
@@ -326,7 +346,7 @@ class Machine:
         slack = np.array([row.slack for row in self.rows])
         target[0][:, n:end] = found.x[..., 0] - value - slack * a[:, n:end]
         if tangents:
-            by, on, own = self._row_at
+            by, on, at_own = self._row_at
             shape = len(t), len(self.rows), found.gradient, by, on, self.size, self.pattern.entries
             call(f"conditions_{self.geometry.name}", *shape, *target)
-            target[1][:, own] = -slack
+            target[1][:, at_own] = -slack

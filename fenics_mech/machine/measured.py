@@ -42,18 +42,25 @@ class Measured:
         """Power that the elements take ``(instants, elements)`` (W)."""
         return np.sum(self.response.stress * self.rate, axis=-1)
 
-    def predicted(self, change: Array, change_of_ways: Array) -> Array:
-        """Give the stresses after a change of the variables and of their rates, to first order."""
+    @property
+    def rate_by_variables(self) -> Array:
+        """Derivatives of the rates by the variables ``(instants, elements, measures, variables)``."""
         n = self.gradient.shape[-1]
+        whole = np.empty((*self.hessian.shape[:-1], n, n))
+        i, j = np.tril_indices(n)
+        whole[..., i, j] = whole[..., j, i] = self.hessian
+        return np.einsum("temab,teb->tema", whole, self.ways)
+
+    def predicted(self, change: Array, change_of_ways: Array, change_of_modes: Array) -> Array:
+        """Give the stresses after a change of the variables, their rates and the modes, to first order."""
         stress = self.response.stress.copy()
         x = np.einsum("temn,ten->tem", self.gradient, change)
         if self.response.by_measure is not None:
             stress += np.einsum("temk,tek->tem", self.response.by_measure, x)
         if self.response.by_rate is not None:
-            whole = np.empty((*self.hessian.shape[:-1], n, n))
-            i, j = np.tril_indices(n)
-            whole[..., i, j] = whole[..., j, i] = self.hessian
             rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
-            rate += np.einsum("tea,temab,teb->tem", self.ways, whole, change)
+            rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
             stress += np.einsum("temk,tek->tem", self.response.by_rate, rate)
+        if self.response.modes is not None:
+            stress += np.einsum("temk,tk->tem", self.response.modes, change_of_modes)
         return stress

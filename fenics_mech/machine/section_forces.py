@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial.polynomial import polyder, polyval
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.machine.groups import Group, Moved
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.rides import Rides
@@ -97,6 +98,91 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
         force[:, e] += push[:, k]
         moment[:, e] += about_end[:, k]
     return replace(forces, force=force, moment=moment)
+
+
+def inside(
+    beams: Beams, group: Group, at: Moved, ends: EndForces, elements: Index, places: Array, line_mass: Array
+) -> tuple[Array, Array]:
+    """Give axial force (N) and moment (N m) at places inside elements, ``(instants, stations)`` each.
+
+    It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, and the
+    bow of a clamped beam under the mean of what acts across it.
+
+    Parameters
+    ----------
+    beams, group, at, ends
+        The elements, and what acts on their ends.
+    elements, places
+        Element of each station, and its place in it, 0..1 ``(stations,)``.
+    line_mass
+        Mass per length at both ends of each station's element, linear between them ``(stations, 2)`` (kg/m).
+    """
+    length = np.array([element.length for element in beams.elements])[elements]
+    rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
+    spread = [_of_axes(beams, group, at, elements, axis) for axis in (0, 1)]
+    at_ends = ends.place[:, elements], ends.axes[:, elements]
+    force, moment = -ends.force[:, elements, 0], -ends.moment[:, elements, 0, 0]
+    bow = _bow(beams, ends, elements, line_mass, spread[0])
+
+    def axis(x: Array) -> Array:
+        """Give places on the bent axis."""
+        return _hermite(x, length, at_ends[0], at_ends[1][..., 0]) + bow * (x**2 * (1 - x) ** 2)[:, None]
+
+    cut = axis(places)
+    moment = moment - _cross(at_ends[0][:, :, 0] - cut, -force)
+    nodes, weights = np.polynomial.legendre.leggauss(5)  # of polynomials up to degree 9; mass times cubic twice has 7
+    for node, weight in zip((nodes + 1) / 2, weights / 2):
+        x, share = node * places, weight * places * length
+        mass = (share * (line_mass[:, 0] * (1 - x) + line_mass[:, 1] * x))[:, None]
+        acceleration = _hermite(x, length, spread[0][0], spread[0][1])
+        here = axis(x)
+        force = force + mass * acceleration
+        moment = moment + _cross(here - cut, mass * acceleration)
+        normal = _between(x, at_ends[1][..., 1])
+        moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
+    tangent = _hermite(places, length, at_ends[0], at_ends[1][..., 0], 1)
+    return np.sum(force * tangent, axis=-1) / np.linalg.norm(tangent, axis=-1), moment
+
+
+def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array]) -> Array:
+    """Give b of the deflection b x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
+
+    The fourth derivative of the deflection times EI is N times the curvature less the inertia across the axis. With the
+    means of both, b is their sum times length^4/(24 EI).
+    """
+    length = np.array([element.length for element in beams.elements])[elements]
+    bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
+    normal, along = ends.axes[:, elements].mean(axis=2).transpose(3, 0, 1, 2)[::-1]
+    pull = np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
+    curvature = (ends.moment[:, elements, 1, 0] - ends.moment[:, elements, 0, 0]) / (2 * bending)
+    places, axes = spread
+    mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
+    across = pull * curvature - line_mass.mean(axis=1) * np.sum(mean * normal, axis=-1)
+    return np.asarray((across * length**4 / (24 * bending))[..., None] * normal)
+
+
+def _of_axes(beams: Beams, group: Group, at: Moved, elements: Index, axis: int) -> tuple[Array, Array]:
+    """Give the second rates of places and of one axis of both ends, ``(instants, stations, 2, d)``."""
+    pose = group.pose[elements]
+    offset, turn = (
+        np.array([[getattr(end, name) for end in beams.pairs[e]] for e in elements]) for name in ("offset", "turn")
+    )
+    columns = np.swapaxes(at.acc[:, :, 1:], -1, -2)[:, pose]
+    place = at.acc[:, pose, 0] + np.einsum("tskij,skj->tski", columns, offset)
+    return place, np.einsum("tskij,skj->tski", columns, turn[..., axis])
+
+
+def _hermite(x: Array, length: Array, place: Array, axis: Array, derivative: int = 0) -> Array:
+    """Give cubics between places and axes of both ends ``(instants, stations, 2, d)`` at x in 0..1."""
+    basis = [[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
+    a, b, c, d = (polyval(x, polyder(one, derivative) if derivative else one) for one in basis)
+    values = a[:, None] * place[:, :, 0] + c[:, None] * place[:, :, 1]
+    return np.asarray(values + (b * length)[:, None] * axis[:, :, 0] + (d * length)[:, None] * axis[:, :, 1])
+
+
+def _between(x: Array, values: Array) -> Array:
+    """Give values between those of both ends ``(instants, stations, 2, d)``."""
+    return np.asarray((1 - x)[:, None] * values[:, :, 0] + x[:, None] * values[:, :, 1])
 
 
 def _cross(a: Array, b: Array) -> Array:

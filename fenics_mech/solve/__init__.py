@@ -1,9 +1,27 @@
 """Solvers of one residual: statics, motion in time, periodic motion, frequencies, stability. None knows what moves."""
 
 from fenics_mech.solve.frequencies import frequencies, tangents_at
+from fenics_mech.solve.held_modes import damp_modes, held_modes
 from fenics_mech.solve.in_time import Course, march
+from fenics_mech.solve.linear import Iterate, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, Path, periodic
 from fenics_mech.solve.rigid import rigid_cycle
 from fenics_mech.solve.statics import equilibrium
 
-__all__ = ["Course", "Cycle", "Path", "equilibrium", "frequencies", "march", "periodic", "rigid_cycle", "tangents_at"]
+__all__ = [
+    "Course",
+    "Cycle",
+    "Iterate",
+    "Path",
+    "axial_forces",
+    "damp_modes",
+    "equilibrium",
+    "frequencies",
+    "held_modes",
+    "iterates",
+    "march",
+    "periodic",
+    "quasi_static",
+    "rigid_cycle",
+    "tangents_at",
+]

@@ -25,7 +25,7 @@ def tangents_at(
 ) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
     """Give M, C and K of small motions about an equilibrium: M x'' + C x' + K x = 0.
 
-    The multipliers stand in x with the coordinates, and the rows of the joints in K.
+    The multipliers stand in x with the coordinates, and the rows of the joints in K. Modes of stress are eliminated.
 
     Parameters
     ----------
@@ -39,9 +39,12 @@ def tangents_at(
         Whether the chart's motion counts; in a chart that turns evenly these are the tangents in the turning frame.
     """
     found = machine.residual(np.array([t]), q[None], np.zeros((1, machine.size)), a[None], moving=moving)
-    is_multiplier = machine.pattern.indices >= machine.n
+    is_multiplier, kept = machine.pattern.indices >= machine.n, machine.n + machine.held
     values = np.where(is_multiplier, 0.0, found.M[0]), found.C[0], np.where(is_multiplier, found.M[0], found.K[0])
-    return tuple(machine.pattern.matrix(x) for x in values)  # type: ignore[return-value]
+    M, C, K = (machine.pattern.matrix(x) for x in values)
+    by_modes = K[:kept, kept:]  # forces of the modes of stress, whose sizes are what their rows of C and K give
+    C, K = (sp.csr_matrix(X[:kept, :kept] + by_modes @ X[kept:, :kept]) for X in (C, K))
+    return M[:kept, :kept], C, K
 
 
 def frequencies(M: sp.csr_matrix, C: sp.csr_matrix | None, K: sp.csr_matrix, count: int) -> tuple[Array, Array]:

@@ -74,11 +74,11 @@ def march(
     SolverError
         When a step has no solution.
     """
-    tableau, n, size = radau(stages), machine.n, machine.size
+    tableau, n = radau(stages), machine.n
     fixed, t, end = h is not None, start, start + duration
     step = h if h is not None else min(duration / 100, 1e-3 * duration)
     before: Array | None = None  # acceleration at the end of the last step
-    times, motion, multipliers = [t], [_now(machine, t, v)], [np.zeros(size - n)]
+    times, motion, multipliers = [t], [_now(machine, t, v)], [np.zeros(len(machine.rows))]
     refused = 0
     while t < end - 1e-12 * duration:
         step = min(step, end - t)
@@ -97,7 +97,7 @@ def march(
         v, before = machine.rebase(q1, v1, a[-1])
         times.append(t)
         motion.append(_now(machine, t, v))
-        multipliers.append(before[n:])
+        multipliers.append(before[n : n + len(machine.rows)])
         if not fixed:
             step *= min(MOST, SAFETY * (tolerance / max(error, 1e-300)) ** (1 / (stages + 2)))
     return Course(np.array(times), motion, np.array(multipliers), len(times) - 1, refused)
@@ -123,7 +123,7 @@ def _step(
         a = a + da
         dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
         dq[:, n:] = dv[:, n:] = 0.0
-        stresses = predicted(machine, found, dq, dv)
+        stresses = predicted(machine, found, dq, dv, da)
         return float(np.abs(dq).max())
 
     newton(step, tolerance, 15, f"step at {t:.6g} s")

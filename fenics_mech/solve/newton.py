@@ -41,12 +41,12 @@ def newton(step: Callable[[], float], tolerance: float, most: int, what: str) ->
     raise SolverError(f"{what}: Newton's method has not converged in {len(changes)} steps (changes {last})")
 
 
-def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array) -> Sequence[Array]:
+def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
     """Predict the stresses of all terms after a step, to first order, for the geometric stiffness of the next tangents.
 
-    That is Newton's method with the stresses as unknowns, condensed. `dq` and `dv` are ``(instants, size)``.
+    That is Newton's method with the stresses as unknowns, condensed. `dq`, `dv` and `da` are ``(instants, size)``.
     """
     return [
-        measured.predicted(group.variables(dq), group.variables(dv))
-        for measured, group in zip(found.terms, machine.groups)
+        measured.predicted(group.variables(dq), group.variables(dv), da[:, modes])
+        for measured, group, modes in zip(found.terms, machine.groups, machine.mode_numbers)
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -228,45 +228,52 @@ def periodic(
     SolverError
         When there is none near by, or it is at an undamped resonance.
     """
-    path = Path.of_rest(machine, period, steps, stages) if start is None else start
-    changes: list[float] = []
-    stresses, linear = None, None
-
-    def step() -> float:
-        nonlocal path, stresses, linear
-        path, stresses, linear, change = _corrected(machine, path, stresses)
-        changes.append(change)
-        return change
-
-    iterations = newton(step, tolerance, most, "the periodic motion")
-    assert linear is not None
-    return Cycle(machine, path, _evaluated(machine, path, None), iterations, changes[-1], linear)
+    iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
+    iterations = newton(iteration.step, tolerance, most, "the periodic motion")
+    return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size, iteration.linear)
 
 
-def _evaluated(machine: Machine, path: Path, stresses: Sequence[Array] | None) -> Evaluation:
-    t, q, v, a = path.at(path.tableau.c)
-    flat = (x.reshape(-1, machine.size) for x in (q, v, a))
-    return machine.residual(t.ravel(), *flat, predicted=stresses)
+class Iteration:
+    """Newton's method over a cycle, step by step.
 
-
-def _corrected(
-    machine: Machine, path: Path, stresses: Sequence[Array] | None
-) -> tuple[Path, Sequence[Array], LinearSteps, float]:
-    """Correct a path by one Newton step, with the stresses that the step before predicted.
-
-    It gives the path, its predicted stresses, the linear steps, and the change relative to the largest coordinate.
+    Parameters
+    ----------
+    machine
+        The machine; its chart is a periodic motion.
+    path
+        Where it begins.
+    stresses
+        Those of every term that make the geometric stiffness of the first step; None for the present ones.
     """
-    n, h, size = machine.n, path.h, machine.size
-    found = _evaluated(machine, path, stresses)
-    linear = LinearSteps(machine, path.tableau, h, found)
-    end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
-    gaps = [end_q - np.roll(path.q0, -1, axis=0)[:, :n], h * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])]
-    states, da = linear.closed(-found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
-    dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-    dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / h
-    correction = Path(path.tableau, h, n, dq0, dv0, da)
-    _, dq, dv, _ = correction.at(path.tableau.c)
-    moved = Path(path.tableau, h, n, path.q0 + dq0, path.v0 + dv0, path.a + da)
-    largest = max(np.abs(moved.at(path.tableau.c)[1]).max(), 1e-12)
-    change = float(np.abs(dq).max() / largest)
-    return moved, predicted(machine, found, dq.reshape(-1, size), dv.reshape(-1, size)), linear, change
+
+    found: Evaluation
+    linear: LinearSteps
+    change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
+    size: float  # of the change, relative to the largest coordinate
+
+    def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array] | None = None) -> None:
+        self.machine, self.path, self.stresses = machine, path, stresses
+
+    def evaluated(self, predicted: Sequence[Array] | None = None) -> Evaluation:
+        """Give the residual at the stages of the path."""
+        t, *states = self.path.at(self.path.tableau.c)
+        flat = (x.reshape(-1, self.machine.size) for x in states)
+        return self.machine.residual(t.ravel(), *flat, predicted=predicted)
+
+    def step(self) -> float:
+        """Take a step, and give the size of its change."""
+        machine, path, n = self.machine, self.path, self.machine.n
+        self.found = self.evaluated(self.stresses)
+        self.linear = LinearSteps(machine, path.tableau, path.h, self.found)
+        end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
+        gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], path.h * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
+        states, da = self.linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
+        dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
+        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / path.h
+        changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
+        self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
+        self.stresses = predicted(machine, self.found, *self.change)
+        self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
+        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), 1e-12)
+        self.size = float(np.abs(changed[0]).max() / largest)
+        return self.size

@@ -64,7 +64,7 @@ def equilibrium(
         values = np.where(is_multiplier, found.M[0], found.K[0])
         x = Factors(blocks, values[:, None, None], what).solve(-found.force[0])
         change = np.concatenate([x[:n], np.zeros(size - n)])
-        stresses = predicted(machine, found, change[None], zero)
+        stresses = predicted(machine, found, change[None], zero, x[None])
         q[:] += change
         a[n:] += x[n:]
         return float(np.abs(x[:n]).max(initial=0.0) / max(np.abs(q).max(initial=0.0), 1.0))

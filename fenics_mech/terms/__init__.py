@@ -2,7 +2,8 @@
 
 from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
-from fenics_mech.terms.laws import Damper, DeadLoad, Spring
+from fenics_mech.terms.laws import Damper, DeadLoad, PointLoad, Spring
+from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Look, Measure, Response, Term
 
 __all__ = [
@@ -13,6 +14,8 @@ __all__ = [
     "Look",
     "Masses",
     "Measure",
+    "ModalDamping",
+    "PointLoad",
     "Response",
     "Spring",
     "Term",

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
 from fenics_mech.terms.inertia import Masses, beside_line, hermite_mass
+from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Response, Term
 
 
@@ -94,6 +95,12 @@ class Beams(Term):
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
         self.twisting = TwistInside(self.stiffness)
+        self.modal: ModalDamping | None = None
+
+    @property
+    def modes(self) -> int:  # type: ignore[override]
+        """Modes of viscous stress."""
+        return 0 if self.modal is None else self.modal.modes
 
     def add_to(self, masses: Masses) -> None:
         """Add the inertia of all elements."""
@@ -105,7 +112,7 @@ class Beams(Term):
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give D (strain + tau strain rate), and the stresses by twist inside elements, which is not damped."""
+        """Give D (strain + tau strain rate), stresses by twist inside elements, which is not damped, and of modes."""
         tau = self.damping[:, None]
         stress = np.einsum("eij,tej->tei", self.stiffness, x + tau * v)
         shape = (len(t), *self.stiffness.shape)
@@ -113,7 +120,11 @@ class Beams(Term):
         if self.damping.any():
             by_rate = np.ascontiguousarray(np.broadcast_to(tau[..., None] * self.stiffness, shape))
         self.twisting.add_to(x, stress, by_strain)
-        return Response(stress, by_strain, by_rate)
+        return Response(stress, by_strain, by_rate, None if self.modal is None else self.modal.at(t))
+
+    def stiffening(self, present: Array, static: Array) -> Array:
+        """Give the axial forces of the static answer."""
+        return static * (np.arange(static.shape[-1]) == 0)
 
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy of the strains."""

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.geometry import End
+from fenics_mech.geometry import PLANE, End
 from fenics_mech.terms.term import Look, Measure, Response, Term, diagonal
 
 
@@ -24,13 +24,27 @@ class Spring(Term):
         Length (m) or angle (rad) without force.
     look
         `Look.DISTANCE`, or `Look.ANGLE` for a torsional spring.
+    near
+        Angle within half a turn of that of the springs, by time ``(instants,)``; without it they are within half a turn
+        of 0, or of the angle that the residual is given.
     """
 
     def __init__(
-        self, pairs: Sequence[tuple[End, End]], stiffness: float, rest: float, look: Look = Look.DISTANCE
+        self,
+        pairs: Sequence[tuple[End, End]],
+        stiffness: float,
+        rest: float,
+        look: Look = Look.DISTANCE,
+        near: Callable[[Array], Array] | None = None,
     ) -> None:
         super().__init__(pairs)
-        self.stiffness, self.rest, self.measures = stiffness, rest, (Measure(look),)
+        self.stiffness, self.rest, self.measures, self._near = stiffness, rest, (Measure(look),), near
+
+    def near(self, t: Array) -> Array | None:
+        """Give angles near those of the springs."""
+        if self._near is None:
+            return None
+        return np.broadcast_to(self._near(t)[:, None, None], (len(t), len(self.pairs), 1))
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
         """Give the forces: k (x - x0)."""
@@ -65,6 +79,47 @@ class Damper(Term):
     def respond(self, t: Array, x: Array, v: Array) -> Response:
         """Give the forces: c v."""
         return Response(self.factor * v, by_rate=diagonal(np.full_like(x, self.factor)))
+
+
+class PointLoad(Term):
+    """A force and a moment at an end in the plane, times a factor over time.
+
+    Parameters
+    ----------
+    ground, end
+        An end that rests in the axes of the fixed frame, and the end that is loaded.
+    force, moment
+        N, N m.
+    factor
+        By time ``(instants,)`` (s).
+    follows
+        Whether the force is given in the axes of the end, and turns with them.
+    """
+
+    measures = (Measure(Look.PLACE, 0), Measure(Look.PLACE, 1), Measure(Look.ANGLE))
+
+    def __init__(
+        self,
+        ground: End,
+        end: End,
+        force: Sequence[float],
+        moment: float,
+        factor: Callable[[Array], Array],
+        follows: bool = False,
+    ) -> None:
+        super().__init__([(ground, end)])
+        self.force, self.moment, self.factor, self.follows = np.asarray(force, dtype=float), moment, factor, follows
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give minus the load; one that follows turns with the angle."""
+        turn = PLANE.turn(x[..., 2:]) if self.follows else np.eye(2)
+        force = np.broadcast_to(turn @ self.force, (*x.shape[:2], 2))
+        factor = np.asarray(self.factor(t))[:, None, None]
+        stress = -factor * np.concatenate([force, np.full_like(x[..., :1], self.moment)], axis=-1)
+        by_measure = np.zeros((*x.shape, 3))
+        if self.follows:
+            by_measure[..., :2, 2] = -factor * (force @ PLANE.skew(np.ones(1)).T)
+        return Response(stress, by_measure)
 
 
 class DeadLoad(Term):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import NamedTuple
 
@@ -49,15 +49,25 @@ class Response:
         ``(instants, elements, measures)``; stress times rate of its measure is the power that the term takes (W).
     by_measure, by_rate
         Derivatives ``(instants, elements, measures, measures)``; None where there is none.
+    modes
+        Patterns E of stress over all elements ``(instants, elements, measures, modes)``, which are as large as their
+        product with the rates of the measures: the stress E (E . rates) is added. None where there is none.
     """
 
     stress: Array
     by_measure: Array | None = None
     by_rate: Array | None = None
+    modes: Array | None = None
 
     def times(self, share: float) -> Response:
         """Give a share of the stresses."""
-        return Response(*(None if x is None else share * x for x in (self.stress, self.by_measure, self.by_rate)))  # type: ignore[arg-type]
+        parts = (None if x is None else share * x for x in (self.stress, self.by_measure, self.by_rate))
+        return Response(*parts)  # type: ignore[arg-type]
+
+    def under(self, sizes: Array) -> Response:
+        """Give the same with the stress of its modes, whose sizes are given ``(instants, modes)``."""
+        assert self.modes is not None
+        return replace(self, stress=self.stress + np.einsum("temk,tk->tem", self.modes, sizes))
 
 
 class Term:
@@ -73,6 +83,7 @@ class Term:
     """
 
     measures: tuple[Measure, ...] = ()  # of each element; beams have their strains
+    modes = 0  # patterns of stress over all elements, each an unknown of the machine
 
     def __init__(self, pairs: Sequence[tuple[End, End]]) -> None:
         self.pairs = list(pairs)
@@ -88,6 +99,14 @@ class Term:
             Measures and their rates, ``(instants, elements, measures)``.
         """
         raise NotImplementedError
+
+    def stiffening(self, present: Array, static: Array) -> Array:
+        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's."""
+        return present
+
+    def near(self, t: Array) -> Array | None:
+        """Give angles within half a turn of those that are measured ``(instants, elements, measures)``; None for 0."""
+        return None
 
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy that the elements store ``(instants, elements)`` (J): none, unless a term says so."""

@@ -6,7 +6,7 @@ import pytest
 from fenics_mech.geometry import PLANE, SPACE, PoseMotion
 from fenics_mech.joints import Ride
 from fenics_mech.machine import Machine, Row
-from fenics_mech.terms import Damper, Element, Look, Measure, Spring
+from fenics_mech.terms import Damper, Element, Look, Measure, ModalDamping, PointLoad, Spring
 
 
 class Moving:
@@ -43,11 +43,16 @@ def everything(g, seed):
     bends = g.d - 1
     bars = [Element.uniform(length, 5.0, [2.0, 3.0][:bends], 1.0, 2.0, [0.3, 0.4][:bends]) for length in lengths]
     machine.add_beams(pairs, bars, 0.1)
+    patterns, root = rng.normal(size=(3, 3 * bends, 4)), rng.normal(size=(4, 2))
+    machine.terms[0].modal = ModalDamping(patterns, np.zeros(1), (root @ root.T)[None], 2)
     machine.terms += [
         Spring(pairs[:1], 3.0, 0.2),
         Spring(pairs[:1], 3.0, 0.2, Look.ANGLE),
         Damper(pairs[1:2], 2.0),
     ]
+    if g is PLANE:
+        jet = PointLoad(machine.at_ground(), pairs[1][1], (1.0, 2.0), 0.5, lambda t: np.full(len(t), 3.0), follows=True)
+        machine.terms.append(jet)
     measures = [Measure(Look.PLACE, 1), Measure(Look.ALONG, 1), Measure(Look.ALIGNED, 1, 0)]
     machine.rows += [Row(pairs[2], measure, slack=1e-3) for measure in measures]
     machine.rides.append(Ride(pairs[2][1], tuple(pairs[:2]), slack=1e-3))

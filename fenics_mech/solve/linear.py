@@ -1,0 +1,119 @@
+"""Linear theories as first steps of Newton's method from the rigid motion, and their error by the step after them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.solve.newton import predicted
+from fenics_mech.solve.periodic import Iteration, Path
+from fenics_mech.solve.sparse import Factors, blocks_of
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """A motion that is linear beside another.
+
+    Parameters
+    ----------
+    t
+        Instants ``(instants,)`` (s).
+    found
+        The residual of the motion beside which it is linear.
+    change
+        What it adds to the coordinates, rates and accelerations ``(instants, size)`` each.
+    stresses
+        Of every term, by its linearised measures: those of the moved poses would hold squares of the change.
+    """
+
+    t: Array
+    found: Evaluation
+    change: tuple[Array, Array, Array]
+    stresses: Sequence[Array]
+
+
+def quasi_static(machine: Machine, t: Array) -> Iterate:
+    """Give the static answer to the inertia of the chart's motion and to the loads, with the stiffness at its places.
+
+    Parameters
+    ----------
+    machine
+        The machine; its chart is the rigid motion.
+    t
+        Instants ``(instants,)`` (s).
+    """
+    n, zero = machine.n, np.zeros((len(t), machine.size))
+    found = machine.residual(t, zero, zero, zero)
+    held = machine.residual(t, zero, zero, zero, moving=False)
+    values = np.where(machine.pattern.indices >= n, held.M, held.K)
+    blocks = blocks_of(machine.pattern, 1)
+    x = np.array(
+        [
+            Factors(blocks, value[:, None, None], "the static answer").solve(-force)
+            for value, force in zip(values, found.force)
+        ]
+    )
+    dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)
+    return Iterate(t, found, (dq, zero, da), predicted(machine, held, dq, zero, da))
+
+
+def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
+    """Give the stresses that stiffen in a linear theory: of beams the axial forces, of others the present ones.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    iterate
+        Where the axial forces are from: the static answer.
+    """
+    return [
+        term.stiffening(here.response.stress, stress)
+        for term, here, stress in zip(machine.terms, iterate.found.terms, iterate.stresses)
+    ]
+
+
+def iterates(
+    machine: Machine,
+    period: float,
+    steps: int = 60,
+    count: int = 2,
+    *,
+    stages: int = 3,
+    stiffening: Sequence[Array] | None = None,
+) -> list[Iterate]:
+    """Give the first steps of Newton's method for the periodic motion, from the rigid motion.
+
+    The first is that of a linear theory, and the change of the next one is its error: told over true it is 0.96 to 1.02
+    where the error is below 30 %.
+
+    Parameters
+    ----------
+    machine
+        The machine; its chart is the rigid motion.
+    period
+        s.
+    steps, stages
+        Of a cycle, and of a step.
+    count
+        Number of iterates.
+    stiffening
+        Stresses of every term at all stages that make the geometric stiffness of the first one; None for those of the
+        rigid motion, in which beams have none.
+
+    Raises
+    ------
+    SolverError
+        When the motion is at an undamped resonance.
+    """
+    iteration, made = Iteration(machine, Path.of_rest(machine, period, steps, stages), stiffening), []
+    for _ in range(count):
+        iteration.step()
+        assert iteration.stresses is not None
+        t = iteration.path.at(iteration.path.tableau.c)[0].ravel()
+        made.append(Iterate(t, iteration.found, iteration.change, iteration.stresses))
+    return made
