@@ -10,16 +10,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, times
 from fenics_mech.effects.joint_frames import JointFrames, LawForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import nodal_forces, reactions
-from fenics_mech.joints.bent_guide import BentGuide
-from fenics_mech.joints.dry_friction import DryFriction
+from fenics_mech.joints.bent_guide import BentGuide, nodes_along
+from fenics_mech.joints.dry_friction import DryFriction, line, next_held
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
 from fenics_mech.joints.laws import laws_of, rubbing_of
@@ -27,9 +26,6 @@ from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 from fenics_mech.scene.paired_joints import PairedJoints
-
-if TYPE_CHECKING:
-    from fenics_mech.beams.mesh import BeamMesh
 
 Contacts = Mapping[str, Touching]  # by law
 
@@ -39,7 +35,8 @@ class LawDifferences:
     """Steps of central differences by place and velocity of the frames of joints."""
 
     place: float = 1e-8  # m or rad: contacts are as stiff as that needs
-    rate: float = 1e-7  # m/s or rad/s: friction changes its sign over its width
+    rate: float = 1e-7  # m/s or rad/s, at most
+    width: float = 0.03  # of the width over which dry friction changes its sense, at most
 
 
 LAW_DIFFERENCES = LawDifferences()
@@ -121,7 +118,7 @@ class BentJoints:
         laws = scene.joint_laws.values()
         joints = [law.joint for law in laws] + [law.drives for law in laws if isinstance(law, PairedJoints)]
         points = [point for joint in joints for point in scene.joints[joint].connect if not point.startswith("ground.")]
-        guides = {joint: _nodes_along(scene, system.beams.mesh, joint) for joint in joints}
+        guides = {joint: nodes_along(scene, system.beams.mesh, joint) for joint in joints}
         names = tuple(dict.fromkeys([*points, *(point for nodes in guides.values() for point in nodes)]))
         frames = JointFrames.of(scene, system.beams.mesh, names, of_sines)
         still = np.zeros((1, system.transformation.height))
@@ -202,14 +199,38 @@ class BentJoints:
         law.joint.exert(on, state, wrench)
         return on.values
 
-    def _rubbed(self, links: LinkStates) -> tuple[Array, Array]:
-        """Forces on the frames by friction of size 1, ``(states, frames + 1, 3, laws)``, and its shares."""
+    def _rubbed(self, links: LinkStates, contacts: Contacts) -> tuple[Array, tuple[Array, Array]]:
+        """Forces on the frames by friction of size 1, ``(states, frames + 1, 3, laws)``, and `DryFriction.shares`."""
         units, shares = [], []
-        for law in self.rubbing.values():
+        for name, law in self.rubbing.items():
             state = law.joint.state(links)
             units.append(self._on_frames(law, state, law.joint.effort(state, np.ones_like(state.place))))
-            shares.append(law.share(state))
-        return np.stack(units, axis=-1), np.stack(shares, axis=-1)
+            shares.append(law.shares(state, contacts[name].held))
+        held, beyond = (np.stack(parts, axis=-1) for parts in zip(*shares))
+        return np.stack(units, axis=-1), (held, beyond)
+
+    def hold(
+        self, links: LinkStates, contacts: Contacts, before: Mapping[str, float]
+    ) -> tuple[dict[str, Touching], float]:
+        """Give where Newton's method holds friction next, and how far its tangents there are from its law, at most.
+
+        Parameters
+        ----------
+        links
+            The frames.
+        contacts
+            Where it was held.
+        before
+            Where it is held at first, by law: at the end of the step before.
+        """
+        found, off = dict(contacts), 0.0
+        for name, law in self.rubbing.items():
+            speed, held = law.scaled_speed(law.joint.state(links)), contacts[name].held
+            first = np.full_like(speed, before.get(name, 0.0))
+            held = first if held is None else next_held(held, speed)
+            off = max(off, float(np.abs(line(held, speed) - np.tanh(speed)).max()))
+            found[name] = replace(contacts[name], held=held)
+        return found, off
 
     def pressing(self, system: System, links: LinkStates, forces: Array) -> Array:
         """Give the joints' forces that press bodies against each other, ``(..., states, rows)`` (N).
@@ -259,8 +280,11 @@ class BentJoints:
         links = self.states(system, response)
         values = self.exerted(system.motion.time, links, contacts)
         if self.rubbing:
-            units, _ = self._rubbed(links)
-            friction, _ = self._balance(system, response, links, _whole(values)).solve()
+            units, (_, beyond) = self._rubbed(links, contacts)
+            balance = self._balance(system, response, links, _whole(values), contacts)
+            friction, _ = balance.solve()
+            factor, sizes, _ = balance.slopes(friction)
+            friction = friction + times(factor, sizes * beyond)
             for k, name in enumerate(self.rubbing):
                 values[name] = values[name] + units[..., k] * friction[:, k, None, None]
         return self.on_nodes(system, response, values)
@@ -295,13 +319,15 @@ class BentJoints:
         exerted = whole[:, :-1].reshape(len(whole), -1)
         if not self.rubbing:
             return Acting(exerted, np.zeros((*exerted.shape, 0)), None)
-        units = self._rubbed(links)[0][:, :-1].reshape(*exerted.shape, -1)
-        return Acting(exerted, units, self._balance(system, response, links, whole))
+        units = self._rubbed(links, contacts)[0][:, :-1].reshape(*exerted.shape, -1)
+        return Acting(exerted, units, self._balance(system, response, links, whole, contacts))
 
-    def _balance(self, system: System, response: ElasticResponse, links: LinkStates, exerted: Array) -> FrictionBalance:
+    def _balance(
+        self, system: System, response: ElasticResponse, links: LinkStates, exerted: Array, contacts: Contacts
+    ) -> FrictionBalance:
         """What the friction has to fulfil, beside what the other laws exert on the frames."""
         shape = system.motion, system.to_links(response.displacement)
-        units, shares = self._rubbed(links)
+        units, (shares, _) = self._rubbed(links, contacts)
         others = self.frames.on_nodes(*shape, exerted[:, :-1])
         alone = self.pressing(system, links, nodal_forces(system, response) - others)
         taken = self.pressing(system, links, self.frames.on_nodes(*shape, np.moveaxis(units[:, :-1], -1, 0)))
@@ -321,10 +347,7 @@ class BentJoints:
         if (balance := acting.friction) is None:
             return LawSlopes(by_place[:, :count], by_rate[:, :count], np.zeros((len(time), count, 0)))
         friction, _ = balance.solve()
-        sizes, along = balance.sizes(friction)
-        # F = share |l| changes by d(share) |l| + share e.(d(pressing) - taken d(exerted) - by_friction dF)
-        shared = balance.shares[..., None] * along
-        factor = np.linalg.inv(np.eye(len(self.rubbing)) + shared @ balance.by_friction)
+        factor, sizes, shared = balance.slopes(friction)  # `alone` changes by d(pressing) - taken d(exerted)
         taken = self._taken(system, response, links)
         found = []
         for part in (by_place, by_rate):
@@ -342,10 +365,15 @@ class BentJoints:
     def _differences(self, time: Array, links: LinkStates, contacts: Contacts) -> tuple[Array, Array]:
         """Forces on the frames, then the shares of friction, by places and velocities of the frames."""
         states, count = len(time), 3 * len(self.frames)
+        contacts = {
+            name: one if one.held is None else replace(one, held=np.tile(one.held, count))
+            for name, one in contacts.items()
+        }
         steps = np.zeros((count, len(self.frames) + 1, 3))
         steps[:, :-1] = np.eye(count).reshape(count, -1, 3)
+        narrow = [LAW_DIFFERENCES.width * law.stated.width / law.arm for law in self.rubbing.values()]
         found = []
-        for place, rate in ((LAW_DIFFERENCES.place, 0.0), (0.0, LAW_DIFFERENCES.rate)):
+        for place, rate in ((LAW_DIFFERENCES.place, 0.0), (0.0, min(LAW_DIFFERENCES.rate, *narrow, np.inf))):
             parts = []
             for sign in (1.0, -1.0):
                 pose, speed = (
@@ -356,7 +384,8 @@ class BentJoints:
                 whole = _whole(self.exerted(np.tile(time, count), there, contacts))
                 values = [np.reshape(whole[:, :-1], (count * states, count))]
                 if self.rubbing:
-                    values.append(self._rubbed(there)[1])
+                    held, beyond = self._rubbed(there, contacts)[1]
+                    values.append(held + beyond)
                 parts.append(np.concatenate(values, axis=1).reshape(count, states, -1))
             found.append(np.moveaxis(parts[0] - parts[1], 0, -1) / (2 * (place + rate)))
         return found[0], found[1]
@@ -365,14 +394,3 @@ class BentJoints:
 def _whole(exerted: Mapping[str, Array]) -> Array:
     """Forces on the frames by all laws together, ``(states, frames + 1, 3)``."""
     return np.sum(list(exerted.values()), axis=0)
-
-
-def _nodes_along(scene: Scene, mesh: BeamMesh, joint: str) -> list[str]:
-    """Names of the nodes of the member that a joint's pin travels along, from end to end; none where it has no such."""
-    member = scene.joints[joint].member
-    if member is None:
-        return []
-    link = scene.joints[joint].connect[0].split(".")[0]
-    label = link if link in mesh.members else f"{link}.{member}"
-    cells = mesh.cell_nodes[mesh.cell_member == mesh.members.index(label)]
-    return [mesh.node_name[node] for node in [*cells[:, 0], cells[-1, 1]]]

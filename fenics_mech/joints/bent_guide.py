@@ -7,12 +7,17 @@ that it does the same work.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.joints.joint_state import JointPlace, JointState, Wrench
 from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross, quarter
+from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.mesh import BeamMesh
 
 ITERATIONS = 12  # of Newton's method for the point of the axis next to the pin
 LEAST_SLOPE = 0.1  # in it: a pin farther from the axis than its radius of curvature has no one such point
@@ -142,3 +147,22 @@ class BentGuide(JointPlace):
         slope = np.stack([6 * (x**2 - x), 1 - 4 * x + 3 * x**2, 6 * (x - x**2), 3 * x**2 - 2 * x], axis=1)
         bend = np.stack([12 * x - 6, 6 * x - 4, 6 - 12 * x, 6 * x - 2], axis=1) * (beyond == 0)
         return value + beyond * slope, slope / length[:, None], bend / length[:, None] ** 2
+
+
+def nodes_along(scene: Scene, mesh: BeamMesh, joint: str) -> list[str]:
+    """Names of the nodes of the member that a joint's pin travels along, from end to end; none where it has no such.
+
+    Parameters
+    ----------
+    scene, mesh
+        The scene, and the mesh of its members.
+    joint
+        The joint.
+    """
+    member = scene.joints[joint].member
+    if member is None:
+        return []
+    link = scene.joints[joint].connect[0].split(".")[0]
+    label = link if link in mesh.members else f"{link}.{member}"
+    cells = mesh.cell_nodes[mesh.cell_member == mesh.members.index(label)]
+    return [mesh.node_name[node] for node in [*cells[:, 0], cells[-1, 1]]]

@@ -15,32 +15,7 @@ from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import Friction, Scene
 
-
-@dataclass(frozen=True)
-class FrictionLimits:
-    """How sharply friction changes its sense, and what creep of bodies that stick is told."""
-
-    width: float = 1e-8  # m/s: what sticks creeps by less than 1e-3 mm in 20 s; a pin of 10 mm turns by 1e-6 rad/s
-    width_of_bent: float = 1e-4  # m/s: vibration of links that bend crosses it, and steps become as short as it asks
-    told: float = 1e-4  # m, of creep in a motion
-
-
-FRICTION = FrictionLimits()
-
-
-def with_width(stated: Friction, scene: Scene) -> Friction:
-    """Give a law of friction with the speed over which it changes its sense.
-
-    Parameters
-    ----------
-    stated
-        What the scene states.
-    scene
-        The scene.
-    """
-    if stated.width is not None:
-        return stated
-    return stated.model_copy(update={"width": FRICTION.width_of_bent if scene.members() else FRICTION.width})
+TOLD = 1e-4  # m: creep in a motion, above which it is told
 
 
 def creeping(scene: Scene) -> tuple[str, ...]:
@@ -57,8 +32,8 @@ def creeping(scene: Scene) -> tuple[str, ...]:
         return ()
     lasts, found = scene.period * (scene.analysis.cycles if scene.drives else 1), []
     for name, law in scene.joint_laws.items():
-        w = (with_width(law, scene).width or 0.0) if isinstance(law, Friction) and law.coefficient else 0.0
-        if w * lasts > FRICTION.told:
+        w = law.width if isinstance(law, Friction) and law.coefficient else 0.0
+        if w * lasts > TOLD:
             found.append(
                 f"joint_laws.{name}.width: where its bodies stick, they creep at up to about {w:.3g} m/s, which is "
                 f"{1e3 * w * lasts:.3g} mm in {lasts:.4g} s. A smaller width lets them creep less, and takes more steps"
@@ -114,6 +89,32 @@ class DryFriction(WithoutContact):
         """
         return -self.arm * coefficient(self.stated, self.arm * state.rate - self.stated.belt_speed)
 
+    def scaled_speed(self, state: JointState) -> Array:
+        """Sliding speed over the width, ``(states,)``.
+
+        Parameters
+        ----------
+        state
+            How the bodies move.
+        """
+        return (self.arm * state.rate - self.stated.belt_speed) / self.stated.width
+
+    def shares(self, state: JointState, held: Array | None) -> tuple[Array, Array]:
+        """Give the share where friction is held, which has its limits, and what its tangent there adds.
+
+        Parameters
+        ----------
+        state
+            How the bodies move.
+        held
+            As of `Touching`.
+        """
+        if held is None:
+            share = self.share(state)
+            return share, np.zeros_like(share)
+        most = -self.arm * largest(self.stated, self.arm * state.rate - self.stated.belt_speed)
+        return most * np.tanh(held), most * (line(held, self.scaled_speed(state)) - np.tanh(held))
+
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
         """Give the viscous share, which needs no force of the joint.
 
@@ -123,6 +124,37 @@ class DryFriction(WithoutContact):
             As of `JointLaw`.
         """
         return self.joint.effort(state, -self.stated.viscous * state.rate)
+
+
+def line(held: Array, speed: Array) -> Array:
+    """Tangent of tanh at `held`, ``(states,)``.
+
+    Parameters
+    ----------
+    held, speed
+        Sliding speeds over the width, ``(states,)`` each.
+    """
+    at = np.tanh(held)
+    return np.asarray(at + (1 - at**2) * (speed - held))
+
+
+def next_held(held: Array, speed: Array) -> Array:
+    """Give where friction is held next, ``(states,)``: it is an unknown of its own, and not a function of the speed.
+
+    It is held where its law gives what the tangent gave, as a small change of a speed that sticks goes from one limit
+    to the other. Beyond its limits it slides; where it would slide the other way, it is held at rest first.
+
+    Parameters
+    ----------
+    held
+        Where it was held, ``(states,)``.
+    speed
+        Sliding speed over the width that this gave, ``(states,)``.
+    """
+    found = line(held, speed)
+    inside = np.abs(found) < 1
+    back = np.arctanh(np.where(inside, found, 0.0))
+    return np.where(inside, back, np.where(held * speed < 0, 0.0, speed))
 
 
 def coefficient(stated: Friction, speed: Array) -> Array:
@@ -135,8 +167,18 @@ def coefficient(stated: Friction, speed: Array) -> Array:
     speed
         Sliding speed (m/s), ``(states,)``.
     """
+    return largest(stated, speed) * np.tanh(speed / stated.width)
+
+
+def largest(stated: Friction, speed: Array) -> Array:
+    """Coefficient of friction at its limit, ``(states,)``.
+
+    Parameters
+    ----------
+    stated, speed
+        As of `coefficient`.
+    """
     size = np.full_like(speed, stated.coefficient)
     if stated.static is not None and stated.stribeck is not None:
         size += (stated.static - stated.coefficient) * np.exp(-((speed / stated.stribeck) ** 2))
-    assert stated.width is not None  # see `with_width`
-    return size * np.tanh(speed / stated.width)
+    return size

@@ -45,6 +45,25 @@ class FrictionBalance:
     shares: Array
     pressed: Sequence[Index]
 
+    def slopes(self, friction: Array) -> tuple[Array, Array, Array]:
+        """Give how the friction changes: ``factor (sizes d(shares) + shared d(alone))``.
+
+        Parameters
+        ----------
+        friction
+            F, ``(states, laws)``.
+
+        Returns
+        -------
+        tuple
+            The factor, ``(states, laws, laws)``, the sizes, ``(states, laws)``, and what is shared,
+            ``(states, laws, rows)``.
+        """
+        sizes, along = self.sizes(friction)
+        # F = share |l| with l = alone - by_friction F changes by d(share) |l| + share e.(d(alone) - by_friction dF)
+        shared = self.shares[..., None] * along
+        return np.linalg.inv(np.eye(friction.shape[1]) + shared @ self.by_friction), sizes, shared
+
     def with_motion(self, alone: Array, by_friction: Array) -> FrictionBalance:
         """Give the same balance where the joints' forces also change by accelerations, and these by the friction.
 

@@ -210,7 +210,7 @@ class JointPlace:
 
 @dataclass(frozen=True)
 class Touching:
-    """Which contacts of a law are closed, and how fast they closed.
+    """Which contacts of a law are closed, how fast they closed, and where Newton's method holds its dry friction.
 
     Parameters
     ----------
@@ -218,10 +218,13 @@ class Touching:
         ``(contacts,)``.
     speed
         Rate of indentation at the beginning of each (m/s or rad/s), ``(contacts,)``.
+    held
+        Sliding speed over the width at which friction is taken as linear, ``(states,)``; None where it is by its law.
     """
 
     closed: NDArray[np.bool_]
     speed: Array
+    held: Array | None = None
 
     @classmethod
     def open(cls, contacts: int) -> Touching:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 from fenics_mech.joints.bushings import SoftBearing
 from fenics_mech.joints.cams import both_sides_of_cam
-from fenics_mech.joints.dry_friction import DryFriction, with_width
+from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.gears import both_sides
 from fenics_mech.joints.given_efforts import GivenEffort
 from fenics_mech.joints.guide_clearance import SliderContact
@@ -56,7 +56,7 @@ def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace])
                 sides = both_sides(stated, pair, joint.state(start))
             found[name], found[f"{name}:{stated.drives}"] = sides
         else:
-            found[name] = _law(joint, stated if not isinstance(stated, Friction) else with_width(stated, scene))
+            found[name] = _law(joint, stated)
     return found
 
 

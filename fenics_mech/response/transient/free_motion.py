@@ -30,6 +30,7 @@ from fenics_mech.response.transient.course import (
 )
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.samples import Samples
+from fenics_mech.response.transient.scaled_state import ScaledState
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
 from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
 from fenics_mech.response.transient.time_steps import stepped
@@ -51,33 +52,6 @@ class FreeLimits:
 
 
 FREE = FreeLimits()
-
-
-@dataclass(frozen=True)
-class ScaledState:
-    """The equation of a free motion for scaled coordinates ``z = weight y``, in sqrt(J)."""
-
-    state: FreeState
-    weight: Array
-
-    @property
-    def linear(self) -> bool:
-        """A free motion is never linear."""
-        return False
-
-    def residuals(self, time: Array, z: Array, rate: Array, second: Array) -> Array:
-        """What is left of the equation, ``(times, coordinates)``."""
-        return self.state.residual(time, (z / self.weight, rate / self.weight, second / self.weight)) / self.weight
-
-    def tangents_at(self, time: Array, z: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
-        """Tangents by z'', z' and z, ``(times, coordinates, coordinates)`` each."""
-        found = self.state.tangents(time, (z / self.weight, rate / self.weight, second / self.weight))
-        square = np.outer(self.weight, self.weight)
-        return found[0] / square, found[1] / square, found[2] / square
-
-    def accelerations(self, time: Array, z: Array, rate: Array) -> Array:
-        """Give z'' that the equation demands, ``(times, coordinates)``."""
-        return self.state.accelerations(time, z / self.weight, rate / self.weight) * self.weight
 
 
 def by_free_motion(scene: Scene, system: System, start: StartState | None = None) -> FreeSolution:
@@ -211,6 +185,7 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carr
     watch = record.watch if record.events.laws else None
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(scaled, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
+    context.held = scaled if state.rubs else None
     beside = Beside.of(scene, context, weight, carries=carries)
     context.beside, record.context = beside.takes, context
     here = start.displacement * weight, start.velocity * weight

@@ -85,6 +85,25 @@ class FreeState:
         if start is not None and start.links is not None:
             self.known_links = start.links
         self.contacts = {name: Touching.open(law.contacts) for name, law in self.laws.items()}
+        self._held: dict[str, float] = {}  # where friction was held at the end of the last step, by law
+
+    def hold(self, time: Array, y: Array, rate: Array) -> float:
+        """Take dry friction as linear about where Newton's method has brought it; say how far that is from its law.
+
+        Parameters
+        ----------
+        time, y, rate
+            As of `accelerations`.
+        """
+        assert self.joints is not None
+        self.contacts, off = self.joints.hold(self.joint_links(time, y, rate), self.contacts, self._held)
+        return off
+
+    def let_go(self) -> None:
+        """Take dry friction by its law."""
+        held = {name: one.held for name, one in self.contacts.items() if one.held is not None}
+        self._held |= {name: float(one[-1]) for name, one in held.items()}
+        self.contacts |= {name: replace(self.contacts[name], held=None) for name in held}
 
     @property
     def laws(self) -> dict[str, JointLaw]:
@@ -211,14 +230,14 @@ class FreeState:
         system = self.system_at(time, states)
         response = self.response(system, states)
         left = self._left(system, response, states)
-        if not self._rubs:
+        if not self.rubs:
             return left
         assert self.joints is not None
         forces = nodal_forces(system, response)
         return np.hstack([left, self.joints.pressing(system, self.joints.states(system, response), forces)])
 
     @property
-    def _rubs(self) -> bool:
+    def rubs(self) -> bool:
         """Whether joints have dry friction."""
         return self.joints is not None and bool(self.joints.rubbing)
 
@@ -241,7 +260,7 @@ class FreeState:
         by_q = equation.about(*(part[:, :n] for part in states)).full
         fastest = max(1.0, float(np.abs(states[1][:, n:]).max(initial=0.0)))
         of_freedoms = DIFFERENCES.second, DIFFERENCES.rate * fastest, DIFFERENCES.place
-        of_links = DIFFERENCES.second if self._rubs else 0.0, DIFFERENCES.elastic_rate, DIFFERENCES.elastic
+        of_links = DIFFERENCES.second if self.rubs else 0.0, DIFFERENCES.elastic_rate, DIFFERENCES.elastic
         steps = [np.repeat([elastic, free], (n, size - n)) for elastic, free in zip(of_links, of_freedoms)]
         columns = self._differences(time, states, steps)
         found = [part[:, :size].copy() for part in columns]
@@ -249,7 +268,7 @@ class FreeState:
             whole[:, :n, :n] = elastic
         found[0][:, n:, :n] = found[0][:, :n, n:].transpose(0, 2, 1)
         if self.joints is not None:
-            pressing = [part[:, size:] for part in columns] if self._rubs else None
+            pressing = [part[:, size:] for part in columns] if self.rubs else None
             self._add_laws(found, pressing, system, states)
         return found[0], found[1], found[2]
 
@@ -319,7 +338,7 @@ class FreeState:
         """
         n, size, still = self.size, self.size + self.freedoms, np.zeros_like(y)
         system = self.system_at(time, (y, rate, still))
-        ahead = np.vstack([np.zeros(size), DIFFERENCES.second * np.eye(size)[0 if self._rubs else n :]])
+        ahead = np.vstack([np.zeros(size), DIFFERENCES.second * np.eye(size)[0 if self.rubs else n :]])
         several = (len(ahead), *y.shape)
         y_all, rates, seconds = (np.broadcast_to(part, several).reshape(-1, size) for part in (y, rate, ahead[:, None]))
         values = self._smooth(np.tile(time, len(ahead)), (y_all, rates, seconds)).reshape(*several[:2], -1)

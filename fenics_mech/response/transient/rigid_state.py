@@ -255,7 +255,7 @@ class RigidState:
         states = place, rate, second
         count, n = place.shape
         fastest = max(1.0, float(np.abs(states[1]).max(initial=0.0)))
-        narrow = [DIFFERENCES.width * (law.stated.width or np.inf) / law.arm for law in self.dynamics.rubbing.values()]
+        narrow = [DIFFERENCES.width * law.stated.width / law.arm for law in self.dynamics.rubbing.values()]
         steps = DIFFERENCES.place, min(DIFFERENCES.rate * fastest, *narrow, np.inf), DIFFERENCES.second
         shifted = [[np.tile(part, (2 * n, 1)) for part in states] for _ in steps]
         signs = np.repeat([1.0, -1.0], n)

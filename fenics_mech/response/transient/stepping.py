@@ -34,6 +34,8 @@ class StepLimits:
     """Limits of Newton's method in a time step."""
 
     most_iterations: int = 10  # of Newton's method in a step
+    sticking: float = 1e-3  # of its limit, to which friction that is held comes to its law: as of the steps
+    turned: float = 0.1  # the same, above which it went from sticking to sliding, and tangents are made anew
     fast: float = 0.03  # of the change before, down to which Newton's method keeps its tangents
     newton: float = 1e-3  # of the tolerance of a step, to which it is solved
     shortest: float = 1e-10  # step, of the longest
@@ -45,6 +47,16 @@ class StepLimits:
 
 
 STEPPING = StepLimits()
+
+
+class HeldFriction(Protocol):
+    """Dry friction that is an unknown of its own in Newton's method, as it changes too fast with the speed."""
+
+    def hold(self, time: Array, z: Array, rate: Array) -> float:
+        """Take it as linear about where Newton's method has brought it; say how far that is from its law."""
+
+    def let_go(self) -> None:
+        """Take it by its law."""
 
 
 class EquationInTime(Protocol):
@@ -137,6 +149,8 @@ class Collocation:
     from_rest
         When Newton's method begins a step from no acceleration: "never"; "last", where else it does not converge, as
         where friction holds; "first", where what rests may also move, as friction falls with speed.
+    held
+        Dry friction that Newton's method finds as an unknown of its own; None where there is none.
     beside
         Are called with every step, before `keep`.
     """
@@ -150,6 +164,7 @@ class Collocation:
     watch: Watch | None = None
     of_motion: bool = False
     from_rest: Literal["never", "last", "first"] = "never"
+    held: HeldFriction | None = None
     beside: tuple[Callable[[StepCurve], None], ...] = ()
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
@@ -261,19 +276,28 @@ class Collocation:
     def _accelerations(
         self, start: float, length: float, z: Array, rate: Array, found: Array
     ) -> tuple[Array, Tangents] | None:
+        """Solve the equation at the points; None where Newton's method does not converge."""
+        try:
+            return self._by_newton(start, length, z, rate, found)
+        finally:
+            if self.held is not None:
+                self.held.let_go()
+
+    def _by_newton(
+        self, start: float, length: float, z: Array, rate: Array, found: Array
+    ) -> tuple[Array, Tangents] | None:
         """Solve the equation at the points by Newton's method; None where it does not converge.
 
         Gives the accelerations, and tangents there. They are made anew where the ones before make slow progress.
         """
-        points, inner = self.tableau.points, self.tableau.inner
-        s, n = len(points), len(z)
+        s, n = len(self.tableau.points), len(z)
         limits = STEPPING.newton * self.tolerance * np.array([size for _, size in self.sizes])
         tangents: Tangents | None = None
-        before = np.inf
+        before, off = np.inf, 0.0
+        here = self._here(start, length, z, rate, found)
+        if self.held is not None:
+            self.held.hold(*here[:3])
         for _ in range(STEPPING.most_iterations):
-            rates = rate + length * (inner @ found)
-            places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
-            here = start + length * points, places, rates, found
             if tangents is None:
                 tangents = self.equation.tangents_at(*here)
                 matrix = self.tableau.stage_matrix(length, *tangents)
@@ -281,12 +305,22 @@ class Collocation:
             change = np.asarray(solved, dtype=float).reshape(s, n)
             found = found + change
             over = self._over(length, change, tangents, limits)
-            if self.equation.linear or over <= 1:
+            here = self._here(start, length, z, rate, found)
+            if self.held is not None:
+                off = self.held.hold(*here[:3])
+            if self.equation.linear or (over <= 1 and off <= STEPPING.sticking):
                 return found, tangents
-            if not over < STEPPING.fast * before:
+            if off > STEPPING.turned or not over < STEPPING.fast * before:
                 tangents = None
             before = over
         return None
+
+    def _here(self, start: float, length: float, z: Array, rate: Array, found: Array) -> tuple[Array, ...]:
+        """Times of the points, and z, z' and z'' there by these accelerations."""
+        points = self.tableau.points
+        rates = rate + length * (self.tableau.inner @ found)
+        places = z + length * points[:, None] * rate + length**2 * (self.tableau.square @ found)
+        return start + length * points, places, rates, found
 
     def _over(self, length: float, change: Array, tangents: Tangents, limits: Array) -> float:
         """Size of the last change of the motion by Newton's method, over what it may be."""
