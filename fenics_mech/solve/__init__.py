@@ -6,6 +6,7 @@ from fenics_mech.solve.in_time import Course, march
 from fenics_mech.solve.linear import Iterate, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, Path, periodic
 from fenics_mech.solve.rigid import rigid_cycle
+from fenics_mech.solve.stability import running_modes
 from fenics_mech.solve.statics import equilibrium
 
 __all__ = [
@@ -23,5 +24,6 @@ __all__ = [
     "periodic",
     "quasi_static",
     "rigid_cycle",
+    "running_modes",
     "tangents_at",
 ]

@@ -104,7 +104,7 @@ class Cycle:
         count
             How many.
         """
-        return self.steps.multipliers(count)
+        return self.steps.multipliers(count)[0]
 
 
 class LinearSteps:
@@ -178,22 +178,31 @@ class LinearSteps:
             raise SolverError("the cycle does not close: the linearised motion is at a resonance that nothing damps")
         return np.array(x.getArray())
 
-    def multipliers(self, count: int) -> Array:
-        """Give the largest multipliers."""
+    def multipliers(self, count: int) -> tuple[Array, Array]:
+        """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
         if 2 * self.n <= 60:  # a dense matrix costs no more marches than Arnoldi's method takes
             whole = np.array([self.cycle(column) for column in np.eye(2 * self.n)]).T
-            values = np.linalg.eigvals(whole)
+            values, vectors = np.linalg.eig(whole)
         else:
+            operator = shell(2 * self.n, self.cycle)
             solver = SLEPc.EPS().create(PETSc.COMM_SELF)
             solver.setOptionsPrefix("fenics_mech_multipliers_")
-            solver.setOperators(shell(2 * self.n, self.cycle))
+            solver.setOperators(operator)
             solver.setProblemType(SLEPc.EPS.ProblemType.NHEP)
             solver.setDimensions(count)
             solver.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
             solver.setFromOptions()
             solver.solve()
-            values = np.array([solver.getEigenvalue(i) for i in range(solver.getConverged())])
-        return values[np.argsort(-np.abs(values))][:count]
+            real, imaginary = operator.createVecs()
+            values, vectors = (
+                np.zeros(solver.getConverged(), complex),
+                np.zeros((2 * self.n, solver.getConverged()), complex),
+            )
+            for i in range(len(values)):
+                values[i] = solver.getEigenpair(i, real, imaginary)
+                vectors[:, i] = real.getArray() + 1j * imaginary.getArray()
+        order = np.argsort(-np.abs(values))[:count]
+        return values[order], vectors[:, order]
 
 
 def periodic(

@@ -1,0 +1,68 @@
+"""Frequencies of small vibrations beside a periodic motion, by its multipliers and the held modes that they move in."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from fenics_mech._arrays import Array
+from fenics_mech.solve.held_modes import held_modes
+from fenics_mech.solve.periodic import Cycle
+
+LEAST = 1e-4  # multipliers below: what has died away in a cycle has no turns that the steps could count
+
+
+def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
+    """Give the largest multipliers and the rates of their vibrations, whose frequencies do not alias.
+
+    A multiplier mu tells of a rate log(mu)/T + i k Omega with any whole k. Here k is the number of turns that the
+    largest coordinate of a held mode makes in a cycle beside log(mu)/T.
+
+    Parameters
+    ----------
+    cycle
+        A periodic motion.
+    count
+        Multipliers at most.
+
+    Returns
+    -------
+    tuple
+        Multipliers above 1e-4, one of each conjugate pair, and rates (1/s): growth, and frequency (rad/s), 0 or more.
+    """
+    steps, machine = cycle.steps, cycle.machine
+    period, n = steps.h * steps.count, machine.n
+    values, states = steps.multipliers(count)
+    kept = (values.imag >= 0) & (np.abs(values) > LEAST)
+    values, states = values[kept], states[:, kept]
+    rates = np.log(values) / period
+    coordinates = []
+    for k, (shapes, mass) in enumerate(_followed(cycle)):
+        states = np.array([steps.through(k, x.real)[1] + 1j * steps.through(k, x.imag)[1] for x in states.T]).T
+        beside = states[:n] * np.exp(-rates * steps.h * (k + 1))
+        coordinates.append(shapes.T @ (mass @ beside))
+    moving = np.array(coordinates)  # (steps, modes, multipliers)
+    largest = np.argmax(np.sum(np.abs(moving) ** 2, axis=0), axis=0)
+    followed = moving[:, largest, np.arange(len(values))]
+    turns = np.round(np.angle(np.roll(followed, -1, axis=0) / followed).sum(axis=0) / (2 * np.pi))
+    rates = rates + 2j * np.pi / period * turns
+    return values, np.where(rates.imag < 0, rates.conj(), rates)
+
+
+def _followed(cycle: Cycle) -> list[tuple[Array, Array]]:
+    """Give held modes of unit mass ``(n, modes)`` and the mass at the ends of steps, each mode after the one before."""
+    machine, steps = cycle.machine, cycle.steps
+    times = steps.h * np.arange(1, steps.count + 1)
+    zero = np.zeros((steps.count, machine.size))
+    found = machine.residual(times, zero, zero, zero, moving=False)
+    made: list[tuple[Array, Array]] = []
+    for t, values in zip(times, found.M):
+        omega, shapes = held_modes(machine, t)
+        mass = machine.pattern.matrix(values)[: machine.n, : machine.n]
+        shapes = omega * shapes[: machine.n]
+        if made:
+            alike = made[-1][0].T @ (mass @ shapes)
+            order = linear_sum_assignment(-np.abs(alike))[1]
+            shapes = shapes[:, order] * np.where(alike[np.arange(len(order)), order] < 0, -1.0, 1.0)
+        made.append((shapes, mass))
+    return made
