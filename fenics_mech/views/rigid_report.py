@@ -14,7 +14,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.balance import mean_in_time
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
-from fenics_mech.views.details import damping_of, mean_powers
+from fenics_mech.views.details import balanced, damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.motion_words import motion_rows
@@ -66,6 +66,8 @@ def rigid_energy(result: Result) -> str:
         The result.
     """
     (text, (factor, unit)), attributes = mean_powers(result), result.data.attrs
+    if balanced(result):
+        return f"{text}."
     rest = f"imbalance {number(factor * attributes['power_residual'])} {unit}"
     return f"{text}; {rest} ({attributes['power_balance_error']:.1g} of the largest)."
 
