@@ -111,8 +111,8 @@ def energy(result: Result) -> str:
     """
     residual, error, bound = (result.data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text, (factor, unit) = mean_powers(result)
-    rest = f"{number(factor * residual)} {unit}"
-    if not any(effect.couples for effect in acting(result)) and not balanced(result):
+    rest = f"{number(0.0 if balanced(result) else factor * residual)} {unit}"
+    if not any(effect.couples for effect in acting(result)):
         return f"{text}. The rest, {rest}, is no error: the equation leaves out the coupling, and with it this power."
     if balanced(result):
         return f"{text}."
