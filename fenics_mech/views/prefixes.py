@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fenics_mech.forces.joint_forces import effort_units
@@ -28,8 +30,23 @@ def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
     units
         The units without that.
     """
+    return fitted(_largest(result), units)
+
+
+def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
+    """Give units whose prefixes fit numbers; those that are stated stay.
+
+    Parameters
+    ----------
+    of_kinds
+        The largest of each kind of unit, in SI.
+    units
+        The units without that.
+    """
     known = dict(units.known)
-    for kind, largest in _largest(result).items():
+    for kind, largest in of_kinds.items():
+        if kind not in USUAL or USUAL[kind][0] not in PREFIXED:
+            continue
         name, size = USUAL[kind]
         if kind in units.stated or largest == 0 or LEAST <= largest / size < MOST:
             continue
