@@ -279,12 +279,11 @@ def usable(result: fm.Result) -> str:
         return f"The links are rigid. Not estimated is {result.data.attrs['not_estimated']}."
     if "lyapunov_exponent" in result.data:
         return "The links are rigid. Only statistics of such a motion can be compared, so that no error is estimated."
-    if "joint_force_error_estimate" not in result.data.attrs:
-        return "The links are rigid, and the drive leads them: each position is exact."
     wrong = float(result.data.attrs["joint_force_error_estimate"])
     size = share(wrong)
     bound = "" if size.startswith("less") else "at most "
-    return f"The links are rigid. Joint forces are off by {bound}{size}, by estimate."
+    led = ", and the drive leads them" * (not result.data.attrs["time_steps"])
+    return f"The links are rigid{led}. Joint forces are off by {bound}{size}, by estimate."
 
 
 def results(name: str) -> tuple[fm.Result, fm.Result | None]:

@@ -18,7 +18,7 @@ from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
 from fenics_mech.accuracy.linearised_drag import left_out_of_drag
 from fenics_mech.accuracy.mesh_errors import error_of_mesh
 from fenics_mech.accuracy.mesh_residual import OF_SLIDERS
-from fenics_mech.accuracy.missed_peaks import MissedPeaks
+from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.periodic_errors import collocation_errors, harmonic_errors
 from fenics_mech.accuracy.quantities import Quantities, measures, measures_of_members, places_of
 from fenics_mech.accuracy.remarks import not_estimated
@@ -63,6 +63,7 @@ class AcceptedErrors:
 
 ACCEPTED = AcceptedErrors()
 STEPS = ("time", "harmonics")
+BY_POSITIONS = 2.0  # with which power of their number errors by peaks between positions fall
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
 JUDGED = (
     ("strain", STEPS, ACCEPTED.by_steps),
@@ -77,7 +78,7 @@ PLACES = {  # of an error, in words, and what it is relative to
     "torque": ("effort of the drive at", "the largest effort of a drive"),
 }
 ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
-ORIGINS |= {"positions": "peaks between positions"}
+ORIGINS |= {BETWEEN: "peaks between positions"}
 FAULTS = {
     "time": "the sub-intervals are too long",
     "mesh": "the elements are too long",
@@ -164,7 +165,8 @@ class Errors:
         """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
         if self.missed is None:
             return {}
-        return {what: self.missed.known[what] / self.measure[what] for what in ("joint_force", "strain")}
+        known = self.missed.known
+        return {what: known[what] / self.measure[what] for what in ("joint_force", "strain") if what in known}
 
     def _enough(self, scene: Scene) -> int | None:
         """Number of positions that surely miss no peak by too much: 0 where these do not, None where too many."""
@@ -227,7 +229,8 @@ class Errors:
         """Whether they are larger than `judge` lets pass."""
         if any(shares.max(initial=0.0) > ACCEPTED.by_positions for shares in self._missed().values()):
             return True
-        return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in JUDGED)
+        judged_here = [one for one in JUDGED if one[0] in self.errors]
+        return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in judged_here)
 
 
 def _refusal(
@@ -330,7 +333,7 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
     if at.sampling is not None:
         add("time", {"strain": at.sampling}, 1.0, 1.0)
     if at.missed is not None:
-        add("positions", at.missed.errors, 1.0, 2.0)
+        add(BETWEEN, at.missed.errors, 1.0, BY_POSITIONS)
     add("stations", at.between, 1.0, 2.0)
     told = [without.remark for without in corrected.values() if without.remark]
     return Errors(

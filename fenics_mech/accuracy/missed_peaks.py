@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech.errors import UnresolvedError
 
-Owner = tuple[str, int]  # a quantity, and the number of the member, joint or drive that has it
+ACCELERATIONS = ("point_acceleration", "point_acceleration_bent")  # of links that do not bend, and of bent ones
+BETWEEN = "positions"  # the source of errors by what lies between them
+Owner = tuple[str, int]  # a quantity, and the number of the member, joint, drive or point that has it
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,8 +25,10 @@ class MissedPeaks:
     ----------
     count
         Number of the positions.
+    points
+        The points that are followed.
     errors
-        By quantity, how uncertain the peaks are that positions show, ``(members, joints or drives,)``.
+        By quantity, how uncertain the peaks are that positions show, ``(members, joints, drives or points,)``.
     known
         The part of it that is surely missed: how far the peaks of loads and rigid motion are from those shown.
     peaks, angles
@@ -31,11 +38,30 @@ class MissedPeaks:
     """
 
     count: int
+    points: tuple[str, ...]
     errors: Mapping[str, Array]
     known: Mapping[str, Array]
     peaks: Mapping[str, Array]
     angles: Mapping[str, Array]
     enough: Callable[[Mapping[str, Array]], int | None]
+
+    def of_points(self, sources: Sequence[str]) -> dict[str, tuple[tuple[str, ...], Array]]:
+        """Give the errors of the points' accelerations as variables; what other sources add to them is not known.
+
+        Parameters
+        ----------
+        sources
+            The sources of errors of a result.
+        """
+        found = dict[str, tuple[tuple[str, ...], Array]]()
+        between = np.array([source == BETWEEN for source in sources])
+        for name in ACCELERATIONS:
+            if name in self.errors:
+                error, largest = self.errors[name], max(float(self.peaks[name].max(initial=0.0)), TINY)
+                found[f"{name}_error"] = ("source", "point"), np.where(between[:, None], error, np.nan)
+                relative = np.where(between, error.max(initial=0.0) / largest, np.nan)
+                found[f"{name}_relative_error"] = ("source",), relative
+        return found
 
     def refusal(self, owner: Owner, what: str, enough: int | None) -> UnresolvedError:
         """Say where a peak is that the positions miss, and how many of them show it.

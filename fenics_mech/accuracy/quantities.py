@@ -212,10 +212,10 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     scene
         The linkage.
     largest
-        As `Quantities.largest`.
+        As `Quantities.largest`; of rigid links joint forces and efforts alone.
     """
     lengths = [math.dist(*scene.member_ends(label)) for label in scene.members()]
-    bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest["strain"])
+    bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest.get("strain", ()))
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
     return {
         **measures_of_members(largest),
@@ -251,15 +251,16 @@ def measures_of_members(largest: Mapping[str, Array]) -> dict[str, Array]:
     Parameters
     ----------
     largest
-        The largest of each member, ``(members,)``: "strain" and "deflection".
+        The largest of each member, ``(members,)``: "strain" and "deflection"; none of rigid links.
     """
     return {
         name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
         for name in ("strain", "deflection")
+        if name in largest
     }
 
 
-def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strain: Array) -> float:
+def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strain: Iterable[float]) -> float:
     """Largest force across a member, at its end, that bends it to its largest strain (N): ``strain EI/(c L)``."""
     arms = [np.abs(section.fibre).max() * length for section, length in zip(sections, lengths)]
     forces = [size * section.bending[0] / max(arm, TINY) for size, section, arm in zip(strain, sections, arms)]

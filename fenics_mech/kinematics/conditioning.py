@@ -22,6 +22,7 @@ class ConditionLimits:
 
     singular: float = 3e-6  # smallest singular value: below it rounding changes accelerations by more than about 1e-4
     bounded: float = 1e-4  # that value times the rate of the fastest link by the drive: below it the links do not lock
+    in_two_ways: float = 1e-5  # that value without drives: `singular`, and by how much steps stay away from it
     flat: float = 1e-9  # relative change of that value over the range that counts as none
     free: float = 1e-9  # singular value of the Jacobian without units, up to which a motion is free
     seen: float = 1e-6  # of the largest motion, above which a link moves

@@ -17,7 +17,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics.assembly import newton, side
-from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
+from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values, smallest_value
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
@@ -176,7 +176,7 @@ class FreeLinkage:
                 f"the links move by more than a turn at once, and cannot be followed, at {time[0]:.6g} s"
             )
         if (ends := longest < CONDITION.singular).any():
-            raise self._dead_centre(float(time[ends][0]), singular_values(loops, near[ends])[1][0, -1])
+            raise self._dead_centre(float(time[ends][0]), near[ends][0])
         half[:, loops.drive_order] += way / 2
         return half
 
@@ -190,17 +190,27 @@ class FreeLinkage:
         q
             Coordinates of the links, ``(3 links,)``.
         """
-        values, right = singular_values(self.loops, q[None])
-        if values[0, -1] < CONDITION.singular:
-            raise self._dead_centre(time, right[0, -1])
+        if smallest_value(self.loops, q) < CONDITION.singular:
+            raise self._dead_centre(time, q)
 
-    def _dead_centre(self, time: float, motion: Array) -> AssemblyError:
-        """Say at which time links can move by themselves, as a motion of theirs, ``(3 links,)``, does."""
-        moved, names = ", ".join(links_moved(self.loops, motion)), ", ".join(self.scene.moved_joints)
+    def _dead_centre(self, time: float, q: Array) -> AssemblyError:
+        """Say at which time links, ``(3 links,)``, can move by themselves, and what helps.
+
+        Where the joints' own equations are singular, those with a freedom at any joint are too.
+        """
+        loops, names = self.loops, ", ".join(self.scene.moved_joints)
+        moved = ", ".join(links_moved(loops, singular_values(loops, q[None])[1][0, -1]))
+        joints = np.linalg.svd(loops.without_units(q[None])[0, : -loops.drives], compute_uv=False)
+        kind, advice = "dead centre", "State the freedom at another joint, such as that of a link that can turn fully"
+        if joints.min(initial=1.0) < CONDITION.in_two_ways:
+            kind = "change point"
+            advice = (
+                "No other joint says it either, as the links can go on in two ways. Take other lengths, or stops that "
+                "keep the links away from it"
+            )
         return AssemblyError(
-            f"at {time:.6g} s the linkage comes to a dead centre or a change point: the motion of joint {names} does "
-            f"not say how {moved} moves. State the freedom at another joint, such as that of a link that can turn "
-            "fully. Where the links can go on in two ways, take other lengths"
+            f"at {time:.6g} s the linkage comes to a {kind}: the motion of joint {names} does not say how {moved} "
+            f"moves. {advice}"
         )
 
     def _driven(self, time: Array) -> tuple[Array, Array, Array]:

@@ -216,17 +216,21 @@ def of_errors(errors: Errors) -> DatasetParts:
     variables: dict[str, Any] = {}
     attributes: dict[str, float | str] = {}
     for what, (name, prefix, places) in ERROR_VARIABLES.items():
-        if what == "torque" and not errors.measure[what].size:  # nothing is driven
+        if what not in errors.errors or (what == "torque" and not errors.measure[what].size):  # nothing is driven
             continue
         variables[f"{name}_error"] = (("source", places), np.stack(list(errors.errors[what].values())))
         variables[f"{prefix}relative_error"] = (("source",), list(errors.relative(what).values()))
         attributes[f"{prefix}error_estimate"] = errors.total(what)
     sources = list(errors.order)
     variables["error_order"] = (("source",), [float(errors.order[source]) for source in sources])
+    labels: dict[str, Any] = {"source": sources}
+    if errors.missed is not None:
+        variables |= errors.missed.of_points(sources)
+        labels["point"] = list(errors.missed.points)
     attributes["too_coarse"] = int(errors.too_large)
     if errors.remarks:
         attributes["not_estimated"] = "; ".join(errors.remarks)
-    return DatasetParts(variables, {"source": sources}, attributes)
+    return DatasetParts(variables, labels, attributes)
 
 
 def _of_modes(system: System, modes: Modes) -> DatasetParts:

@@ -158,6 +158,18 @@ def _traced(scene: Scene, beams: Beams) -> Iterator[tuple[str, TracedPlace]]:
         yield name, _traced_place(scene, beams, traced)
 
 
+def followed(scene: Scene) -> dict[str, tuple[str, tuple[float, float]]]:
+    """Give all points of the links, and those that the scene adds: the link of each, and its place there (m), by name.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    points = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
+    return points | {name: place_in_link(scene, point) for name, point in scene.points.items()}
+
+
 def place_in_link(scene: Scene, point: TracedPoint) -> tuple[str, tuple[float, float]]:
     """Give the link of a point that is followed, and the point's place in the link's frame (m).
 

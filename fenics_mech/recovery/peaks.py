@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index, norms
+from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.recovery.cycle_curves import DRAWN, CycleCurves
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Harmonics, Scene
@@ -38,7 +39,6 @@ PEAK = PeakLimits()
 
 CYCLIC = "periodic", "quasi-static"  # methods whose positions are those of a cycle that repeats
 PEAKS = "strain", "joint_force"  # that may be doubted
-BETWEEN = "positions"  # the source of errors by what lies between them
 CURVES = {  # whose peaks are sought between positions, and along what each has its own
     "strain": "member",
     "stress": "member",

@@ -20,8 +20,9 @@ from fenics_mech.recovery.at_rest import of_friction, of_small_motions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.link_motion import motion_of_links, place_in_link
+from fenics_mech.recovery.link_motion import followed, motion_of_links
 from fenics_mech.recovery.result import Result, stamp
+from fenics_mech.recovery.rigid_between import missed_by_positions
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.running import running
 from fenics_mech.recovery.variables import with_units
@@ -78,6 +79,7 @@ def rigid_result(scene: Scene, start: StartState | None = None, stated: Scene | 
         _running(scene, motion, data),
         beside_motion(scene, motion.beside, whole.time, repeated),
         _errors(scene, motion, data, start),
+        missed_by_positions(scene, whole),
     ]
     data = xr.merge(parts, combine_attrs="no_conflicts")
     efforts = effort_units(scene.moved_joints, scene.joints)
@@ -124,12 +126,11 @@ def _of_motion(scene: Scene, motion: RigidMotion) -> xr.Dataset:
 
 def _of_points(scene: Scene, whole: Motion) -> xr.Dataset:
     """Position, velocity and acceleration of all points of the links, and of those that the scene adds."""
-    places = {f"{link}.{point}": (link, at) for link, body in scene.links.items() for point, at in body.points.items()}
-    places |= {name: place_in_link(scene, point) for name, point in scene.points.items()}
-    followed = zip(*(whole.of_point(*place) for place in places.values()))
+    places = followed(scene)
+    moving = zip(*(whole.of_point(*place) for place in places.values()))
     kinds = ("point_position", "point_velocity", "point_acceleration")
     along = ("theta", "point", "component")
-    found = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, followed)}
+    found = {kind: (along, np.stack(values, axis=1)) for kind, values in zip(kinds, moving)}
     return xr.Dataset(found, {"point": list(places)})
 
 

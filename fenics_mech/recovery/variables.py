@@ -15,6 +15,22 @@ ATTRIBUTES = {
     "deflection_error": ("m", "error of the member's deflection by each source, estimated"),
     "joint_force_error": ("N", "error of the joint's force by each source, estimated"),
     "drive_effort_error": ("N m", "error of each drive's effort by each source, estimated; N along a slide"),
+    "point_acceleration_error": (
+        "m/s^2",
+        "error of the point's largest acceleration on links that do not bend, by positions; NaN of other sources",
+    ),
+    "point_acceleration_bent_error": (
+        "m/s^2",
+        "error of the point's largest acceleration on bent links, by positions; NaN of other sources",
+    ),
+    "point_acceleration_relative_error": (
+        "1",
+        "largest error of an acceleration on links that do not bend, by positions, over the largest of all",
+    ),
+    "point_acceleration_bent_relative_error": (
+        "1",
+        "largest error of an acceleration on bent links, by positions, over the largest of all",
+    ),
     "relative_error": ("1", "largest error of a strain by each source, over the member's largest strain"),
     "deflection_relative_error": (
         "1",

@@ -31,6 +31,7 @@ from fenics_mech.views.judgements import (
     theory,
 )
 from fenics_mech.views.motion_words import motion_rows
+from fenics_mech.views.nothing import largest_force, least_power
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import change_by_vibration
 from fenics_mech.views.tables import drive_of, number, table_of
@@ -48,7 +49,7 @@ class ReportLimits:
     between_stations: float = 1e-3  # excess of a strain over that at the stations: four digits are printed
     harmonics: int = 4  # of each member: more do not fit a line of 80 columns
     watts: float = 1.0  # power from which watts are written, and milliwatts below (W)
-    rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding
+    rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding; of errors too
 
 
 REPORT = ReportLimits()
@@ -81,7 +82,7 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
         *_beside_fibres(result, units),
     ]
     if result.data.sizes["joint"]:
-        parts += [joints_table(closer, units), *drive_lines(result, units)]
+        parts += [joints_table(closer, units, largest_force(result)), *drive_lines(result, units)]
     parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result, units)]
     if "frequency" in result.data:
         frequency, assurance = (values_of(result, name, "theta", "mode") for name in ("frequency", "assurance"))
@@ -110,9 +111,11 @@ def energy(result: Result) -> str:
     """
     residual, error, bound = (result.data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text, (factor, unit) = mean_powers(result)
-    rest = f"{number(factor * residual)} {unit}"
+    rest = f"{number(0.0 if balanced(result) else factor * residual)} {unit}"
     if not any(effect.couples for effect in acting(result)):
         return f"{text}. The rest, {rest}, is no error: the equation leaves out the coupling, and with it this power."
+    if balanced(result):
+        return f"{text}."
     text = f"{text}; imbalance {rest} ({error:.1g} of the largest)"
     if abs(residual) > bound and error > REPORT.rounding:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
@@ -132,9 +135,22 @@ def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
     largest = max(map(abs, power.values()), default=0.0)
     factor, unit = (1.0, "W") if largest >= REPORT.watts else (MILLI, "mW")
-    told = {cause: value for cause, value in power.items() if abs(value) >= REPORT.rounding * largest}
-    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in told.items()]
-    return f"Mean power over the {whole}: {', '.join(parts)}", (factor, unit)
+    least = max(REPORT.rounding * largest, least_power(result))
+    parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items() if abs(value) >= least > 0]
+    return f"Mean power over the {whole}: {', '.join(parts) or 'none'}", (factor, unit)
+
+
+def balanced(result: Result) -> bool:
+    """Whether the powers of a result are in balance but for rounding.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    attributes = result.data.attrs
+    nothing = abs(attributes["power_residual"]) <= least_power(result)
+    return nothing or attributes["power_balance_error"] <= REPORT.rounding
 
 
 def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
@@ -181,11 +197,16 @@ def _errors(result: Result) -> str:
     data, parts, wrong = result.data, [], too_uncertain(result)
     for what, name in quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
-        text = f"{name} {percent_of_error(data.attrs[f'{prefix}error_estimate'])}"
+        error = float(data.attrs[f"{prefix}error_estimate"])
+        text = f"{name} {percent_of_error(error)}" if error >= REPORT.rounding else f"{name} below 1e-7 %"
         parts.append(text + (" (TOO LARGE, do not use it)" if name in wrong else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
-    shares = ", ".join(f"{SOURCES.get(source, source)} {percent_of_error(error)}" for source, error in by_source)
-    text = f"{', '.join(parts)}; of the strain: {shares}"
+    shares = [
+        f"{SOURCES.get(source, source)} {percent_of_error(error)}"
+        for source, error in by_source
+        if not error < REPORT.rounding  # what is not known is told
+    ]
+    text = "; of the strain: ".join([", ".join(parts), *filter(None, [", ".join(shares)])])
     if "not_estimated" in data.attrs:
         text += f"; NOT included: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, do not use these numbers" if data.attrs["too_coarse"] else "")
@@ -277,7 +298,7 @@ def _beside_fibres(result: Result, units: AnswerUnits) -> list[Text]:
     said, unit = [], units.label("stress")
     for name, words in (("von_mises", "von Mises stress"), ("shear_stress", "shear stress")):
         largest = abs(result.derived(name)).max(("theta", "s"))
-        if largest.notnull().any():
+        if largest.notnull().any() and float(largest.max()) > REPORT.rounding * float(abs(result.data["stress"]).max()):
             i = int(np.nanargmax(largest.to_numpy()))
             value = number(units.number(float(largest[i]), "stress"))
             said.append(f"{words} {value} {unit} in {largest['member'].to_numpy()[i]}")

@@ -12,6 +12,7 @@ from rich.text import Text
 
 from fenics_mech._files import write_frame
 from fenics_mech.recovery import Result
+from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.tables import number, table_of
 
 MEANING = "range, mean and ratio (least over largest stress) of the material and place of the largest damage"
@@ -27,7 +28,7 @@ def fatigue_table(result: Result, found: xr.Dataset) -> Group:
     found
         From `recovery.stress_figures.fatigue`.
     """
-    units, cycle = result.scene.answer_units, "stress_range" in found
+    units, cycle = prefixed(result, result.scene.answer_units), "stress_range" in found
     unit = units.label("stress")
     stresses = [f"range\n({unit})", f"mean\n({unit})", "ratio"] if cycle else []
     table = table_of(

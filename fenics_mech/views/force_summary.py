@@ -12,13 +12,14 @@ from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.nothing import least_moment
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import sentence
 
 ON_FRAME = "shaking: total on the frame; the moment is about the ground's origin"
 
 
-def joints_table(result: Result, units: AnswerUnits) -> Table:
+def joints_table(result: Result, units: AnswerUnits, force: float = 0.0) -> Table:
     """Tabulate the peaks of the joint forces, the torque or force of the first drive, and the total on the frame.
 
     Parameters
@@ -27,6 +28,8 @@ def joints_table(result: Result, units: AnswerUnits) -> Table:
         The result, of links that bend or that do not.
     units
         Units of the numbers.
+    force
+        Largest force in the links (N), beside which joints may have none but rounding.
     """
     data = result.data
     table = table_of("Peaks of the joint forces", "joint", "peak", at_head(result))
@@ -39,7 +42,7 @@ def joints_table(result: Result, units: AnswerUnits) -> Table:
         total = np.linalg.norm(values_of(result, "shaking_force", "theta", "component"), axis=-1)
         peaks += [("shaking force", total, "force"), ("shaking moment", data["shaking_moment"].to_numpy(), "moment")]
         table.caption, table.caption_justify = f"{ON_FRAME}\n", "left"
-    largest = max((float(np.abs(curve).max()) for _, curve, _ in peaks), default=0.0)
+    largest = max([force, *(float(np.abs(curve).max()) for _, curve, _ in peaks)])
     for name, curve, kind in peaks:
         (k,) = peak_of(curve)
         nothing = abs(curve[k]) < ROUNDING * largest
@@ -63,7 +66,7 @@ def effort_of(result: Result) -> tuple[str, str]:
 def drive_lines(result: Result, units: AnswerUnits) -> list[Text]:
     """Tell the root mean square of the first drive's effort, and the fluctuation of the energy that all drives give."""
     data = result.data
-    if "drive_effort_rms" not in data:
+    if "drive_effort_rms" not in data or float(data["drive_effort_rms"].max()) <= least_moment(result):
         return []
     name, kind = effort_of(result)
     text = f"{sentence(name)}: {shown(float(data['drive_effort_rms'][0]), kind, units)} root mean square"

@@ -6,7 +6,7 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, cast
+from typing import Literal
 
 import numpy as np
 
@@ -165,16 +165,27 @@ def _largest_force(reading: ForceReading) -> tuple[str, str]:
 
 
 def _rigid(result: Result) -> Judgement:
-    """Say what a result of rigid links holds, and by how much its joint forces may be off by the time steps."""
-    attributes, level = result.data.attrs, cast(Level, "note")
+    """Say what a result of rigid links holds, and by how much its joint forces may be off."""
+    attributes = result.data.attrs
     text = "No link bends: there are no stresses, and vibration adds nothing to the forces."
-    if (known := attributes.get("joint_force_error_estimate")) is not None:
-        text += f" By the time steps joint forces are off by at most {share(float(known))} of the largest."
+    names = {"joint_force": "joint forces", "drive_effort": "efforts"}
+    known = {
+        said: float(attributes[at]) for name, said in names.items() if (at := f"{name}_error_estimate") in attributes
+    }
+    in_time = attributes["time_steps"]
+    if known:
+        source = "By the time steps" if in_time else "By peaks between positions"
+        off = " and ".join(f"{name} are off by at most {share(error)}" for name, error in known.items())
+        text += f" {source} {off} of the largest."
     if "contacts_closed" in attributes:
         text += " Forces are those at the positions, and contacts between these are shorter."
     if "not_estimated" in attributes:
-        level, text = "warn", f"{text} Not known: {attributes['not_estimated']}."
-    return Judgement(level, "links are rigid" + ", error not known" * (level == "warn"), text)
+        text += f" Not known: {attributes['not_estimated']}."
+        return Judgement("warn", "links are rigid, error not known", text)
+    if not in_time and max(known.values(), default=0.0) > PEAK.doubtful:
+        level: Level = "bad" if attributes["too_coarse"] else "warn"
+        return Judgement(level, "links are rigid, positions too few", f"{text} Take more sub_intervals.")
+    return Judgement("note", "links are rigid", text)
 
 
 def acting(result: Result) -> list[Effect]:

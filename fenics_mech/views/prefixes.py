@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene.answer_units import USUAL, AnswerUnits
+from fenics_mech.views.nothing import largest_force
 
 PREFIXED = {  # by the usual unit: those beside it, with their size in SI
     "N": (("mN", 1e-3), ("N", 1.0), ("kN", 1e3), ("MN", 1e6)),
@@ -14,7 +17,7 @@ PREFIXED = {  # by the usual unit: those beside it, with their size in SI
     "MPa": (("Pa", 1.0), ("kPa", 1e3), ("MPa", 1e6), ("GPa", 1e9)),
 }
 LEAST, MOST = 0.1, 1e4  # in the usual unit, between which it stays
-NOTHING = 1e-9  # of the largest force with an arm of 1 m: smaller moments are rounding
+NOTHING = 1e-9  # of the largest force with an arm of 1 m: smaller moments and forces are rounding
 
 
 def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
@@ -27,8 +30,23 @@ def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
     units
         The units without that.
     """
+    return fitted(_largest(result), units)
+
+
+def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
+    """Give units whose prefixes fit numbers; those that are stated stay.
+
+    Parameters
+    ----------
+    of_kinds
+        The largest of each kind of unit, in SI.
+    units
+        The units without that.
+    """
     known = dict(units.known)
-    for kind, largest in _largest(result).items():
+    for kind, largest in of_kinds.items():
+        if kind not in USUAL or USUAL[kind][0] not in PREFIXED:
+            continue
         name, size = USUAL[kind]
         if kind in units.stated or largest == 0 or LEAST <= largest / size < MOST:
             continue
@@ -50,6 +68,7 @@ def _largest(result: Result) -> dict[str, float]:
         for kind, of in names.items()
     }
     found = {kind: largest if np.isfinite(largest) else 0.0 for kind, largest in found.items()}
-    if found["moment"] < NOTHING * found["force"]:
-        found["moment"] = 0.0
-    return found
+    of_links = largest_force(result)
+    return {
+        kind: 0.0 if largest < NOTHING * of_links and kind != "stress" else largest for kind, largest in found.items()
+    }

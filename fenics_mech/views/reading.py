@@ -18,6 +18,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.nothing import least_moment
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.words import MINUS, in_degrees, short
 
@@ -104,7 +105,7 @@ class ForceReading:
         if "input_torque" not in self.data:
             return None
         effort, force = self.of("input_torque"), self.units.size("force") * self.force.max(initial=0.0)
-        seen = float(np.abs(effort).max()) > ROUNDING * force * self.arm
+        seen = float(np.abs(effort).max()) > max(ROUNDING * force * self.arm, least_moment(self.result))
         return effort / self.units.size(self._effort_kind) if seen else None
 
     @property

@@ -15,6 +15,7 @@ from fenics_mech._files import write_frame
 from fenics_mech.errors import percent
 from fenics_mech.studies.refine import RATIO, Refinement
 from fenics_mech.views.figures import empty_figure, finish, save
+from fenics_mech.views.prefixes import fitted
 from fenics_mech.views.tables import number, table_of
 
 WORDS = {"elements": "elements in all", "sub_intervals": "sub-intervals"}
@@ -39,7 +40,10 @@ def refinement_table(found: Refinement) -> Group:
 
 
 def _table(data: xr.Dataset, refinement: str, found: Refinement) -> Table:
-    data, units = data.sel(refinement=refinement), found.scene.answer_units
+    kinds = [str(name).split(" ")[0] for name in data["quantity"].to_numpy()]
+    most = np.nan_to_num(abs(data["value"]).max([dim for dim in data["value"].dims if dim != "quantity"]).to_numpy())
+    largest = {kind: float(max(size for one, size in zip(kinds, most) if one == kind)) for kind in kinds}
+    data, units = data.sel(refinement=refinement), fitted(largest, found.scene.answer_units)
     own = 1 if refinement == "sub_intervals" else 0
     counts = [f"{int(count)}{'*' * (i == own)}" for i, count in enumerate(data["count"].to_numpy())]
     table = table_of(f"By {WORDS[refinement]}", "quantity", *counts, "order", "extra-\npolated", "error")

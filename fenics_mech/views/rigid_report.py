@@ -8,16 +8,18 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.balance import mean_in_time
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
-from fenics_mech.views.details import damping_of, mean_powers
+from fenics_mech.views.details import balanced, damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
+from fenics_mech.views.words import share
 
 NAMES = {"joint_force": "joint force", "drive_effort": "effort", "freedom_place": "angles and strokes"}  # of errors
 
@@ -64,6 +66,8 @@ def rigid_energy(result: Result) -> str:
         The result.
     """
     (text, (factor, unit)), attributes = mean_powers(result), result.data.attrs
+    if balanced(result):
+        return f"{text}."
     rest = f"imbalance {number(factor * attributes['power_residual'])} {unit}"
     return f"{text}; {rest} ({attributes['power_balance_error']:.1g} of the largest)."
 
@@ -84,14 +88,28 @@ def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
     if data.attrs["time_steps"]:
         rows["steps"] = f"{data.attrs['time_steps']} time steps, tolerance {scene.analysis.time_tolerance:g}"
     known = {what: data.attrs.get(f"{what}_error_estimate") for what in NAMES}
-    said = [f"{NAMES[what]} {percent(error)}" for what, error in known.items() if error is not None]
+    known["acceleration"] = of_accelerations(result)
+    said = [f"{NAMES.get(what, what)} {share(error)}" for what, error in known.items() if error is not None]
     if said:
-        rows["error estimate"] = f"by the time steps, of the largest: {', '.join(said)}"
+        source = "the time steps" if data.attrs["time_steps"] else "peaks between positions"
+        rows["error estimate"] = f"by {source}, of the largest: {', '.join(said)}"
     if "not_estimated" in data.attrs:
         rows["error estimate"] = f"NOT known: {data.attrs['not_estimated']}"
     if "contacts_closed" in data.attrs and scene.analysis.method == "transient":
         rows["contacts"] = f"closed {data.attrs['contacts_closed']} times"
     return rows | motion_rows(result, units) | {"damped by": damping_of(scene)}
+
+
+def of_accelerations(result: Result) -> float | None:
+    """Give the largest error of a point's acceleration by peaks between positions, over the largest; None if unknown.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    name = "point_acceleration_relative_error"
+    return float(result.data[name].sel(source=BETWEEN)) if name in result.data else None
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:

@@ -13,9 +13,13 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.vibration import EFFECT as VIBRATION
+from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.scene.bodies import POISSON
 from fenics_mech.views.beyond_theory import across_plane
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
@@ -82,6 +86,7 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
         Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
         Text(" ".join(headline(reading))),
         Text(usable, style=STYLES[level]),
+        *map(Text, filter(None, [_met(result), _assumed(result)])),
         *(_said(one) for one in judged if one.level in ("bad", "warn")),
         *_warnings(result.warnings),
         Text(),
@@ -96,6 +101,25 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     if "rest_frequency" in result.data:
         parts += [small_motions_table(result), Text()]
     return Summary(*parts, _rest(reading, judged))
+
+
+def _met(result: Result) -> str:
+    """Say that the tolerance that was asked for is met; nothing where none was, or a warning says that it is not."""
+    if not result.scene.tolerances or unmet(result):
+        return ""
+    said = []
+    for what, most in result.scene.tolerances.items():
+        name = f"{ERROR_VARIABLES[what][1]}error_estimate"
+        if name in result.data.attrs:
+            error = percent_of_error(result.data.attrs[name])
+            said.append(f"{WORDS[what]} {percent(most)}, with an error of at most {error}")
+    return f"The tolerance is met: {'; '.join(said)}." if said else ""
+
+
+def _assumed(result: Result) -> str:
+    """Say of which materials Poisson's ratio is assumed, where it counts; the row of that name says more."""
+    names = ", ".join(notice.partition(" ")[0].removeprefix("materials.") for notice in result.notices)
+    return f"Poisson's ratio is assumed as {POISSON} in shear: {names}." if names else ""
 
 
 def _said(judged: Judgement) -> Text:

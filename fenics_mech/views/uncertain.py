@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
+from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import BETWEEN
 from fenics_mech.views.words import error_share
 
 

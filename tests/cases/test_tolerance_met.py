@@ -1,6 +1,7 @@
 """A tolerance is met, or the result warns; shear without Poisson's ratio takes 0.3 and says so."""
 
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,7 @@ def test_a_tolerance_that_is_not_met_is_warned_of_with_cause_and_cure(missed):
     level, sentence = verdict(judgements(missed))
     assert level == "warn"
     assert "tolerance not met" in sentence
+    assert "The tolerance is met" not in str(summary(missed))
     text = words(summary(missed))
     assert "can be used" not in text
     assert f"Warning: {said}" in text
@@ -175,8 +177,26 @@ def test_shear_without_poisson_takes_that_of_metals_and_says_so(material, sectio
     said = ("materials.it states neither `poisson` nor `shear_modulus`: shear takes a Poisson's ratio of 0.3",)
     assert tuple(text.split(", as of")[0] for text in result.notices) == (said if assumed else ())
     assert result.warnings == ()
-    assert ("assumed" in str(summary(result))) == assumed
+    first = str(summary(result)).split("\n\n")[0]
+    assert ("Poisson's ratio is assumed as 0.3 in shear: it." in first) == assumed
+    assert ("assumed " in str(summary(result)).split("\n\n", 1)[1]) == assumed
     assert key_figures(result)["notices"] == list(result.notices)
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "said"),
+    [
+        (0.01, r"The tolerance is met: strains 1 %, with an error of at most \S+ %\."),
+        ({"strain": 0.02, "joint_force": 0.05}, r"strains 2 %, with [^;]*; joint forces 5 %, with .* at most \S+ %\."),
+        (None, None),
+    ],
+)
+def test_a_tolerance_that_is_met_is_said_in_the_first_lines(tolerance, said):
+    """It is what `unmet` says of the result, and the error is the result's own."""
+    scene = cantilever(STEEL | {"poisson": 0.3}, RECTANGLE).changed(tolerance=tolerance)
+    result = fm.analyse(scene)
+    first = " ".join(str(summary(result)).split("\n\n")[0].split())
+    assert (re.search(said, first) is not None) if said else ("tolerance" not in first)
 
 
 def test_each_ply_is_asked_for_its_shear_modulus():

@@ -8,6 +8,7 @@ import pytest
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.page.report import page
+from fenics_mech.views.prefixes import fitted
 from fenics_mech.views.reading import Reading, reading_of
 from fenics_mech.views.summary import summary
 from fenics_mech.views.words import short
@@ -68,3 +69,10 @@ def test_summary_details_and_report_have_one_unit(result):
     assert f"{largest}" in str(page(large))
     assert re.search(r"\d kN ", str(summary(large, details=True)))
     assert ">kN<" in str(page(large)) or "force, kN" in str(page(large))
+
+
+def test_units_fit_numbers_of_tables_that_are_no_results():
+    """As those of `refine`: kinds without prefixes, such as strains and frequencies, stay."""
+    units = fitted({"force": 5e5, "stress": 30.0, "moment": 1e-3, "strain": 1e-9, "frequency": 1e9}, AnswerUnits())
+    assert [units.label(kind) for kind in ("force", "stress", "moment")] == ["kN", "Pa", "mN m"]
+    assert units.label("strain") == AnswerUnits().label("strain")

@@ -15,7 +15,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError, shortened
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.kinematics.run_up import solve_motion_in_time
@@ -137,8 +137,6 @@ def led_course(scene: Scene) -> RigidMotion:
                 place=f"joint_laws.{name}",
                 hint="Give a freedom with an effort in place of a drive",
             )
-    linkage = FreeLinkage(scene)
-    dynamics, motion = RigidDynamics(scene, linkage.loops, linkage.start), RigidMotion(scene)
     count = scene.analysis.sub_intervals
     _refuse_too_many(scene)
     if scene.analysis.method == "transient":
@@ -149,6 +147,21 @@ def led_course(scene: Scene) -> RigidMotion:
         whole = solve_motion(scene, np.array([scene.analysis.position])).held()
     else:
         whole = solve_motion(scene, scene.drive_angles(count))
+    return led(scene, whole)
+
+
+def led(scene: Scene, whole: Motion) -> RigidMotion:
+    """Give what acts in a motion that drives lead.
+
+    Parameters
+    ----------
+    scene
+        The scene, without freedoms.
+    whole
+        The motion, at any instants.
+    """
+    linkage = FreeLinkage(scene)
+    dynamics, motion = RigidDynamics(scene, linkage.loops, linkage.start), RigidMotion(scene)
     together = max(1, RIGID_MOTION.together // len(linkage.start) ** 2)
     for first in range(0, len(whole.theta), together):
         part = whole.part(slice(first, first + together))
