@@ -131,7 +131,7 @@ def quick_return():
             lambda: seed_four_bar(analysis={"solver": "sub-intervals", "sub_intervals": 360, "modes": 5}).changed(
                 analysis__allow_coarse=True, analysis__allow_ringing=True
             ),
-            {"analysis__solver": "collocation", "analysis__sub_intervals": 90, "analysis__stability": False},
+            {"analysis__solver": "collocation", "analysis__stability": False},
             ["time", "modes"],
             3,
         ),
@@ -148,7 +148,7 @@ def quick_return():
 def test_told_over_true(coarse, finer, sources, most):
     """Of every member, joint and drive whose error is above 1e-6.
 
-    Measured: mesh 1.1, time 1.3 to 4.5, reduction 0.6 to 1.1, chapter 5 0.6 to 1.9, taper 1.8 to 2.4 and pin 1.5
+    Measured: mesh 1.1, time 1.3 to 4.5, reduction 0.6 to 1.1, chapter 5 1.2 to 2.2, taper 1.8 to 2.4 and pin 1.5
     to 2.1, both raised by 2.
     """
     machine = coarse()
