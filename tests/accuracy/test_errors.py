@@ -498,7 +498,9 @@ def test_harmonics():
 def test_steps_too_long_for_a_vibration_that_nothing_damps_ask_for_damping(seed):
     free = seed.changed(damping={})
     assert _advice(seed, "time", 2.0, 1).startswith("Take at least")
-    assert _advice(free, "time", 2.0, 1).startswith("State the damping, as nothing damps the vibration, or take at least")
+    assert _advice(free, "time", 2.0, 1).startswith(
+        "State the damping, as nothing damps the vibration, or take at least"
+    )
     dampers = {"d": {"joint": "C", "damping": 0.001}}
     assert _advice(free.changed(dampers=dampers), "time", 2.0, 1).startswith("Take at least")
 
