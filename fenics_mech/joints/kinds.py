@@ -114,5 +114,13 @@ def kind_of(name: str, g: Geometry) -> Kind:
         A key of `KINDS`, or in space of `IN_SPACE`.
     g
         The plane or space.
+
+    Raises
+    ------
+    ValueError
+        When there is no such kind.
     """
-    return (KINDS | IN_SPACE if g.d == 3 else KINDS)[name](g)
+    kinds = KINDS | IN_SPACE if g.d == 3 else KINDS
+    if name not in kinds:
+        raise ValueError(f"{name!r} is no kind of joint in {g.name}: expected one of {', '.join(kinds)}")
+    return kinds[name](g)

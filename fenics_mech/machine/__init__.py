@@ -3,6 +3,7 @@
 from fenics_mech.joints import Row
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.machine import Machine
+from fenics_mech.machine.mobility import Mobility, hold_idle, loosen, mobility
 from fenics_mech.machine.pattern import Pattern
 
-__all__ = ["Evaluation", "Machine", "Pattern", "Row"]
+__all__ = ["Evaluation", "Machine", "Mobility", "Pattern", "Row", "hold_idle", "loosen", "mobility"]

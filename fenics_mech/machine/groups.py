@@ -98,6 +98,11 @@ class Group:
             self._elements: tuple[Array | Places, ...] = (self.pose, arms, what.parameters(geometry))
         else:
             self.count, self._kernel = max((len(own) for own in what), default=1), "relations"
+            for measure in (one for own in what for one in own):
+                if not {measure.axis, measure.other} <= set(range(geometry.d)):
+                    raise ValueError(
+                        f"{measure} looks at an axis that is not there: the {geometry.name} has 0 to {geometry.d - 1}"
+                    )
             numbers = np.array([tuple(one) for own in what for one in own], dtype=np.int32).reshape(-1, 3)
             repeated = (np.repeat(self.pose, self.count, axis=0), np.repeat(arms, self.count, axis=0))
             self._elements = (*repeated, numbers)

@@ -19,6 +19,8 @@ from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.machine.rides import Rides
 from fenics_mech.terms import Beams, Element, Look, Masses, Response, Term
 
+FIXED = ("", "place", "turn", "place and turn")
+
 
 class Machine:
     """A machine in the plane or in space.
@@ -46,6 +48,7 @@ class Machine:
         self.masses = Masses()
         self.chart: Chart | None = None
         self.n = 0  # coordinates
+        self._planned: tuple[int, ...] | None = None
         self._places: list[list[int]] = []
         self._turns: list[list[int]] = []
         self.ground = self.add_pose(np.zeros(geometry.d), fixed="place and turn")
@@ -75,6 +78,8 @@ class Machine:
             A law that leads it.
         """
         d, turns = self.geometry.d, self.geometry.turns
+        if fixed not in FIXED:
+            raise ValueError(f"a pose cannot be fixed by {fixed!r}: expected one of {', '.join(map(repr, FIXED))}")
         if led is not None:
             fixed, self.led[len(self.r)] = "place and turn", led
         self.r.append(np.asarray(place, dtype=float))
@@ -84,6 +89,7 @@ class Machine:
         else:
             self._places.append([-1] * d if "place" in fixed else self._new(d))
         self._turns.append([-1] * turns if "turn" in fixed else self._new(turns))
+        self.forget_plan()
         return len(self.r) - 1
 
     def _new(self, count: int) -> list[int]:
@@ -103,7 +109,7 @@ class Machine:
     def add_beams(
         self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
     ) -> None:
-        """Add beam elements with their inertia.
+        """Add beam elements with their inertia, to those that there are.
 
         Parameters
         ----------
@@ -116,7 +122,13 @@ class Machine:
         """
         beams = Beams(pairs, elements, damping)
         beams.add_to(self.masses)
-        self.terms.append(beams)
+        for k, term in enumerate(self.terms):
+            if isinstance(term, Beams):  # strains, modes and meshes look at all elements of a machine at once
+                self.terms[k] = beams.after(term)
+                break
+        else:
+            self.terms.append(beams)
+        self.forget_plan()
 
     def join(self, kind: str, pair: tuple[End, End], *, slack: float = 0.0, name: str = "") -> None:
         """Hold two ends by a kind of joint; a place that their poses share needs no rows.
@@ -165,10 +177,27 @@ class Machine:
 
     # ---- the plan: where everything lies ----
     def forget_plan(self) -> None:
-        """Plan anew: what was evaluated before has got more poses, terms or rows."""
+        """Plan anew: what was evaluated before has got more poses, terms, rows or masses."""
+        self._planned = None
         made = ["places", "groups", "row_group", "inertia", "pattern", "riders", "mode_numbers"]
-        for name in [*made, "_row_at", "_chart_at", "_rest"]:
+        for name in [*made, "extent", "_row_at", "_chart_at", "_rest"]:
             self.__dict__.pop(name, None)
+
+    def _check_plan(self) -> None:
+        """Raise where something was appended after the plan was made, which would leave it out."""
+        parts = self.n, len(self.r), len(self.terms), self.size, self.masses.changes
+        if self._planned is not None and self._planned != parts:
+            raise ValueError(
+                "the machine has got terms, rows or masses after it was evaluated. Call forget_plan() first"
+            )
+        self._planned = parts
+
+    @cached_property
+    def extent(self) -> float:
+        """Largest distance of its poses and ends along an axis of the fixed frame (m)."""
+        pairs = [*(pair for term in self.terms for pair in term.pairs), *(row.pair for row in self.rows)]
+        ends = [self.r[end.pose] + self.R[end.pose] @ end.offset for pair in pairs for end in pair]
+        return float(np.ptp([*self.r, *ends], axis=0).max()) or 1.0
 
     @property
     def size(self) -> int:
@@ -303,6 +332,7 @@ class Machine:
         tangents
             Whether M, C and K are given.
         """
+        self._check_plan()
         g, T = self.geometry, len(t)
         chart = self.known.at(t)
         if not moving:

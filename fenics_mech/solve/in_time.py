@@ -79,11 +79,13 @@ def march(
     step = h if h is not None else min(duration / 100, 1e-3 * duration)
     before: Array | None = None  # acceleration at the end of the last step
     times, motion, multipliers = [t], [_now(machine, t, v)], [np.zeros(len(machine.rows))]
-    refused = 0
+    refused, angles = 0, None
     while t < end - 1e-12 * duration:
         step = min(step, end - t)
         try:
-            a, q1, v1 = _step(machine, tableau, t, step, v, before, 1e-3 * tolerance if not fixed else 1e-12)
+            a, q1, v1, ahead = _step(
+                machine, tableau, t, step, v, before, 1e-3 * tolerance if not fixed else 1e-12, angles
+            )
             error = 0.0 if fixed else _error(tableau, step, a, before, n)
         except SolverError:
             if fixed or step < 1e-9 * duration:
@@ -93,7 +95,7 @@ def march(
             step *= max(LEAST, SAFETY * (tolerance / error) ** (1 / (stages + 2)))
             refused += 1
             continue
-        t += step
+        t, angles = t + step, ahead
         v, before = machine.rebase(q1, v1, a[-1])
         times.append(t)
         motion.append(_now(machine, t, v))
@@ -104,19 +106,29 @@ def march(
 
 
 def _step(
-    machine: Machine, tableau: Tableau, t: float, h: float, v: Array, before: Array | None, tolerance: float
-) -> tuple[Array, Array, Array]:
+    machine: Machine,
+    tableau: Tableau,
+    t: float,
+    h: float,
+    v: Array,
+    before: Array | None,
+    tolerance: float,
+    angles: list[Array] | None,
+) -> tuple[Array, Array, Array, list[Array]]:
     """Solve a step from the chart: accelerations at its stages, coordinates and rates at its end."""
     n, size, stages = machine.n, machine.size, len(tableau.c)
     a = np.tile(np.zeros(size) if before is None else before, (stages, 1))
     instants, stresses = t + h * tableau.c, None
+    ends: list[Array] = []
 
     def step() -> float:
         nonlocal stresses, a
         q = h * tableau.c[:, None] * v + h * h * tableau.square @ a
         rate = v + h * tableau.A @ a
         q[:, n:] = rate[:, n:] = 0.0
-        found = machine.residual(instants, q, rate, a, predicted=stresses)
+        near = None if angles is None else [np.broadcast_to(x, (stages, *x.shape[1:])) for x in angles]
+        found = machine.residual(instants, q, rate, a, predicted=stresses, angles=near)
+        ends[:] = [term.x[-1:] for term in found.terms]
         matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
         factors = Factors(blocks_of(machine.pattern, stages), matrix, f"step at {t:.6g} s")
         da = factors.solve(-found.force.T.ravel()).reshape(size, stages).T
@@ -129,7 +141,7 @@ def _step(
     newton(step, tolerance, 15, f"step at {t:.6g} s")
     q, rate = h * v + h * h * (tableau.square @ a)[-1], v + h * (tableau.A @ a)[-1]
     q[n:] = rate[n:] = 0.0
-    return a, q, rate
+    return a, q, rate, ends
 
 
 def _error(tableau: Tableau, h: float, a: Array, before: Array | None, n: int) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import PETSc, SLEPc
 from fenics_mech.errors import SolverError
+from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
@@ -237,9 +238,16 @@ def periodic(
     SolverError
         When there is none near by, or it is at an undamped resonance.
     """
+    if isinstance(machine.known, Fourier) and not np.isclose(period % machine.known.period, 0, atol=1e-9 * period):
+        raise SolverError(
+            f"the period of {period:.6g} s is no multiple of that of the rigid motion, {machine.known.period:.6g} s"
+        )
     iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")
     return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size, iteration.linear)
+
+
+LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
 
 
 class Iteration:
@@ -283,6 +291,6 @@ class Iteration:
         self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
         self.stresses = predicted(machine, self.found, *self.change)
         self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
-        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), 1e-12)
+        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * machine.extent)
         self.size = float(np.abs(changed[0]).max() / largest)
         return self.size

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
 from fenics_mech.solve.statics import equilibrium
@@ -24,13 +26,13 @@ def rigid_cycle(machine: Machine, period: float, positions: int = 64) -> Fourier
     Raises
     ------
     SolverError
-        When the machine cannot be assembled at a position, which is named.
+        When the machine cannot be assembled at a position, which is named, or does not come back after the period.
     """
     places, rotations = [], []
     machine.chart = None
-    for k in range(positions):
+    for k in range(positions + 1):
         t = period * k / positions
-        q, _ = equilibrium(
+        q, a = equilibrium(
             machine,
             t,
             loads=0.0,
@@ -39,9 +41,29 @@ def rigid_cycle(machine: Machine, period: float, positions: int = 64) -> Fourier
             most=20,
             what=f"rigid position at {360 * k / positions:.4g} degrees",
         )
+        _refuse_gaps(machine, a, 360 * k / positions)
         machine.rebase(q, 0 * q, 0 * q)
         now = machine.known.at(np.array([t]))
         places.append(now.r[0])
         rotations.append(now.R[0])
     machine.chart = None
-    return Fourier(machine.geometry, period, np.array(places), np.array(rotations))
+    off = max(np.abs(places[-1] - places[0]).max() / machine.extent, np.abs(rotations[-1] - rotations[0]).max())
+    if off > CLOSED:
+        raise SolverError(f"after {period:.6g} s the machine is not where it began: its drives have another period")
+    return Fourier(machine.geometry, period, np.array(places[:-1]), np.array(rotations[:-1]))
+
+
+CLOSED = (
+    1e-6  # of the machine's extent: rounding of positions is 1e-12, and slack of joints moves without loads by none
+)
+
+
+def _refuse_gaps(machine: Machine, a: Array, degrees: float) -> None:
+    """Raise where rows with slack are not met: links that do not bend do not reach each other."""
+    gaps = np.array([row.slack for row in machine.rows]) * a[machine.n : machine.n + len(machine.rows)]
+    if len(gaps) and np.abs(gaps).max() > CLOSED * machine.extent:
+        name = machine.rows[int(np.argmax(np.abs(gaps)))].name
+        raise SolverError(
+            f"rigid position at {degrees:.4g} degrees: joint {name!r} has a gap of {np.abs(gaps).max():.2g} m. "
+            "Joints or drives contradict each other: see mobility()"
+        )

@@ -80,7 +80,10 @@ class Factors:
         try:
             self._lu = splu(sp.csc_matrix((data, blocks.indices, blocks.indptr.astype(np.int32)), shape=shape))
         except RuntimeError as error:
-            raise SolverError(f"{what}: the equations are singular") from error
+            raise SolverError(
+                f"{what}: the equations are singular: something is free to move, or joints depend on each other. "
+                "`mobility` of the machine tells which"
+            ) from error
 
     def solve(self, right: Array) -> Array:
         """Solve for one vector, or for columns."""

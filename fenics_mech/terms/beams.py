@@ -102,6 +102,11 @@ class Beams(Term):
         """Modes of viscous stress."""
         return 0 if self.modal is None else self.modal.modes
 
+    def after(self, others: Beams) -> Beams:
+        """Give these elements after others."""
+        damping = [*others.damping, *self.damping]
+        return Beams([*others.pairs, *self.pairs], [*others.elements, *self.elements], damping)
+
     def add_to(self, masses: Masses) -> None:
         """Add the inertia of all elements."""
         for (first, second), element in zip(self.pairs, self.elements):

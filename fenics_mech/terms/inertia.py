@@ -32,9 +32,11 @@ class Masses:
     """The mass matrix of a machine, by pairs of vectors (kg)."""
 
     entries: dict[tuple[Vector, Vector], float] = field(default_factory=lambda: defaultdict(float))
+    changes: int = 0  # so many masses were added
 
     def couple(self, one: dict[Vector, float], other: dict[Vector, float], mass: float) -> None:
         """Add a mass between two combinations of vectors."""
+        self.changes += 1
         for a, x in one.items():
             for b, y in other.items():
                 self.entries[a, b] += mass * x * y

@@ -4,8 +4,7 @@ import numpy as np
 
 from fenics_mech.geometry import SPACE
 from fenics_mech.joints import IN_SPACE, Kind
-from fenics_mech.machine import Machine
-from fenics_mech.machine.mobility import mobility
+from fenics_mech.machine import Machine, mobility
 from fenics_mech.solve import march
 from fenics_mech.terms import Look, Measure
 

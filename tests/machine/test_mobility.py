@@ -5,8 +5,7 @@ import pytest
 
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import PLANE, SPACE
-from fenics_mech.machine import Machine
-from fenics_mech.machine.mobility import hold_idle, loosen, mobility
+from fenics_mech.machine import Machine, hold_idle, loosen, mobility
 from fenics_mech.solve import equilibrium, rigid_cycle
 from tests.machine.builders import seed
 from tests.machine.linkages import Bennett, Rssr, bricard

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from fenics_mech.geometry import SPACE
+from fenics_mech.machine import hold_idle, loosen, mobility
 from fenics_mech.machine.from_scene import machine_of
-from fenics_mech.machine.mobility import hold_idle, loosen, mobility
 from fenics_mech.scene import Scene
 from fenics_mech.solve import rigid_cycle
 from tests.machine.linkages import Bennett, Rssr
