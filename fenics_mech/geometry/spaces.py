@@ -70,6 +70,19 @@ class Geometry:
         n: Array = 1 / (1 + np.sum(c * c, axis=-1) / 4)[..., None]
         return np.asarray(n * (second + np.cross(c, second) / 2 - np.sum(c * rate, axis=-1)[..., None] / 2 * w))
 
+    def moment(self, arm: Array, force: Array) -> Array:
+        """Moment of a force on an arm, ``(..., turns)``."""
+        if self.d == 2:
+            return np.asarray(arm[..., 0] * force[..., 1] - arm[..., 1] * force[..., 0])[..., None]
+        return np.cross(arm, force)
+
+    def from_chart(self, c: Array, force: Array) -> Array:
+        """Moment whose power is that of a generalised force on the rate of a chart vector, ``(..., turns)``."""
+        if self.d == 2:
+            return force
+        spins = np.stack([self.spin(c, np.broadcast_to(e, c.shape)) for e in np.eye(3)], axis=-2)  # transposed
+        return np.asarray(np.linalg.solve(spins, force[..., None])[..., 0])
+
     def about(self, axis: Array, angle: Array) -> Array:
         """Rotation about an axis (in the plane about its normal) by angles ``(...)``: ``(..., d, d)`` (Rodrigues)."""
         n = np.ones(1) if self.d == 2 else np.asarray(axis, dtype=float) / np.linalg.norm(axis)

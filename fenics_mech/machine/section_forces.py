@@ -36,7 +36,7 @@ class EndForces:
 
 
 def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> EndForces:
-    """Give what holds each element of a planar machine at its ends: against its stresses, and for its motion.
+    """Give what holds each element at its ends: against its stresses, and for its motion.
 
     Gravity counts as an acceleration of its mass, so that these forces balance within the element.
 
@@ -47,8 +47,7 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     at
         The poses.
     """
-    d = at.r.shape[-1]
-    pose = group.pose
+    g, d, pose = group.geometry, group.geometry.d, group.pose
     offset, turn = (
         np.array([[getattr(end, name) for end in pair] for pair in beams.pairs]) for name in ("offset", "turn")
     )
@@ -56,24 +55,26 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     axes = at.R[:, pose] @ turn
     along = np.einsum("temn,tem->ten", measured.gradient, measured.response.stress)
     force = np.stack([-along[..., :d], along[..., :d]], axis=2)
-    moment = np.stack([along[..., d : d + 1], along[..., d + 1 :]], axis=2)
-    moment = moment - _cross(way, force)[..., None]  # the gradient by a turn of the pose holds the arm's
+    by_chart = np.stack([along[..., d : d + g.turns], along[..., d + g.turns :]], axis=2)
+    moment = g.from_chart(at.c[:, pose], by_chart) - g.moment(way, force)  # the turn of the pose moves the arm, too
 
     columns = np.swapaxes(at.acc[:, :, 1:], -1, -2)[:, pose]  # second rates of R, (T, E, 2, d, d)
     of_place = at.acc[:, pose, 0] + np.einsum("tekij,ekj->teki", columns, offset)
     of_axes = columns @ turn
     vectors = np.stack([of_place, of_axes[..., 0]], axis=3).reshape(*along.shape[:2], 4, d)
     mass = np.array([element.mass for element in beams.elements])
-    beside = np.array([beside_line(element.length, element.moment)[0] for element in beams.elements])
-    inert = np.einsum("eij,tejd->teid", mass, vectors) + np.einsum("eik,tekd->teid", beside, of_axes[..., 1])
+    rotary = np.array([element.rotary for element in beams.elements]) / 6
+    beside = np.array([beside_line(element.length, element.moment) for element in beams.elements])
+    inert = np.einsum("eij,tejd->teid", mass, vectors)
+    for bend in range(d - 1):
+        normal = of_axes[..., 1 + bend]
+        inert = inert + np.einsum("eik,tekd->teid", beside[:, bend], normal)
+        sections = rotary[None, :, bend, None, None] * (normal + normal.sum(axis=2, keepdims=True))
+        sections = sections + np.einsum("eik,teid->tekd", beside[:, bend], vectors)
+        moment = moment + g.moment(axes[..., 1 + bend], sections)
     inert = inert.reshape(*along.shape[:2], 2, 2, d)
-    force = force + inert[:, :, :, 0]
-    moment = moment + _cross(axes[..., 0], inert[:, :, :, 1])[..., None]
-    rotary = np.array([element.rotary[0] for element in beams.elements]) / 6
-    sections = rotary[None, :, None, None] * (of_axes[..., 1] + of_axes[..., 1].sum(axis=2, keepdims=True))
-    sections = sections + np.einsum("eik,teid->tekd", beside, vectors)
-    moment = moment + _cross(axes[..., 1], sections)[..., None]
-    return EndForces(force, moment, at.r[:, pose] + way, axes)
+    moment = moment + g.moment(axes[..., 0], inert[:, :, :, 1])
+    return EndForces(force + inert[:, :, :, 0], moment, at.r[:, pose] + way, axes)
 
 
 def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Array) -> EndForces:
