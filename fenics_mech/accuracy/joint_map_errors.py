@@ -246,13 +246,15 @@ def _at_rest(system: System, q: Array, load: Array) -> Array:
     return Equation(held_still(system)).about(q, np.zeros_like(q)).stiffness.solve(load)
 
 
-def left_out_of_frequencies(scene: Scene, system: System, modes: Modes) -> tuple[str, float] | None:
+def left_out_of_frequencies(scene: Scene, system: System, modes: Callable[[], Modes]) -> tuple[str, float] | None:
     """Tell by which share natural frequencies are wrong under the forces of the rigid motion, and where.
 
     Parameters
     ----------
-    scene, system, modes
-        The scene, its mechanism and its modes.
+    scene, system
+        The scene and its mechanism.
+    modes
+        Gives its modes, where there are such joints.
 
     Returns
     -------
@@ -269,7 +271,7 @@ def left_out_of_frequencies(scene: Scene, system: System, modes: Modes) -> tuple
     if not maps.motions:
         return None
     i = int(np.abs(maps.stiffnesses).max(axis=(0, 2)).argmax())
-    return maps.motions[i].place, _of_frequencies(modes, maps)
+    return maps.motions[i].place, _of_frequencies(modes(), maps)
 
 
 @contextmanager
@@ -286,7 +288,7 @@ def naming_joints(scene: Scene, system: System, modes: Callable[[], Modes]) -> I
     try:
         yield
     except SolverError as error:
-        left = left_out_of_frequencies(scene, system, modes())
+        left = left_out_of_frequencies(scene, system, modes)
         if left is None or left[1] < JOINTS.refused:
             raise
         named = type(error)(f"{error}. That may be wrong: {in_frequencies(*left)}")

@@ -110,7 +110,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     ()
     """
     chosen, system, found, shares, said = _chosen(scene, progress)
-    left = left_out_of_frequencies(chosen, system, found)
+    left = left_out_of_frequencies(chosen, system, lambda: found)
     running = running_frequencies(chosen, system, found)
     unknown = np.full_like(found.frequency, np.nan)
     supported = simply_supported_frequencies(chosen)

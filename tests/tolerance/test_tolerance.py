@@ -147,7 +147,9 @@ def runs(monkeypatch):
 def test_tolerance_that_is_not_met_is_an_error(monkeypatch):
     one_round = replace(fenics_mech.planning.meet_tolerance.SEARCH, most_rounds=1)
     monkeypatch.setattr(fenics_mech.planning.meet_tolerance, "SEARCH", one_round)
-    with pytest.raises(SolverError, match=r"0.0001 is not met: with 48 sub_intervals.* from the mesh; 1 rounds"):
+    with pytest.raises(
+        SolverError, match=r"0.0001 is not met: with 48 sub_intervals.* from the peaks between positions; 1 rounds"
+    ):
         analyse(seed_four_bar(effects=("coupling",), tolerance=1e-4))
 
 
@@ -204,7 +206,7 @@ def test_memory_that_gives_out_is_an_error_of_the_tolerance(error):
 
     with pytest.raises(
         SolverError,
-        match=r"uncertain by an estimated \S+ %, .* from the mesh; the next needs more memory than there is",
+        match=r"uncertain by an estimated \S+ %, .* from the peaks between positions; the next needs more memory than there is",
     ):
         within(scene, Attempts(short))
 
