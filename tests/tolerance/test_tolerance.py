@@ -206,7 +206,7 @@ def test_memory_that_gives_out_is_an_error_of_the_tolerance(error):
 
     with pytest.raises(
         SolverError,
-        match=r"uncertain by an estimated \S+ %, .* from the peaks between positions; the next needs more memory than there is",
+        match=r"an estimated \S+ %, .* from the peaks between positions; the next needs more memory than there is",
     ):
         within(scene, Attempts(short))
 
