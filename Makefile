@@ -1,4 +1,4 @@
-# make run: analyse the seed four-bar into out/.   make test: run the fast tests.   make test-all: run all tests.
+# make run: analyse the seed four-bar into out/.   make test: run the fast tests.   make test-all: run all tests but long ones (make test-long).
 # make docs: build the documents.   All install what is missing first.
 # make matrix: build every supported system anew, and run the fast tests on each. SYSTEMS="sid wheels" takes some.
 SHELL := /bin/bash
@@ -27,7 +27,7 @@ apt-missing = missing=$$(for p in $(1); do dpkg -s $$p >/dev/null 2>&1 || echo $
 	        apt-get install -y --no-install-recommends $$missing; \
 	fi
 
-.PHONY: run test test-all lint docs install clean matrix
+.PHONY: run test test-all test-long lint docs install clean matrix
 run: .venv/solver
 	$(PYTHON) -m fenics_mech run demos/four_bar.toml -o out
 
@@ -36,7 +36,10 @@ test: install lint
 	$(PYTHON) -m pytest -n auto --dist loadfile -m "not slow"
 
 test-all: install lint
-	$(PYTHON) -m pytest -n auto --dist loadfile
+	$(PYTHON) -m pytest -n auto --dist loadfile -m "not long"
+
+test-long: install
+	$(PYTHON) -m pytest -n auto --dist loadfile -m long
 
 lint: install
 	$(PYTHON) -m ruff check .

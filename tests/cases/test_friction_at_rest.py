@@ -113,6 +113,7 @@ def post(angle: str, **changes) -> fm.Scene:
     return bending(incline(angle, **{"analysis.sub_intervals": 10}), **{"links.block": arm} | changes)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", ["15 deg", "-20 deg"])
 def test_a_bar_that_bends_sticks_on_an_incline(angle):
     # where 91 % of the friction hold it, vibration at the start takes more for a moment, and it slides 0.02 mm
@@ -127,6 +128,7 @@ def test_a_bar_that_bends_is_pushed_below_its_limit_for_20_s():
     assert np.abs(place).max() < 2e-6
 
 
+@pytest.mark.long
 def test_a_bar_that_bends_coasts_to_rest_and_stays_there():
     # s = v^2/(2 mu g): 2e-3 for the vibration that the friction starts, which takes and gives work
     data = fm.analyse(post("0 deg", **{"freedoms.G.speed": 1.0, "analysis.duration": 1.0})).data
@@ -135,6 +137,7 @@ def test_a_bar_that_bends_coasts_to_rest_and_stays_there():
     assert np.ptp(place[5:]) < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("sign", [1, -1])
 def test_a_pendulum_that_bends_coasts_to_rest_by_the_friction_of_its_pin(sign):
     # each half of a swing takes 2 mu r/(L/2) = 0.008 rad: 0.019, -0.011, 0.003, where it is held up to 0.004 rad

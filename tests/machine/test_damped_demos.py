@@ -24,8 +24,9 @@ CASES = [
 ]
 
 
+LONG = ("watt", "jansen", "four_bar")
 DAMPED = [  # Jansen takes its time: once, with both, and with the modes that its slender rods need
-    pytest.param(*case, material, id=f"{case[0]}-{name}")
+    pytest.param(*case, material, id=f"{case[0]}-{name}", marks=pytest.mark.long if case[0] in LONG else ())
     for case in CASES
     for material, name in ((0.0, "ratio"), (1e-4, "ratio and material"))
     if material or case[0] != "jansen"

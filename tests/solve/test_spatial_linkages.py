@@ -83,7 +83,12 @@ def rssr(count: int, speed: float) -> Rssr:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("speed", "count", "coupler", "rocker"),
-    [(60, 3, 4e-3, 4e-3), (60, 6, 1e-3, 2.2e-3), (85, 3, 8e-3, 1.9e-2), (85, 6, 2.3e-3, 6e-3)],
+    [
+        (60, 3, 4e-3, 4e-3),
+        pytest.param(60, 6, 1e-3, 2.2e-3, marks=pytest.mark.long),
+        (85, 3, 8e-3, 1.9e-2),
+        pytest.param(85, 6, 2.3e-3, 6e-3, marks=pytest.mark.long),
+    ],
 )
 def test_an_elastic_rssr_moves_as_by_another_program(speed, count, coupler, rocker):
     """Elastic places at thirds of the links, relative to the largest; links turn by up to 0.05 and 0.16 rad.
