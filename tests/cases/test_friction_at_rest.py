@@ -95,8 +95,8 @@ def bending(scene: fm.Scene, **changes) -> fm.Scene:
     """Give a scene its bar of steel, 20 mm by 10 mm, that bends, with enough damping that its vibration dies out."""
     steps = {"start": "static", "error_estimates": False, "time_tolerance": 1e-3}
     common = {
-        "materials": {"steel": fm.Material(modulus=2.1e11, density=DENSITY)},
-        "sections": {"bar": fm.RectangleSection(width="20 mm", height="10 mm")},
+        "materials.steel": fm.Material(modulus=2.1e11, density=DENSITY),
+        "sections.bar": fm.RectangleSection(width="20 mm", height="10 mm"),
         "effects": ("coupling", "gravity"),
         "mesh": fm.Mesh(elements=1),
         "damping": fm.Damping(ratio=0.05),
