@@ -62,7 +62,7 @@ NOT_RUN = {  # shown commands, and why no test of the documents runs them
     "make bench": "reports times and asserts nothing",
     ".venv/bin/python -m pytest tests/effects/test_gravity.py": TESTS,
     '.venv/bin/python -m pytest -n auto --dist loadfile -m "not slow"': TESTS,
-    ".venv/bin/python -m pytest -n auto --dist loadfile": TESTS,
+    '.venv/bin/python -m pytest -n auto --dist loadfile -m "not long"': TESTS,
     "conda install -c conda-forge fenics-dolfinx slepc4py h5py": INSTALLS,
     "pip install .": INSTALLS,
     "pip install '.[solver]'": INSTALLS,
