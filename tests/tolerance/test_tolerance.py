@@ -264,7 +264,8 @@ def test_only_what_is_kept_is_told_of_its_theory(monkeypatch):
     once = analyse(found.scene.changed(tolerance=None)).data
     assert set(once.data_vars) == set(found.data.data_vars)
     both = [data["relative_error"].drop_sel(source="time").to_numpy() for data in (found.data, once)]
-    assert both[0] == pytest.approx(both[1], rel=0.02)  # that of the time has the damping that a tolerance leaves out
+    # that of the time has the damping that a tolerance leaves out; errors of 1e-9 are rounding
+    assert both[0] == pytest.approx(both[1], rel=0.02, abs=1e-8)
 
 
 def test_accepted_motion_was_asked_to_be_stable():
