@@ -98,7 +98,7 @@ def _between(
 
 def _distance(machine: Machine, pair: tuple[End, End]) -> float:
     """Give the distance of two ends as drawn (m)."""
-    one, other = (machine.r[end.pose] + machine.R[end.pose] @ end.offset for end in pair)
+    one, other = map(machine.drawn, pair)
     return float(np.linalg.norm(other - one))
 
 

@@ -106,6 +106,10 @@ class Machine:
         """Give an end that rests."""
         return self.end(self.ground, np.zeros(self.geometry.d) if place is None else place, axes)
 
+    def drawn(self, end: End) -> Array:
+        """Give the place where an end is drawn ``(d,)`` (m)."""
+        return np.asarray(self.r[end.pose] + self.R[end.pose] @ end.offset)
+
     def add_beams(
         self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
     ) -> None:
@@ -196,7 +200,7 @@ class Machine:
     def extent(self) -> float:
         """Largest distance of its poses and ends along an axis of the fixed frame (m)."""
         pairs = [*(pair for term in self.terms for pair in term.pairs), *(row.pair for row in self.rows)]
-        ends = [self.r[end.pose] + self.R[end.pose] @ end.offset for pair in pairs for end in pair]
+        ends = [self.drawn(end) for pair in pairs for end in pair]
         return float(np.ptp([*self.r, *ends], axis=0).max()) or 1.0
 
     @property

@@ -94,7 +94,7 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
     load = rides.loads(at, a)
     push, way = load[..., : at.r.shape[-1]], forces.place[:, number] - at.r[:, rides.pose[:, :2]]
     force, moment = forces.force.copy(), forces.moment.copy()
-    about_end = load[..., -1:] - _cross(way, push)[..., None]
+    about_end = load[..., -1:] - rides.geometry.moment(way, push)
     for k, e in enumerate(number):
         force[:, e] += push[:, k]
         moment[:, e] += about_end[:, k]
