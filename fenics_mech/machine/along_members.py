@@ -7,11 +7,11 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.machine.section_forces import end_forces, inside
+from fenics_mech.machine.section_forces import Sections, end_forces, inside
 
 
-def along_members(made: SceneMachine, found: Evaluation, s: Array) -> tuple[Array, Array]:
-    """Give axial force (N) and moment (N m) at stations of all members, ``(instants, members, stations)``.
+def along_members(made: SceneMachine, found: Evaluation, s: Array) -> Sections:
+    """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
 
     Parameters
     ----------
@@ -38,5 +38,6 @@ def along_members(made: SceneMachine, found: Evaluation, s: Array) -> tuple[Arra
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
     given = np.concatenate(elements), np.concatenate(places), np.concatenate(masses)
     shape = len(found.force), len(mesh.members), len(s)
-    axial, moment = inside(beams, group, found.at, ends_of_elements, *given)
-    return axial.reshape(shape), moment.reshape(shape)
+    whole = inside(beams, group, found.at, ends_of_elements, *given)
+    forces = (x.reshape(shape) for x in (whole.axial, whole.shear, whole.moment))
+    return Sections(*forces, whole.place.reshape(*shape, 2))

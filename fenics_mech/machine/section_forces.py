@@ -35,6 +35,26 @@ class EndForces:
     axes: Array
 
 
+@dataclass(frozen=True)
+class Sections:
+    """Forces in sections, and where these are, ``(instants, stations)`` each.
+
+    Parameters
+    ----------
+    axial, shear
+        Along the bent axis, and dM/ds (N).
+    moment
+        N m.
+    place
+        On the bent axis, ``(instants, stations, 2)`` (m).
+    """
+
+    axial: Array
+    shear: Array
+    moment: Array
+    place: Array
+
+
 def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> EndForces:
     """Give what holds each element at its ends: against its stresses, and for its motion.
 
@@ -103,8 +123,8 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
 
 def inside(
     beams: Beams, group: Group, at: Moved, ends: EndForces, elements: Index, places: Array, line_mass: Array
-) -> tuple[Array, Array]:
-    """Give axial force (N) and moment (N m) at places inside elements, ``(instants, stations)`` each.
+) -> Sections:
+    """Give the forces in sections at places inside elements.
 
     It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, and the
     bow of a clamped beam under the mean of what acts across it.
@@ -142,7 +162,8 @@ def inside(
         normal = _between(x, at_ends[1][..., 1])
         moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
     tangent = _hermite(places, length, at_ends[0], at_ends[1][..., 0], 1)
-    return np.sum(force * tangent, axis=-1) / np.linalg.norm(tangent, axis=-1), moment
+    tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
 
 
 def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array]) -> Array:
