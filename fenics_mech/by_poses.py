@@ -283,7 +283,7 @@ def _without_vibration(solved: Solved) -> xr.Dataset:
     scene, s, motion = solved.scene, solved.positions.stations, solved.positions.motion.chart
     still = quasi_static(motion.machine, motion.t)
     terms = [here.with_response(replace(here.response, stress=stress)) for here, stress in zip(still.found.terms, still.stresses)]
-    forces = along_members(solved.made, replace(still.found, terms=terms), s)
+    forces = along_members(solved.made, replace(still.found, terms=terms), still.change[2], s)
     sections = scene.rigidities(s)
     by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)
     strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")

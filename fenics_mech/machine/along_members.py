@@ -7,18 +7,18 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.machine.section_forces import Sections, end_forces, inside
+from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, with_rides
 
 
-def along_members(made: SceneMachine, found: Evaluation, s: Array) -> Sections:
+def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> Sections:
     """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
 
     Parameters
     ----------
     made
         The machine of a scene.
-    found
-        Its residual.
+    found, a
+        Its residual, and the accelerations with the multipliers there ``(instants, size)``.
     s
         Stations along every member, 0..1.
     """
@@ -36,8 +36,12 @@ def along_members(made: SceneMachine, found: Evaluation, s: Array) -> Sections:
         masses.append(np.stack([scene.rigidity(label, x).line_density for x in ends], axis=1))
     beams, group = made.beams, machine.groups[0]
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
+    inner = None
+    if machine.rides:
+        ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
+        inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
     given = np.concatenate(elements), np.concatenate(places), np.concatenate(masses)
     shape = len(found.force), len(mesh.members), len(s)
-    whole = inside(beams, group, found.at, ends_of_elements, *given)
+    whole = inside(beams, group, found.at, ends_of_elements, *given, inner)
     forces = (x.reshape(shape) for x in (whole.axial, whole.shear, whole.moment))
     return Sections(*forces, whole.place.reshape(*shape, 2))

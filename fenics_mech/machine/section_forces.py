@@ -109,8 +109,7 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
     at, a
         The poses, and accelerations with multipliers ``(instants, size)``.
     """
-    numbers = {id(pair): e for e, pair in enumerate(beams.pairs)}
-    number = [numbers[id(pair)] for ride in rides.rides for pair in ride.elements]
+    number = _ridden(beams, rides)
     load = rides.loads(at, a)
     push, way = load[..., : at.r.shape[-1]], forces.place[:, number] - at.r[:, rides.pose[:, :2]]
     force, moment = forces.force.copy(), forces.moment.copy()
@@ -121,8 +120,45 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
     return replace(forces, force=force, moment=moment)
 
 
+def _ridden(beams: Beams, rides: Rides) -> list[int]:
+    """Give the numbers of the elements that pins ride on."""
+    numbers = {id(pair): e for e, pair in enumerate(beams.pairs)}
+    return [numbers[id(pair)] for ride in rides.rides for pair in ride.elements]
+
+
+@dataclass(frozen=True)
+class InnerForces:
+    """Forces that act inside elements.
+
+    Parameters
+    ----------
+    element
+        The element of each ``(forces,)``.
+    place
+        Where they act, 0..1 along it ``(instants, forces)``.
+    force
+        ``(instants, forces, 2)`` (N).
+    """
+
+    element: Index
+    place: Array
+    force: Array
+
+    @classmethod
+    def of_rides(cls, beams: Beams, rides: Rides, at: Moved, a: Array) -> InnerForces:
+        """Give what pins exert on the elements that they ride on."""
+        return cls(np.array(_ridden(beams, rides), dtype=int), *rides.pushes(at, a))
+
+
 def inside(
-    beams: Beams, group: Group, at: Moved, ends: EndForces, elements: Index, places: Array, line_mass: Array
+    beams: Beams,
+    group: Group,
+    at: Moved,
+    ends: EndForces,
+    elements: Index,
+    places: Array,
+    line_mass: Array,
+    inner: InnerForces | None = None,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
@@ -137,6 +173,8 @@ def inside(
         Element of each station, and its place in it, 0..1 ``(stations,)``.
     line_mass
         Mass per length at both ends of each station's element, linear between them ``(stations, 2)`` (kg/m).
+    inner
+        Forces inside elements.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -161,6 +199,14 @@ def inside(
         moment = moment + _cross(here - cut, mass * acceleration)
         normal = _between(x, at_ends[1][..., 1])
         moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
+    for k, element in enumerate(() if inner is None else inner.element):
+        assert inner is not None
+        own = np.nonzero(elements == element)[0]
+        before = inner.place[:, k, None] < places[own]
+        push = before[..., None] * inner.force[:, k, None]
+        acts = _hermite(inner.place[:, k, None], length[own], at_ends[0][:, own], at_ends[1][:, own][..., 0])
+        force[:, own] -= push
+        moment[:, own] -= _cross(acts - cut[:, own], push)
     tangent = _hermite(places, length, at_ends[0], at_ends[1][..., 0], 1)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
@@ -195,11 +241,11 @@ def _of_axes(beams: Beams, group: Group, at: Moved, elements: Index, axis: int) 
 
 
 def _hermite(x: Array, length: Array, place: Array, axis: Array, derivative: int = 0) -> Array:
-    """Give cubics between places and axes of both ends ``(instants, stations, 2, d)`` at x in 0..1."""
+    """Give cubics between places and axes of both ends ``(instants, stations, 2, d)`` at x in 0..1 ``(..., stations)``."""
     basis = [[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
     a, b, c, d = (polyval(x, polyder(one, derivative) if derivative else one) for one in basis)
-    values = a[:, None] * place[:, :, 0] + c[:, None] * place[:, :, 1]
-    return np.asarray(values + (b * length)[:, None] * axis[:, :, 0] + (d * length)[:, None] * axis[:, :, 1])
+    values = a[..., None] * place[:, :, 0] + c[..., None] * place[:, :, 1]
+    return np.asarray(values + (b * length)[..., None] * axis[:, :, 0] + (d * length)[..., None] * axis[:, :, 1])
 
 
 def _between(x: Array, values: Array) -> Array:

@@ -54,7 +54,7 @@ class OfPoses:
     @cached_property
     def sections(self) -> Sections:
         """Forces in sections at the stations."""
-        return along_members(self.made, self.motion.found, self.stations)
+        return along_members(self.made, self.motion.found, self.motion.a, self.stations)
 
     @cached_property
     def strains(self) -> tuple[Array, Array]:
@@ -62,7 +62,7 @@ class OfPoses:
         scene, motion, bare = self.made.scene, self.motion, self.sections
         if self.made.beams.modal is not None:  # what damps modes is no strain
             elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
-            bare = along_members(self.made, elastic, self.stations)
+            bare = along_members(self.made, elastic, motion.a, self.stations)
         parts = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
         stretch, bending = (elastic_strain(scene, part) for part in parts)
         return stretch, bending
@@ -141,6 +141,8 @@ class OfPoses:
         if body == GROUND:
             return -sum(self.held(name, joint, other) for other in bodies if other != GROUND)
         end = self.made.end(bodies[body])
+        if joint.member is not None:
+            return self._under_pin(name, body)
         if isinstance(joint, Weld):
             return self._at_weld(body, end)
         found = self._reactions.of(name)[:, end.pose]
@@ -163,6 +165,15 @@ class OfPoses:
                 found[:, 2] += ends.moment[:, e, side, 0] + arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
         del beams
         return found
+
+    def _under_pin(self, name: str, body: str) -> Array:
+        """Give the force of a pin that rides along a member on one of both bodies; a pin holds no moment."""
+        motion, riders = self.motion, self.motion.machine.riders
+        push = riders.pushes(motion.found.at, motion.a)[1]
+        which = [k for k, ride in enumerate(riders.rides) if ride.name == name]
+        whole = push[:, np.isin(riders.of, which)].sum(axis=1)  # on the member, which is that of the first point
+        first = self.made.scene.joints[name].connect[0].split(".")[0]
+        return np.concatenate([whole if body == first else -whole, np.zeros((len(motion.t), 1))], axis=1)
 
     @cached_property
     def _ends(self) -> EndForces:

@@ -14,7 +14,7 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
-from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.sparse import Factors, blocks_of, inverses
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 
@@ -108,6 +108,9 @@ class Cycle:
         return self.steps.multipliers(count)[0]
 
 
+SMALL = 300  # rows of a step's matrix: its inverse takes less time than sparse factors and their solutions
+
+
 class LinearSteps:
     """The linearised steps of a cycle: factors of every step, and how a state goes through them.
 
@@ -119,33 +122,51 @@ class LinearSteps:
         self.stages = len(tableau.c)
         self.count = len(found.force) // self.stages
         self.pattern = machine.pattern
-        by_step = [x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K)]
-        self.C, self.K = by_step[1], by_step[2]
+        M, self.C, self.K = (x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K))
         blocks = blocks_of(machine.pattern, self.stages)
-        self.factors = [
-            Factors(blocks, stage_matrix(tableau, h, *(x[k] for x in by_step)), f"step {k + 1} of the cycle")
-            for k in range(self.count)
-        ]
+        matrices = [stage_matrix(tableau, h, *of_step) for of_step in zip(M, self.C, self.K)]
+        self.small = blocks.size <= SMALL
+        if self.small:
+            self.inverse = inverses(blocks, np.array(matrices), "a step of the cycle")
+            self.by_state, self.maps = self._maps()
+        else:
+            self.factors = [Factors(blocks, x, f"step {k + 1} of the cycle") for k, x in enumerate(matrices)]
+
+    def _maps(self) -> tuple[Array, Array]:
+        """Give what states make of accelerations ``(steps, stages x size, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
+        n, h, tableau, N = self.n, self.h, self.tableau, self.size * self.stages
+        C, K = (self.pattern.dense(x)[..., :n] for x in (self.C, self.K))  # (steps, stages, size, n)
+        forces = np.concatenate([K, tableau.c[:, None, None] * K + C / h], axis=-1)
+        by_state = -self.inverse @ np.swapaxes(forces, 1, 2).reshape(self.count, N, 2 * n)  # stages side by side
+        stages = by_state.reshape(self.count, self.size, self.stages, 2 * n)[:, :n]
+        ends = [h * h * np.einsum("j,kijm->kim", row, stages) for row in (tableau.square[-1], tableau.A[-1])]
+        still = np.block([[np.eye(n), np.eye(n)], [np.zeros((n, n)), np.eye(n)]])
+        return by_state, still + np.concatenate(ends, axis=1)
 
     def through(self, k: int, state: Array, right: Array | None = None) -> tuple[Array, Array]:
         """Take a state through step `k` under forces ``(stages, size)``: accelerations, and the state after it."""
         n, h, tableau = self.n, self.h, self.tableau
-        x, y = np.zeros(self.size), np.zeros(self.size)
-        x[:n], y[:n] = state[:n], state[n:]
-        force = np.zeros((self.stages, self.size)) if right is None else right.copy()
-        at_stages = x + tableau.c[:, None] * y
-        force -= self.pattern.times(self.K[k], at_stages)
-        force -= self.pattern.times(self.C[k], np.broadcast_to(y / h, at_stages.shape))
-        a = self.factors[k].solve(force.T.ravel()).reshape(self.size, self.stages).T
-        end = np.concatenate(
-            [x[:n] + y[:n] + h * h * (tableau.square[-1] @ a)[:n], y[:n] + h * h * (tableau.A[-1] @ a)[:n]]
-        )
-        return a, end
+        if self.small:
+            flat = self.by_state[k] @ state
+            if right is not None:
+                flat += self.inverse[k] @ right.T.ravel()
+        else:
+            x, y = np.zeros(self.size), np.zeros(self.size)
+            x[:n], y[:n] = state[:n], state[n:]
+            force = np.zeros((self.stages, self.size)) if right is None else right.copy()
+            at_stages = x + tableau.c[:, None] * y
+            force -= self.pattern.times(self.K[k], at_stages)
+            force -= self.pattern.times(self.C[k], np.broadcast_to(y / h, at_stages.shape))
+            flat = self.factors[k].solve(force.T.ravel())
+        a = flat.reshape(self.size, self.stages).T
+        x, y = state[:n], state[n:]
+        end = [x + y + h * h * (tableau.square[-1] @ a)[:n], y + h * h * (tableau.A[-1] @ a)[:n]]
+        return a, np.concatenate(end)
 
     def cycle(self, state: Array) -> Array:
         """Take a state through the whole cycle."""
         for k in range(self.count):
-            state = self.through(k, state)[1]
+            state = self.maps[k] @ state if self.small else self.through(k, state)[1]
         return state
 
     def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
