@@ -10,13 +10,15 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
+from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
+from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.estimate import finer_mesh, finer_steps
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
@@ -81,6 +83,12 @@ class Solved:
             t[0] = 0.0
         return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
 
+    @property
+    def at_stages(self) -> OfPoses:
+        """Give the motion at the stages of all steps, over which a mean is of the order of the steps."""
+        states = (x.reshape(len(self.cycle.t.ravel()), -1) for x in (self.cycle.q, self.cycle.v, self.cycle.a))
+        return OfPoses(self.made, Motion(self.made.machine, self.cycle.t.ravel(), *states))
+
     @cached_property
     def positions(self) -> OfPoses:
         """The motion at the positions of the result."""
@@ -96,15 +104,13 @@ def _built(scene: Scene) -> SceneMachine:
     return made
 
 
-def by_poses(scene: Scene, choices: Sequence[Choice] = ()) -> Result:
+def by_poses(scene: Scene) -> Result:
     """Analyse a driven cycle.
 
     Parameters
     ----------
     scene
-        The scene, with its effects chosen.
-    choices
-        What was decided about each effect.
+        The scene.
 
     Raises
     ------
@@ -115,10 +121,47 @@ def by_poses(scene: Scene, choices: Sequence[Choice] = ()) -> Result:
     UnresolvedError
         When an error is too large.
     """
+    scene, choices = planned(scene)
     solved = Solved.of(scene)
     stability = _stability(solved) if scene.analysis.stability else xr.Dataset()
     errors = estimated(solved) if scene.analysis.error_estimates else None
     return collected(solved, errors, stability, choices)
+
+
+EXACT = ("coupling", "large-rotations")  # what the equation of poses always has
+FREE = ("shear", "rotary-inertia")  # what it has at no cost, where the scene lets the program choose
+NOT_YET = ("inextensible", "lumped-mass", "motor", "air-drag")
+
+
+def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
+    """Choose the effects of a scene for the equation of poses, and say what was decided about each.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Raises
+    ------
+    SceneError
+        When it lists effects that the equation has not yet.
+    """
+    if scene.effects == "auto":
+        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
+        scene = scene.changed(effects=(*EXACT, *(name for name in FREE if name not in lacking)))
+    elif not set(EXACT) <= set(scene.named_effects):
+        scene = scene.changed(effects=tuple({*scene.effects, *EXACT} - {"geometric-stiffness"}))
+    acting = {effect.name for effect in active(scene)}
+    if refused := [name for name in NOT_YET if name in acting]:
+        raise SceneError(
+            f"the equation of poses does not have {' and '.join(refused)} yet",
+            place="analysis.solver",
+            hint="Write solver = 'collocation'",
+        )
+    return scene, tuple(
+        Choice(effect, None, name in acting, effect.missing_data(scene) if name in FREE and name not in acting else "")
+        for name, effect in EFFECTS.items()
+    )
 
 
 def quantities(found: OfPoses) -> Quantities:
@@ -143,17 +186,26 @@ def estimated(solved: Solved) -> Errors:
         "time": (quantities(replace(solved, cycle=finer_steps(solved.cycle)).at()) - here).largest,
         "mesh": (quantities(Solved(scene, finer, by_mesh).at()) - here).largest,
     }
-    shares = np.arange(1, BETWEEN_SHARES) / BETWEEN_SHARES
-    beside = [quantities(solved.at(share)).largest for share in shares]
+    parts[BETWEEN] = _missed(solved, here)
     largest = here.largest
-    parts[BETWEEN] = {
-        name: np.maximum(np.max([one[name] for one in beside], axis=0) - size, 0.0) for name, size in largest.items()
-    }
-    by_quantity = {name: {source: found[name] for source, found in parts.items()} for name in largest}
+    strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
+    parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
+    nothing = {name: np.zeros_like(size) for name, size in largest.items()}
+    by_quantity = {name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest}
     order = {source: ORDERS[source] for source in parts}
     errors = Errors(by_quantity, order, measures(scene, largest), (), largest)
     errors.judge(scene)
     return errors
+
+
+def _missed(solved: Solved, here: Quantities) -> dict[str, Array]:
+    """Give by how much peaks between the positions surpass those of the Fourier series through the positions."""
+    through = here.at_more_angles(BETWEEN_SHARES).sizes
+    most = here.largest
+    for share in range(1, BETWEEN_SHARES):
+        there = quantities(solved.at(share / BETWEEN_SHARES)).largest
+        most = {name: np.maximum(size, there[name]) for name, size in most.items()}
+    return {name: np.maximum(size - through[name].max(axis=0), 0.0) for name, size in most.items()}
 
 
 def _stability(solved: Solved) -> xr.Dataset:
@@ -249,14 +301,15 @@ def _joined(*parts: xr.Dataset) -> xr.Dataset:
 
 def _power(solved: Solved, errors: Errors | None) -> xr.Dataset:
     """Give the mean power of every cause, and how far the energy fluctuates that the drives give."""
-    powers = solved.positions.powers()
-    given = next(iter(powers.values()))
+    powers, steps = solved.at_stages.powers(), len(solved.cycle.t)
+    given = next(iter(solved.positions.powers().values()))
+    weights = np.tile(solved.cycle.tableau.A[-1] / steps, steps)
     passed = max(float(np.abs(power).mean()) for power in powers.values())
     bound = np.nan
     if errors is not None:
         uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
         bound = float(uncertain @ np.abs(solved.positions.drive_rates()).mean(axis=0))
-    mean = {cause: float(power.mean()) for cause, power in powers.items()}
+    mean = {cause: float(weights @ power) for cause, power in powers.items()}
     found = balance_of(mean, MEASURE.small_power * passed, bound)
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
