@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -82,8 +83,6 @@ class Cycle:
         Newton steps.
     change
         The last Newton correction of the coordinates, relative to the largest.
-    steps
-        Linear steps of the converged cycle, for closing and multipliers.
     """
 
     machine: Machine
@@ -91,11 +90,15 @@ class Cycle:
     evaluation: Evaluation
     iterations: int
     change: float
-    steps: LinearSteps
 
     def __post_init__(self) -> None:
         self.tableau = self.path.tableau
         self.t, self.q, self.v, self.a = self.path.at(self.tableau.c)
+
+    @cached_property
+    def steps(self) -> LinearSteps:
+        """Linear steps of the converged cycle: made where multipliers are asked for, as their factors take memory."""
+        return LinearSteps(self.machine, self.tableau, self.path.h, self.evaluation)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -265,7 +268,7 @@ def periodic(
         )
     iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size, iteration.linear)
+    return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
@@ -285,7 +288,6 @@ class Iteration:
     """
 
     found: Evaluation
-    linear: LinearSteps
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
     size: float  # of the change, relative to the largest coordinate
 
@@ -302,10 +304,10 @@ class Iteration:
         """Take a step, and give the size of its change."""
         machine, path, n = self.machine, self.path, self.machine.n
         self.found = self.evaluated(self.stresses)
-        self.linear = LinearSteps(machine, path.tableau, path.h, self.found)
+        linear = LinearSteps(machine, path.tableau, path.h, self.found)
         end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
         gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], path.h * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        states, da = self.linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
+        states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
         dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
         dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / path.h
         changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
