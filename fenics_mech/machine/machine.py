@@ -126,13 +126,25 @@ class Machine:
         """
         beams = Beams(pairs, elements, damping)
         beams.add_to(self.masses)
-        for k, term in enumerate(self.terms):
-            if isinstance(term, Beams):  # strains, modes and meshes look at all elements of a machine at once
-                self.terms[k] = beams.after(term)
-                break
+        if any(isinstance(term, Beams) for term in self.terms):  # strains, modes and meshes look at all of a machine
+            self.terms[self.terms.index(self.beams)] = beams.after(self.beams)
         else:
             self.terms.append(beams)
         self.forget_plan()
+
+    @property
+    def beams(self) -> Beams:
+        """The term of all beam elements.
+
+        Raises
+        ------
+        ValueError
+            When it has none.
+        """
+        for term in self.terms:
+            if isinstance(term, Beams):
+                return term
+        raise ValueError("the machine has no beams: add_beams() adds them")
 
     def join(self, kind: str, pair: tuple[End, End], *, slack: float = 0.0, name: str = "") -> None:
         """Hold two ends by a kind of joint; a place that their poses share needs no rows.
@@ -303,6 +315,15 @@ class Machine:
         return v, a
 
     # ---- the equation ----
+    def moved(self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True) -> Moved:
+        """Move all poses by coordinates, rates and accelerations beside the chart; arguments as of `residual`."""
+        chart = self.known.at(t)
+        if not moving:
+            for rate in (chart.v, chart.w, chart.a, chart.al):
+                rate[:] = 0.0
+        Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
+        return Moved.by(self.geometry, chart, Q, V, A, loads * self.gravity)
+
     def residual(
         self,
         t: Array,
@@ -337,15 +358,9 @@ class Machine:
             Whether M, C and K are given.
         """
         self._check_plan()
-        g, T = self.geometry, len(t)
-        chart = self.known.at(t)
-        if not moving:
-            for rate in (chart.v, chart.w, chart.a, chart.al):
-                rate[:] = 0.0
-        Q, V, A = (np.concatenate([x, np.zeros((T, 1))], axis=1)[:, self.places] for x in (q, v, a))
-        at = Moved.by(g, chart, Q, V, A, loads * self.gravity)
-        F = np.zeros((T, self.size))
-        M, C, K = (np.zeros((T, self.pattern.entries)) for _ in range(3))
+        g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving)
+        F = np.zeros((len(t), self.size))
+        M, C, K = (np.zeros((len(t), self.pattern.entries)) for _ in range(3))
         target = F, M, C, K
 
         measured: list[Measured] = []

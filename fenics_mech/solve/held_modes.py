@@ -9,7 +9,7 @@ import scipy.linalg
 
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
-from fenics_mech.terms import Beams, ModalDamping
+from fenics_mech.terms import ModalDamping
 
 
 def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
@@ -57,9 +57,8 @@ def damp_modes(
     positions
         Even positions of the cycle at which the modes are found: with 24 instead of 48 they are within 2e-5.
     """
-    term = next(k for k, term in enumerate(machine.terms) if isinstance(term, Beams))
-    beams, group = machine.terms[term], machine.groups[term]
-    assert isinstance(beams, Beams)
+    beams, term = machine.beams, machine.terms.index(machine.beams)
+    group = machine.groups[term]
     times = period / positions * np.arange(positions)
     modes = [held_modes(machine, t) for t in times]
     zero = np.zeros((positions, machine.size))
