@@ -23,7 +23,7 @@ CLOSED = 1e-13  # of rows without units, where they count as met
 CLOSED_COARSELY = 1e-9  # the same in a search: rounding of badly conditioned groups
 LONGEST = 0.5  # rad in a step: the drawn position may be far away
 SMALLEST = 1e-9  # of the largest singular value: directions that rows leave free
-MOST = 100  # steps of Newton's method: 10 to 25 where it converges
+MOST, SEARCHED = 100, 40  # steps of Newton's method from one position, and in a search: 10 to 25 where it converges
 STARTS, MOST_STARTS = 16, 512  # of a group with one angle, which each further one doubles; of any group
 KEPT = 16  # assemblies that are followed from group to group
 SAME = 1e-5  # rad, or of the extent: at a dead centre two assemblies are one to half the digits
@@ -48,31 +48,27 @@ class Assemblies:
     names: frozenset[str] = frozenset()
 
 
-def _units(machine: Machine) -> tuple[float, Array]:
-    """Give a unit of length, the longest arm of a joint (m), and those of all coordinates: it, and 1 rad."""
-    arms = [np.abs(end.offset).max() for row in machine.rows for end in row.pair]
-    length = float(max(arms, default=0.0)) or 1.0
-    turns = machine.places[:, machine.geometry.d :]
-    units = np.full(machine.n, length)
+def _units(machine: Machine) -> Array:
+    """Give sizes of coordinates that count as equal ``(coordinates,)``: the longest arm of a joint (m), and 1 rad."""
+    turns, units = machine.places[:, machine.geometry.d :], np.full(machine.n, machine.arm)
     units[turns[turns >= 0]] = 1.0
-    return length, units
+    return units
 
 
 def left_open(machine: Machine, t: float, q: Array) -> tuple[Array, Array]:
     """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``."""
     n, pattern, zero = machine.n, machine.pattern, np.zeros_like(q)
-    length, units = _units(machine)
     found = machine.residual(np.full(len(q), t), q, zero, zero, loads=0.0, moving=False)
     row, column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
     by = (row >= n) & (column < n)
     derivatives = np.zeros((len(q), machine.size - n, n))
     derivatives[:, row[by] - n, column[by]] = found.K[:, by]
-    scale = np.full(machine.size - n, length)
+    scale = np.full(machine.size - n, machine.arm)
     for k, one in enumerate(machine.rows):
         if one.measure.look in {Look.ALIGNED, Look.ANGLE}:
             value = one.value(np.array([t]))[0] if callable(one.value) else one.value
             scale[k] = 1 + abs(value)  # angles of many turns have fewer digits
-    return found.force[:, n:] / scale, derivatives * units / scale[:, None]
+    return found.force[:, n:] / scale, derivatives * _units(machine) / scale[:, None]
 
 
 def closed(
@@ -117,36 +113,39 @@ def closed(
         change = -(np.linalg.pinv(J[kept][:, rows][:, :, columns], SMALLEST) @ missed[kept][:, rows, None])[..., 0]
         longest = np.abs(change[:, is_turn]).max(axis=1, initial=0.0)
         change *= np.minimum(1.0, LONGEST / np.maximum(longest, LONGEST))[:, None]
-        q[np.ix_(going, columns)] += change * _units(machine)[1][columns]
+        q[np.ix_(going, columns)] += change * _units(machine)[columns]
     return q, gaps
 
 
-def led(machine: Machine, q: Array, instants: Array) -> Array | None:
-    """Follow drives from instant to instant; None where they cannot lead on, or the motion may go on in two ways.
+def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]:
+    """Follow drives from instant to instant, from many positions at once.
 
     Parameters
     ----------
     machine
         The machine.
     q
-        Coordinates at the first instant ``(size,)``.
+        Coordinates at the first instant ``(positions, size)``.
     instants
         s.
 
     Returns
     -------
-    array
-        Coordinates ``(instants, size)``.
+    tuple
+        Coordinates ``(instants, positions, size)``, and whether the drives can lead on from each position, and the
+        motion goes on in one way: then the determinant of all rows keeps its sign.
     """
-    found, sides = [q], set()
+    found, runs, side = [q, q], np.ones(len(q), dtype=bool), None
     for t in instants:
-        here, gap = closed(machine, t, found[-1][None], most=20)
-        J = left_open(machine, t, here)[1][0]
-        sides.add(np.linalg.slogdet(J)[0] if J.shape[0] == J.shape[1] else 1.0)
-        if gap[0] > CLOSED_COARSELY or len(sides) > 1:
-            return None
-        found.append(here[0])
-    return np.array(found[1:])
+        here = found[-1].copy()
+        here[runs], gaps = closed(machine, t, (2 * found[-1] - found[-2])[runs], most=20)
+        J = left_open(machine, t, here)[1]
+        now = np.linalg.slogdet(J)[0] if J.shape[1] == J.shape[2] else np.ones(len(q))
+        side = now if side is None else side
+        runs[runs] = gaps < CLOSED_COARSELY
+        runs &= now == side
+        found.append(here)
+    return np.array(found[2:]), runs
 
 
 def assemblies(machine: Machine, t: float, weight: Array) -> Assemblies:
@@ -172,7 +171,7 @@ def assemblies(machine: Machine, t: float, weight: Array) -> Assemblies:
         unsolved[columns] = False
         starts = _starts(found, columns[np.isin(columns, turns)])
         places = columns[~np.isin(columns, turns)]  # rows are linear in these: at first only they move
-        ends, gaps = closed(machine, t, closed(machine, t, starts, rows, places, 1)[0], rows, columns)
+        ends, gaps = closed(machine, t, closed(machine, t, starts, rows, places, 1)[0], rows, columns, SEARCHED)
         found = _apart(machine, ends[gaps < CLOSED_COARSELY], turns, weight)[:KEPT]
         if not len(found):
             rest = ends[gaps.argmin()]
@@ -190,7 +189,7 @@ def _groups(machine: Machine, t: float) -> list[tuple[Index, Index]]:
     from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching  # noqa: PLC0415
 
     anywhere = np.zeros((1, machine.size))
-    anywhere[0, : machine.n] = np.random.default_rng(0).uniform(-1.0, 1.0, machine.n) * _units(machine)[1]
+    anywhere[0, : machine.n] = np.random.default_rng(0).uniform(-1.0, 1.0, machine.n) * _units(machine)
     pattern = np.abs(left_open(machine, t, anywhere)[1][0]) > SMALLEST
     rows, columns = np.arange(pattern.shape[0]), np.arange(pattern.shape[1])
     solved_for = maximum_bipartite_matching(csr_matrix(pattern), perm_type="column")  # unknown of each row
@@ -229,7 +228,7 @@ def _apart(machine: Machine, q: Array, turns: Index, weight: Array) -> Array:
     """
     q, n = q.copy(), machine.n
     q[:, turns] = _within_half(q[:, turns])
-    sizes = q[:, :n] / _units(machine)[1]
+    sizes = q[:, :n] / _units(machine)
     keys = np.column_stack([-sizes[:, turns[::-1]].round(6), np.sum(weight * sizes**2, axis=1).round(6)])
     kept: list[int] = []
     for i in np.lexsort(keys.T):

@@ -24,7 +24,7 @@ FARTHEST = np.pi / 2  # of a link from its rough angle: beyond it another assemb
 FARTHEST_HELD = np.pi / 4  # of rough angles from the one at which a joint holds both links
 TRIED = 8  # assemblies of which the first is taken that lets the drives run through their cycle
 LISTED = 3  # assemblies in a message
-POSITIONS = 120  # of a cycle: 3 degrees of a crank
+POSITIONS = 72  # of a cycle: 5 degrees of a crank
 
 Law = Callable[[Array], Array]
 
@@ -65,10 +65,10 @@ class Bodies:
         AssemblyError
             When the drives cannot lead the links through their cycle.
         """
-        found = led(self.machine, self.q, _cycle(self.scene))
-        if found is None:
+        (found, (runs,)) = led(self.machine, self.q[None], _cycle(self.scene))
+        if not runs:
             raise AssemblyError("the drives cannot lead the links, which do not bend, through their cycle")
-        turned = self.angles + np.unwrap(found[:, 2 : self.machine.n : 3], axis=0)
+        turned = self.angles + np.unwrap(found[:, 0, 2 : self.machine.n : 3], axis=0)
         return np.pad(turned, ((0, 0), (1, 0)))
 
 
@@ -89,16 +89,20 @@ def bodies_of(scene: Scene) -> Bodies:
     AssemblyError
         When the loops of its links cannot be closed, or rough angles mislead.
     """
-    led_by: dict[str, Law] = {drive.joint: law_of(scene, i) for i, drive in enumerate(scene.drives)}
-    starts = {name: freedom.start for name, freedom in scene.freedoms.items()}
-    held = {name: _constant(start or 0.0) for name, start in starts.items()}
+    laws: dict[str, Law] = {}
+    for number, drive in enumerate(scene.drives):
+        laws[drive.joint] = law_of(scene, number)
+    for name, freedom in scene.freedoms.items():
+        laws[name] = _constant(freedom.start or 0.0)
     try:
-        return _assembled(scene, scene.joints, led_by | held)
+        return _assembled(scene, scene.joints, laws)
     except AssemblyError:
         if not scene.open_joints:
             raise
-        stated = {name: law for name, law in held.items() if starts[name] is not None}
-        return _assembled(scene, scene.constraints, led_by | stated)
+    for name, freedom in scene.freedoms.items():
+        if freedom.start is None:
+            del laws[name]
+    return _assembled(scene, scene.constraints, laws)
 
 
 def law_of(scene: Scene, number: int) -> Law:
@@ -135,7 +139,8 @@ def _assembled(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law
     if not found:
         raise AssemblyError(_misled(scene, angles, machine, q, stated, search.q[:LISTED]))
     if len(machine.rows) >= machine.n and len(found) > 1 and scene.drives and not scene.freedoms:
-        found = [one for one in found[:TRIED] if led(machine, one, _cycle(scene)) is not None] or found
+        runs = led(machine, np.array(found[:TRIED]), _cycle(scene))[1]
+        return Bodies(scene, machine, angles, found[int(np.argmax(runs))])  # the first if none does
     return Bodies(scene, machine, angles, found[0])
 
 

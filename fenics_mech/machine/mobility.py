@@ -133,7 +133,16 @@ def _conditions(machine: Machine, t: float, q: Array, kept: np.ndarray, *, membe
             by = np.einsum("emj,cej->emc", measured.gradient[0], group.variables(np.eye(size)))
             derivatives.append(by.reshape(-1, size)[:, :n])
             gaps.append(measured.x[0].ravel())
-    return np.concatenate(derivatives), np.concatenate(gaps)
+    J = np.concatenate(derivatives)
+    if not np.isfinite(J).all():
+        bad = ~np.isfinite(derivatives[0]).all(axis=1)
+        names = [row.name for row, here in zip(machine.rows, kept) if here] + [ride.name for ride in machine.rides]
+        where = f"row of joint {names[int(np.argmax(bad))]!r}" if bad.any() else "beam element"
+        raise ValueError(
+            f"a {where} cannot be measured where it is drawn: a place, an axis or a length is no number, or its ends "
+            "are at one place and their distance has no direction"
+        )
+    return J, np.concatenate(gaps)
 
 
 def _left(J: Array) -> Array:
