@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.beams.element_matrices import assemble_beams
 from fenics_mech.beams.mesh import BeamMesh, mesh_scene
@@ -220,8 +219,6 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
 def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]]) -> None:
     """Make the elements of the mesh beams: stiffness, mass and shallow-arch numbers from the forms."""
     machine, mesh = made.machine, links.mesh
-    rotation = member_rotation(mesh)
-    bow = np.einsum("eai,eij,ebj->eab", rotation, links.stretching.bow, rotation)
     offsets, moment = links.layout.offsets, links.mass_moment
     back = np.eye(6) if offsets is None else np.linalg.inv(offsets.arms)  # from the member's axis to its neutral line
     of_elements = links.element_stiffness, links.element_mass, links.element_rotary_mass
@@ -234,7 +231,7 @@ def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[
         first, second = (machine.end(made.node_pose[n], place + axes @ mesh.node_xy[n] + beside, own) for n in nodes)
         length = float(mesh.cell_length[e])
         shapes = STRAINED * np.array([[length], [1.0], [1.0]])
-        arch = np.einsum("ia,ab,jb->ij", shapes, bow[e], shapes) / (2 * length)
+        arch = np.einsum("ia,ab,jb->ij", shapes, links.element_bow[e], shapes) / (2 * length)
         numbers = np.array([[arch[1, 1], 2 * arch[1, 2], arch[2, 2]]])
         made.element_ends.append((first, second))
         turning = np.array([0, 0, 1, 0, length, 1.0])  # of the element about its first node
