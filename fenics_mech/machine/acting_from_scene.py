@@ -49,7 +49,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies) -> None
     _refuse(scene)
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
-        if near and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
+        if near and scene.drives and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
             raise SceneError("the bodies turn against each other without end", place=f"springs.{name}")
         free = spring.angle if isinstance(spring, HingeSpring) else spring.length
         if free is None:
@@ -89,7 +89,8 @@ def _between(
     turned = bodies.turned[:, numbers[second]] - bodies.turned[:, numbers[first]]
 
     def near(t: Array) -> Array:
-        return turned[(np.mod(t / scene.period, 1.0) * (len(turned) - 1)).astype(int)]
+        share = np.mod(t / scene.period, 1.0) if scene.drives else np.zeros(len(t))
+        return turned[(share * (len(turned) - 1)).astype(int)]
 
     return (at.end(by_body[first]), at.end(by_body[second])), Look.ANGLE, near
 

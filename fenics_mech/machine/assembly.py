@@ -19,8 +19,8 @@ from fenics_mech._constants import TURN
 from fenics_mech.machine.machine import Machine
 from fenics_mech.terms import Look
 
-CLOSED = 1e-13  # of rows without units, where they count as met
-CLOSED_COARSELY = 1e-9  # the same in a search: rounding of badly conditioned groups
+CLOSED = 1e-13  # of rows without units, where Newton's method ends
+MET, COARSELY_MET = 10 * CLOSED, 1e-9  # of rows, where they count as met; and on the way: of groups, between instants
 LONGEST = 0.5  # rad in a step: the drawn position may be far away
 SMALLEST = 1e-9  # of the largest singular value: directions that rows leave free
 MOST, SEARCHED = 100, 40  # steps of Newton's method from one position, and in a search: 10 to 25 where it converges
@@ -142,7 +142,7 @@ def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]
         J = left_open(machine, t, here)[1]
         now = np.linalg.slogdet(J)[0] if J.shape[1] == J.shape[2] else np.ones(len(q))
         side = now if side is None else side
-        runs[runs] = gaps < CLOSED_COARSELY
+        runs[runs] = gaps < COARSELY_MET
         runs &= now == side
         found.append(here)
     return np.array(found[2:]), runs
@@ -172,14 +172,14 @@ def assemblies(machine: Machine, t: float, weight: Array) -> Assemblies:
         starts = _starts(found, columns[np.isin(columns, turns)])
         places = columns[~np.isin(columns, turns)]  # rows are linear in these: at first only they move
         ends, gaps = closed(machine, t, closed(machine, t, starts, rows, places, 1)[0], rows, columns, SEARCHED)
-        found = _apart(machine, ends[gaps < CLOSED_COARSELY], turns, weight)[:KEPT]
+        found = _apart(machine, ends[gaps < COARSELY_MET], turns, weight)[:KEPT]
         if not len(found):
             rest = ends[gaps.argmin()]
             later = (np.abs(left_open(machine, t, rest[None])[1][0][:, unsolved]) > SMALLEST).any(axis=1)
             names = frozenset(row.name for row, waits in zip(machine.rows, later) if not waits)
             return Assemblies(found, rest, names)
     ends, gaps = closed(machine, t, found)
-    found = _apart(machine, ends[gaps < CLOSED_COARSELY], turns, weight)
+    found = _apart(machine, ends[gaps < MET], turns, weight)
     return Assemblies(found if len(machine.rows) >= machine.n else found[:1], np.zeros(machine.size))
 
 

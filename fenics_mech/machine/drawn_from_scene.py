@@ -14,7 +14,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.errors import AssemblyError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Row
-from fenics_mech.machine.assembly import CLOSED_COARSELY, assemblies, closed, led
+from fenics_mech.machine.assembly import MET, assemblies, closed, led
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
@@ -59,6 +59,8 @@ class Bodies:
     @cached_property
     def turned(self) -> Array:
         """Angles of the ground, 0, and of all links, at even instants from the start to the end of the cycle (rad).
+
+        They are those of the start alone where nothing drives the links.
 
         Raises
         ------
@@ -113,9 +115,11 @@ def law_of(scene: Scene, number: int) -> Law:
 
 def _cycle(scene: Scene) -> Array:
     """Give even instants from the start to the end of the cycle, which show what the laws of all drives do (s)."""
+    if not scene.drives:
+        return np.zeros(1)
     rate = scene.cycle_rate
     counts = (drive.enough_angles(POSITIONS * abs(drive.turns_in(rate)), rate) for drive in scene.drives)
-    return np.linspace(0.0, scene.period, 1 + max(counts, default=POSITIONS))
+    return np.linspace(0.0, scene.period, 1 + max(counts))
 
 
 def _constant(value: float) -> Law:
@@ -127,14 +131,14 @@ def _assembled(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law
     angles, stated = _rough_angles(scene, joints, laws)
     machine = _drawn(scene, joints, laws, angles)
     (q,), gap = closed(machine, 0.0, np.zeros((1, machine.size)))
-    if gap[0] < CLOSED_COARSELY and not (stated & _far(machine, q)).any():
+    if gap[0] < MET and not (stated & _far(machine, q)).any():
         return Bodies(scene, machine, angles, q)
     weight = np.array([[link.position is not None] * 2 + [True] for link in scene.links.values()], dtype=float).ravel()
     search = assemblies(machine, 0.0, weight)
     if not len(search.q):
         raise AssemblyError(_impossible(scene, joints, laws, angles, weight))
     found = list(search.q)
-    if gap[0] < CLOSED_COARSELY:
+    if gap[0] < MET:
         found = [one for one in found if not (stated & _far(machine, one)).any()]
     if not found:
         raise AssemblyError(_misled(scene, angles, machine, q, stated, search.q[:LISTED]))
@@ -200,16 +204,17 @@ def _drawn(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], a
             places[min(set(numbers.values()) - set(places))] = np.zeros(2)  # nothing leads from the ground to it
     for k in range(1, len(numbers)):
         machine.add_pose(places[k], axes[k])
-    for name, joint, *ends in pairs:
-        pair = ends[0], ends[1]
+    first_pair: dict[str, tuple[End, End]] = {}
+    for name, joint, one, other in pairs:
+        pair = one, other
+        first_pair.setdefault(name, pair)
         machine.join("slot" if isinstance(joint, Slot | Prismatic) else "revolute", pair, name=name)
         if isinstance(joint, Weld | Prismatic):
             held = joint.angle if isinstance(joint, Weld) else joint.turn
             machine.rows.append(Row(pair, Measure(Look.ANGLE), held, name=name))
-    by_name = {name: pair for name, _, *pair in reversed(pairs)}
     for name, law in laws.items():
         freedom = "stroke" if isinstance(scene.joints[name], Slot | Prismatic) else "angle"
-        machine.drive(scene.joints[name].kind, freedom, (by_name[name][0], by_name[name][1]), law, name)
+        machine.drive(scene.joints[name].kind, freedom, first_pair[name], law, name)
     return machine
 
 
