@@ -14,7 +14,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.errors import AssemblyError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Row
-from fenics_mech.machine.assembly import MET, assemblies, closed, led
+from fenics_mech.machine.assembly import MET, Assemblies, assemblies, closed, led
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
@@ -136,7 +136,7 @@ def _assembled(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law
     weight = np.array([[link.position is not None] * 2 + [True] for link in scene.links.values()], dtype=float).ravel()
     search = assemblies(machine, 0.0, weight)
     if not len(search.q):
-        raise AssemblyError(_impossible(scene, joints, laws, angles, weight))
+        raise AssemblyError(_impossible(scene, joints, laws, angles, weight, search))
     found = list(search.q)
     if gap[0] < MET:
         found = [one for one in found if not (stated & _far(machine, one)).any()]
@@ -235,38 +235,38 @@ def _misled(scene: Scene, angles: Array, machine: Machine, q: Array, stated: np.
 
 
 def _impossible(
-    scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], angles: Array, weight: Array
+    scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], angles: Array, weight: Array, search: Assemblies
 ) -> str:
-    """Say which joint stays open, by how much, and where a single turning drive might start instead."""
-    machine = _drawn(scene, joints, laws, angles)
-    search = assemblies(machine, 0.0, weight)
-    nearest = _drawn(scene, joints, laws, angles + search.rest[2 : machine.n : 3])
-    zero = np.zeros((1, nearest.size))
-    missed = nearest.residual(np.zeros(1), zero, zero, zero, tangents=False).force[0, nearest.n :]
-    gaps: dict[str, dict[int, list[float]]] = {}
-    for row, gap in zip(nearest.rows, missed):
+    """Say which joint stays open, by how much, and where a single turning drive might start instead.
+
+    Links are drawn at the angles that leave the least open, so that one joint has all of the gap.
+    """
+    machine = _drawn(scene, joints, laws, angles + search.rest[2::3][: len(angles)])
+    zero = np.zeros((1, machine.size))
+    missed = machine.residual(np.zeros(1), zero, zero, zero, tangents=False).force[0, machine.n :]
+    squares: dict[tuple[str, int], float] = {}
+    for row, gap in zip(machine.rows, missed):
         if not row.leads and row.measure.look is not Look.ANGLE:
-            gaps.setdefault(row.name, {}).setdefault(row.pair[1].pose, []).append(gap)
-    open_by = {name: max(math.hypot(*gap) for gap in of_pairs.values()) for name, of_pairs in gaps.items()}
-    worst = max(search.names & open_by.keys() or open_by, key=open_by.__getitem__)
+            pin = row.name, row.pair[1].pose
+            squares[pin] = squares.get(pin, 0.0) + gap**2
+    among = [pin for pin in squares if pin[0] in search.names] or list(squares)
+    worst = max(among, key=squares.__getitem__)
     turning = [name for name in laws if not isinstance(scene.joints[name], Slot | Prismatic)]
     starts = {name: law(np.zeros(1))[0] for name, law in laws.items()}
-    led_to = [
-        f"joint {name} at {_degrees(x)} from the x axis of its first body" if name in turning
-        else f"joint {name} at {x:.6g} m"
-        for name, x in starts.items()
-    ]  # fmt: skip
+    held = [f"joint {name} at {_degrees(starts[name])} from the x axis of its first body" for name in turning]
+    held += [f"joint {name} at {start:.6g} m" for name, start in starts.items() if name not in turning]
     closing = ""
-    for away in np.radians([sign * step for step in range(10, 190, 10) for sign in (1, -1)]) if len(laws) == 1 else ():
-        (name,) = laws
-        other = {name: _constant(starts[name] + away)}
-        if turning and len(assemblies(_drawn(scene, joints, other, angles), 0.0, weight).q):
-            closing = f": with {name} at {_degrees(starts[name] + away)} the links close"
-            break
+    if len(laws) == 1 and turning:
+        (name,) = turning
+        for away in np.radians([sign * step for step in range(10, 190, 10) for sign in (1, -1)]):
+            other = _drawn(scene, joints, {name: _constant(starts[name] + away)}, angles)
+            if len(assemblies(other, 0.0, weight).q):
+                closing = f": with {name} at {_degrees(starts[name] + away)} the links close"
+                break
     return (
-        f"the links cannot be assembled at drive angle 0{', with ' if led_to else ''}{' and '.join(led_to)}: joint "
-        f"{worst} stays open by {open_by[worst]:.3g} m at least. Check lengths, places of joints, and where the drive "
-        f"starts{closing}"
+        f"the links cannot be assembled at drive angle 0{', with ' if held else ''}{' and '.join(held)}: joint "
+        f"{worst[0]} stays open by {math.sqrt(squares[worst]):.3g} m at least. Check lengths, places of joints, and "
+        f"where the drive starts{closing}"
     )
 
 
