@@ -1,6 +1,7 @@
 """How the kernels are compiled: when the package is built or installed, and never in a run."""
 
 from pathlib import Path
+from runpy import run_path
 
 from cffi import FFI  # type: ignore[import-untyped]
 
@@ -45,10 +46,12 @@ VARIANTS |= {f"{name}_ride": (name, ", Own<{}>") for name in ("spread", "conditi
 KINDS = {"plane": "Plane", "space": "Space"}
 
 builder = FFI()
+builder.cdef("const char *built_from(void);")  # the sources, compared on import
 builder.cdef("\n".join(f"void {own}_{kind}{FUNCTIONS[name]};" for own, (name, _) in VARIANTS.items() for kind in KINDS))
 builder.set_source(
     "fenics_mech._kernels._compiled",
     '#include "kernels.hpp"\n'
+    f'static const char *built_from(void) {{ return "{run_path(str(HERE / "sources.py"))["fingerprint"]()}"; }}\n'
     + "\n".join(
         f"static void {own}_{kind}{FUNCTIONS[name]} {{ {name}<{of}{more.format(of)}>({CALLS[name]}); }}"
         for own, (name, more) in VARIANTS.items()

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Link
 from fenics_mech.scene.joints import Joint
+from fenics_mech.scene.numbering import GROUND
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh

@@ -16,7 +16,17 @@ from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.beams.distributions import Distribution, along_elements
 from fenics_mech.beams.element_dofs import in_member_axes
-from fenics_mech.beams.forms import axial, bending, gyroscopic, mass, offset_gyroscopic, offset_mass, rotary, shear
+from fenics_mech.beams.forms import (
+    axial,
+    bending,
+    bowing,
+    gyroscopic,
+    mass,
+    offset_gyroscopic,
+    offset_mass,
+    rotary,
+    shear,
+)
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.nonlinear_stretching import Stretching
@@ -195,6 +205,12 @@ class Beams:
         if self._broken_rotary is None:
             return np.zeros_like(self.element_mass)
         return self.layout.of_elements(self._broken_rotary)
+
+    @cached_property
+    def element_bow(self) -> Array:
+        """``int w' z' dx`` of each element in its member's axes, ``(elements, 6, 6)``."""
+        ones = Distribution.constant(self.layout, np.ones(len(self.mesh.cell)))
+        return self.layout.of_elements(self._assembled({bowing: ones}))
 
     @cached_property
     def element_gyroscopic(self) -> Array:

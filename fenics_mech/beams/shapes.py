@@ -92,7 +92,7 @@ def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array, shear_num
 
 def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
     """Deflection at x of the unit element clamped at 0, and held at 1 at a displacement and a section's rotation."""
-    angle = 12 * number / (1 + 12 * number) * (value - slope / 2)  # of shear, as in effects.shear
+    angle = 12 * number / (1 + 12 * number) * (value - slope / 2)  # of shear, as in beams.timoshenko
     return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
 
 

@@ -13,8 +13,8 @@ from fenics_mech.effects.rotation_forces import RotationForces, cosine, of_sines
 from fenics_mech.effects.terms import Entries
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.scene import Scene
+from fenics_mech.scene.numbering import GROUND
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
 if TYPE_CHECKING:

@@ -70,10 +70,10 @@ def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:
     """Take a motion to a finer mesh: Hermite polynomials in place, Fourier series in time."""
     coarse, path = cycle.machine, cycle.path
     stages = len(path.tableau.c)
-    t, q, _, a = path.at(np.arange(stages) / stages)
-    t, q, a = t.ravel(), q.reshape(-1, coarse.size), a.reshape(-1, coarse.size)
-    g, n = fine.geometry, fine.n
-    r, R = _finer_poses(coarse, fine, *_poses(coarse, t, q))
+    t, *states = path.at(np.arange(stages) / stages)
+    t, (q, v, a) = t.ravel(), (x.reshape(-1, coarse.size) for x in states)
+    g, n, moved = fine.geometry, fine.n, coarse.moved(t, q, v, a)
+    r, R = _finer_poses(coarse, fine, moved.r, moved.R)
     chart = fine.known.at(t)
     turn = g.vector(R @ np.swapaxes(chart.R, -1, -2))
     values = np.zeros((len(t), fine.size))
@@ -94,16 +94,9 @@ def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:
     return Path(path.tableau, path.h, n, q0, v0, made)
 
 
-def _poses(machine: Machine, t: Array, q: Array) -> tuple[Array, Array]:
-    """Give places and rotations of all poses."""
-    g, chart = machine.geometry, machine.known.at(t)
-    Q = np.concatenate([q, np.zeros((len(t), 1))], axis=1)[:, machine.places]
-    return chart.r + Q[..., : g.d], g.turn(Q[..., g.d :]) @ chart.R
-
-
 def _finer_poses(coarse: Machine, fine: Machine, r: Array, R: Array) -> tuple[Array, Array]:
     """Give the poses of the halved elements ``(instants, poses, ...)``, by those of the whole ones."""
-    g, (whole, halves) = fine.geometry, (_beams(machine) for machine in (coarse, fine))
+    g, (whole, halves) = fine.geometry, (machine.beams for machine in (coarse, fine))
     made_r, made_R = (np.zeros((len(r), len(fine.r), *x.shape[2:])) for x in (r, R))
     for mine, theirs in zip(_without_beams(fine, halves), _without_beams(coarse, whole)):
         made_r[:, mine], made_R[:, mine] = r[:, theirs], R[:, theirs]
@@ -133,10 +126,6 @@ def _half_way(g: Geometry, E1: Array, E2: Array, along: Array) -> Array:
 
 def _end(end: End, r: Array, R: Array) -> tuple[Array, Array]:
     return r[:, end.pose] + R[:, end.pose] @ end.offset, R[:, end.pose] @ end.turn
-
-
-def _beams(machine: Machine) -> Beams:
-    return next(term for term in machine.terms if isinstance(term, Beams))
 
 
 def _without_beams(machine: Machine, beams: Beams) -> list[int]:

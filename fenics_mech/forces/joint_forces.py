@@ -10,12 +10,12 @@ from fenics_mech._arrays import Array, turned
 from fenics_mech.effects.joint_frames import LawForces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.spinning_sections import spinning
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.scene import Prismatic, Slot
 from fenics_mech.scene.joints import Joint
+from fenics_mech.scene.numbering import GROUND
 
 Reactions = dict[tuple[str, str, int], Array]  # by joint, body and number of components
 

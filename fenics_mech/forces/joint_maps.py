@@ -26,11 +26,11 @@ from fenics_mech.effects.springs import spring_forces
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.joint_forces import Reactions
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.constraints import ConstraintEquation
 from fenics_mech.mechanism.contact import travelled
 from fenics_mech.scene import Load, Prismatic, Scene, Slot
+from fenics_mech.scene.numbering import GROUND
 from fenics_mech.scene.springs_dampers import Hinge
 
 RIGID = "the rigid link"

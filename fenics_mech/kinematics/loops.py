@@ -18,9 +18,9 @@ import numpy as np
 from fenics_mech._arrays import Array, Index
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.formulas.expression import Jet
+from fenics_mech.scene.numbering import GROUND
 
 Row = tuple[str, int, int, tuple[float, float], tuple[float, float], float]
-GROUND = -1
 
 
 @dataclass(frozen=True)

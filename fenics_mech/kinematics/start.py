@@ -13,9 +13,9 @@ from fenics_mech._constants import TURN
 from fenics_mech.errors import AssemblyError, MechanismError
 from fenics_mech.kinematics.assemblies import SEARCH, every_assembly, same
 from fenics_mech.kinematics.assembly import ASSEMBLY, degrees, follow_branch, newton
-from fenics_mech.kinematics.loops import GROUND, Loops
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.scene import Link, Scene
-from fenics_mech.scene.numbering import order_of
+from fenics_mech.scene.numbering import GROUND, order_of
 
 
 @dataclass(frozen=True)

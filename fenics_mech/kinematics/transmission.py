@@ -16,8 +16,9 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.kinematics.assembly import AssemblyBranch, coordinates_at
 from fenics_mech.kinematics.conditioning import CONDITION
-from fenics_mech.kinematics.loops import GROUND, Loops
+from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.minimum import minimum
+from fenics_mech.scene.numbering import GROUND
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,13 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.drawn_from_scene import Bodies
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import LineLoad, Load
 from fenics_mech.scene.springs_dampers import Hinge, HingeSpring, Line
 from fenics_mech.scene.state_factors import StateFactor
 from fenics_mech.terms import Damper, Look, PointLoad, Spring
-
-POSITIONS = 360  # at which angles of joints are known, between which no joint of a demo turns by more than 0.1 rad
 
 
 class Ends(Protocol):
@@ -29,7 +27,7 @@ class Ends(Protocol):
         """Give the end at a point of a link or the ground, with the axes of the link."""
 
 
-def add_acting(scene: Scene, machine: Machine, at: Ends) -> None:
+def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies) -> None:
     """Add springs, dampers and loads.
 
     Parameters
@@ -40,6 +38,8 @@ def add_acting(scene: Scene, machine: Machine, at: Ends) -> None:
         Its machine, with all poses.
     at
         Ends at points of links.
+    bodies
+        The links as rigid bodies, by which whole turns of hinges count.
 
     Raises
     ------
@@ -48,15 +48,15 @@ def add_acting(scene: Scene, machine: Machine, at: Ends) -> None:
     """
     _refuse(scene)
     for name, spring in scene.springs.items():
-        pair, look, near = _between(scene, at, spring)
-        if near and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
+        pair, look, near = _between(scene, at, spring, bodies)
+        if near and scene.drives and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
             raise SceneError("the bodies turn against each other without end", place=f"springs.{name}")
         free = spring.angle if isinstance(spring, HingeSpring) else spring.length
         if free is None:
             free = float(near(np.zeros(1))[0]) if near else _distance(machine, pair)
         machine.terms.append(Spring([pair], spring.stiffness, free, look, near))
     for damper in scene.dampers.values():
-        pair, look, _ = _between(scene, at, damper)
+        pair, look, _ = _between(scene, at, damper, bodies)
         machine.terms.append(Damper([pair], damper.damping, look))
     for name, load in scene.loads.items():
         assert isinstance(load, Load)
@@ -77,7 +77,7 @@ def _refuse(scene: Scene) -> None:
 
 
 def _between(
-    scene: Scene, at: Ends, part: Line | Hinge
+    scene: Scene, at: Ends, part: Line | Hinge, bodies: Bodies
 ) -> tuple[tuple[End, End], Look, Callable[[Array], Array] | None]:
     """Give the ends of a spring or damper, what it looks at, and for hinges the angle in the rigid motion by time."""
     if isinstance(part, Line):
@@ -85,13 +85,12 @@ def _between(
         return (at.end(one), at.end(other)), Look.DISTANCE, None
     by_body = {point.split(".")[0]: point for point in scene.joints[part.joint].connect}
     first, second = part.bodies or tuple(by_body)
-    motion = solve_motion(scene, TURN * np.arange(POSITIONS) / POSITIONS)
-    angles = dict(zip(motion.links, motion.angle.T)) | {"ground": np.zeros(POSITIONS)}
-    turned = angles[second] - angles[first]
+    numbers = {"ground": 0} | {name: k for k, name in enumerate(scene.links, start=1)}
+    turned = bodies.turned[:, numbers[second]] - bodies.turned[:, numbers[first]]
 
     def near(t: Array) -> Array:
-        cycle = np.mod(scene.cycle_rate * t, TURN)
-        return turned[np.minimum((cycle / TURN * POSITIONS).astype(int), POSITIONS - 1)]
+        share = np.mod(t / scene.period, 1.0) if scene.drives else np.zeros(len(t))
+        return turned[(share * (len(turned) - 1)).astype(int)]
 
     return (at.end(by_body[first]), at.end(by_body[second])), Look.ANGLE, near
 

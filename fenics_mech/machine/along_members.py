@@ -34,7 +34,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         places.append((s * whole - first) / length)
         ends = np.array([first, first + length]) / whole
         masses.append(np.stack([scene.rigidity(label, x).line_density for x in ends], axis=1))
-    beams, group = made.beams, machine.groups[0]
+    beams, group = machine.beams, machine.groups[0]
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
     inner = None
     if machine.rides:

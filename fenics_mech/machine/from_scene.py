@@ -8,21 +8,24 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
+from fenics_mech.beams.element_matrices import assemble_beams
+from fenics_mech.beams.mesh import BeamMesh, mesh_scene
+from fenics_mech.beams.timoshenko import sheared, with_rotary_inertia
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Ride
-from fenics_mech.kinematics import start_motion
 from fenics_mech.machine.acting_from_scene import add_acting
+from fenics_mech.machine.drawn_from_scene import bodies_of, law_of
 from fenics_mech.machine.machine import Machine
-from fenics_mech.mechanism.beam_links import links as matrices_of_links
 from fenics_mech.scene import Scene
-from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
-from fenics_mech.terms import Beams, Element
+from fenics_mech.terms import Element
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
+SECTIONS = {"rotary-inertia": with_rotary_inertia, "shear": sheared}  # effects that change the matrices of links
+ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
+ALWAYS |= {"dampers", "gravity", "loads", "springs"}  # where it is stated
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
 
 
@@ -56,13 +59,6 @@ class SceneMachine:
     end: Callable[[str], End]
     driven: list[int] = field(default_factory=list)
 
-    @property
-    def beams(self) -> Beams:
-        """The elements, which are the first term."""
-        beams = self.machine.terms[0]
-        assert isinstance(beams, Beams)
-        return beams
-
 
 def machine_of(scene: Scene) -> SceneMachine:
     """Build the machine of a planar scene that is driven.
@@ -74,62 +70,68 @@ def machine_of(scene: Scene) -> SceneMachine:
 
     Raises
     ------
+    AssemblyError
+        When its links cannot be assembled.
     SceneError
         When the scene has what no term or joint states yet.
     """
-    machine = Machine(PLANE, scene.gravity)
-    links, start = matrices_of_links(scene) if scene.members() else None, start_motion(scene)
-    names = list(start.links)
-    frames = {name: (start.position[0, i], PLANE.turn(start.angle[0, i, None])) for i, name in enumerate(names)}
-    frames["ground"] = np.zeros(2), np.eye(2)
-    nodes = _Nodes(scene, machine, links, frames)
+    machine, bodies = Machine(PLANE, scene.gravity), bodies_of(scene)
+    links = _matrices(scene)
+    nodes = _Nodes(scene, machine, None if links is None else links.mesh, bodies.frames())
     made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end)
-    for name, joint in scene.joints.items():
-        if isinstance(joint, Slot | Prismatic):
-            if joint.member is None:
-                _add_guide(machine, nodes, name, joint)
-            elif isinstance(joint, Prismatic) or any(drive.joint == name for drive in scene.drives):
-                raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
-        elif isinstance(joint, Revolute):
-            _add_pins(machine, nodes, name, joint)
-    _add_drives(made, nodes)
+    _add_joints(made, nodes)
     if links is not None:
-        _add_beams(made, links)
+        _add_beams(made, links, nodes.frames)
         _add_rides(made, links)
     _add_bodies(scene, machine, nodes)
-    add_acting(scene, machine, nodes)
+    add_acting(scene, machine, nodes, bodies)
     return made
+
+
+def _matrices(scene: Scene) -> LinkMatrices | None:
+    """Assemble the links that bend by their UFL forms on the mesh of gmsh, with a node at each load; None without."""
+    for name in scene.named_effects:
+        if name not in ALWAYS and name not in SECTIONS:
+            raise SceneError(f"no term states the effect {name!r} yet", place="effects")
+    if not scene.members():
+        return None
+    links = assemble_beams(scene, mesh_scene(scene, loads_at_nodes=True))
+    for name, changed in SECTIONS.items():
+        if name in scene.named_effects:
+            links = changed(scene, links)
+    return links
 
 
 class _Nodes:
     """Poses of the nodes of a mesh and of rigid links, and ends at the points of links."""
 
     def __init__(
-        self, scene: Scene, machine: Machine, links: LinkMatrices | None, frames: dict[str, tuple[Array, Array]]
+        self, scene: Scene, machine: Machine, mesh: BeamMesh | None, frames: dict[str, tuple[Array, Array]]
     ) -> None:
         self.scene, self.machine, self.frames = scene, machine, frames
-        mesh, names = None if links is None else links.mesh, list(scene.links)
+        names = list(scene.links)
         nodes = [] if mesh is None else list(zip(mesh.node_name, mesh.node_link, mesh.node_xy))
         self._number = {label: node for node, (label, *_) in enumerate(nodes)}
         self._drawn = {label: (names[link], at) for label, link, at in nodes}
-        self._rigid: dict[str, int] = {"ground": machine.ground}
+        self.rigid: dict[str, int] = {"ground": machine.ground}
         welded = self._welded(scene)
         poses: dict[int, int] = {}
         for name, link in scene.links.items():
             if link.rigid is not None and welded.get(name, name) == name:
                 place, axes = frames[name]
-                self._rigid[name] = machine.add_pose(place + axes @ np.array(link.rigid.centre), axes)
+                self.rigid[name] = machine.add_pose(place + axes @ np.array(link.rigid.centre), axes)
         for name in welded:
-            if name in scene.links and scene.links[name].rigid is not None and name not in self._rigid:
-                self._rigid[name] = self._rigid[welded[name]]
+            if name in scene.links and scene.links[name].rigid is not None and name not in self.rigid:
+                self.rigid[name] = self.rigid[welded[name]]
         fixed, shared = self._pinned(scene)
         for node, (label, link, at) in enumerate(nodes):
             body = names[link]
             place, axes = frames[body]
             if scene.links[body].rigid is not None:
-                poses[node] = self._rigid[body]
+                poses[node] = self.rigid[body]
             elif label in welded:
-                poses[node] = self._carrier(welded[label], poses)
+                carrier = welded[label]
+                poses[node] = self.rigid[carrier] if carrier in self.rigid else poses[self._number[carrier]]
             else:
                 known = poses.get(self._number[shared[label]]) if label in shared else None
                 poses[node] = machine.add_pose(place + axes @ at, axes, known, "place" if label in fixed else "")
@@ -150,9 +152,6 @@ class _Nodes:
                 raise SceneError("no joint states two welds at one point yet", place=f"joints.{name}")
             carried[other] = carried.get(one, one)
         return carried
-
-    def _carrier(self, name: str, poses: dict[int, int]) -> int:
-        return self._rigid[name] if name in self._rigid else poses[self._number[name]]
 
     def _pinned(self, scene: Scene) -> tuple[set[str], dict[str, str]]:
         """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
@@ -183,65 +182,56 @@ class _Nodes:
         else:
             link, (x, y) = self.scene.point(point)
         place, axes = self.frames[link]
-        return self.machine.end(self._pose_at(link, point), place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
+        pose = self.rigid[link] if link in self.rigid else self.pose[self._number[point]]
+        return self.machine.end(pose, place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 
     def stiffness(self, point: str) -> int:
         """Order points by what carries them: the ground, a link that bends, a rigid link."""
         link = point.split(".", maxsplit=1)[0]
         return 0 if link == "ground" else 1 if self.scene.links[link].rigid is None else 2
 
-    def _pose_at(self, link: str, point: str) -> int:
-        return self._rigid[link] if link in self._rigid else self.pose[self._number[point]]
 
+def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
+    """Hold pins, guides and drives by rows.
 
-def _add_pins(machine: Machine, nodes: _Nodes, name: str, joint: Revolute) -> None:
-    """Hold all points of a pin at one, those of rigid links last: no place is then shared after it has rows."""
-    first, *others = sorted(joint.connect, key=nodes.stiffness)
-    for point in others:
-        machine.join(joint.kind, (nodes.end(first), nodes.end(point)), name=name)
-
-
-def _add_guide(machine: Machine, nodes: _Nodes, name: str, joint: Slot | Prismatic) -> None:
-    """Hold a pin on the line of a guide, and in a prismatic joint its angle, as drawn."""
-    guide, slide = (nodes.end(point, joint.angle) for point in joint.connect)
-    axes = machine.R[slide.pose].T @ machine.R[guide.pose] @ guide.turn
-    machine.join(joint.kind, (guide, replace(slide, turn=axes)), name=name)
-
-
-def _add_drives(made: SceneMachine, nodes: _Nodes) -> None:
-    """Lead the angle of pins, and the stroke of guides, by the laws of the drives."""
+    The points of a pin come in the order of what carries them: the ground, links that bend, rigid links. So no place is
+    shared after it has rows. Welds have no rows, and pins that ride along members follow with the elements.
+    """
     scene, machine = made.scene, made.machine
-    for drive in scene.drives:
+    for name, joint in scene.joints.items():
+        if isinstance(joint, Revolute):
+            first, *others = sorted(joint.connect, key=nodes.stiffness)
+            for point in others:
+                machine.join(joint.kind, (nodes.end(first), nodes.end(point)), name=name)
+        elif isinstance(joint, Slot | Prismatic) and joint.member is None:
+            guide, slide = (nodes.end(point, joint.angle) for point in joint.connect)
+            axes = machine.R[slide.pose].T @ machine.R[guide.pose] @ guide.turn  # those of the guide, as drawn
+            machine.join(joint.kind, (guide, replace(slide, turn=axes)), name=name)
+        elif isinstance(joint, Prismatic) or (joint.member is not None and name in scene.moved_joints):
+            raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
+    for number, drive in enumerate(scene.drives):
         joint = scene.joints[drive.joint]
         turn, freedom = (0.0, "angle") if isinstance(joint, Revolute) else (joint.angle, "stroke")
         ends = nodes.end(joint.connect[0], turn), nodes.end(joint.connect[1], turn)
-        made.driven.append(machine.drive(joint.kind, freedom, ends, _law(drive, scene.cycle_rate), drive.joint))
+        made.driven.append(machine.drive(joint.kind, freedom, ends, law_of(scene, number), drive.joint))
 
 
-def _law(drive: Drive, rate: float) -> Callable[[Array], Array]:
-    """Give the angle (rad) or stroke (m) of a drive by time (s)."""
-    return lambda t: drive.jet(rate * t, rate).value
-
-
-def _add_beams(made: SceneMachine, links: LinkMatrices) -> None:
+def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]]) -> None:
     """Make the elements of the mesh beams: stiffness, mass and shallow-arch numbers from the forms."""
     machine, mesh = made.machine, links.mesh
-    rotation = member_rotation(mesh)
-    bow = np.einsum("eai,eij,ebj->eab", rotation, links.stretching.bow, rotation)
     offsets, moment = links.layout.offsets, links.mass_moment
     back = np.eye(6) if offsets is None else np.linalg.inv(offsets.arms)  # from the member's axis to its neutral line
     of_elements = links.element_stiffness, links.element_mass, links.element_rotary_mass
     stiffness, mass, rotary = (np.swapaxes(back, -1, -2) @ matrix @ back for matrix in of_elements)
     elements = []
     for e, (nodes, member) in enumerate(zip(mesh.cell_nodes, mesh.cell_member)):
-        link = list(made.scene.links)[mesh.member_link[member]]
-        place, axes = _frame(made, link)
+        place, axes = frames[list(made.scene.links)[mesh.member_link[member]]]
         own = axes @ PLANE.turn(mesh.member_angle[member, None])
         beside = 0.0 if offsets is None else offsets.neutral[e] * own[:, 1]  # the neutral line from the member's axis
         first, second = (machine.end(made.node_pose[n], place + axes @ mesh.node_xy[n] + beside, own) for n in nodes)
         length = float(mesh.cell_length[e])
         shapes = STRAINED * np.array([[length], [1.0], [1.0]])
-        arch = np.einsum("ia,ab,jb->ij", shapes, bow[e], shapes) / (2 * length)
+        arch = np.einsum("ia,ab,jb->ij", shapes, links.element_bow[e], shapes) / (2 * length)
         numbers = np.array([[arch[1, 1], 2 * arch[1, 2], arch[2, 2]]])
         made.element_ends.append((first, second))
         turning = np.array([0, 0, 1, 0, length, 1.0])  # of the element about its first node
@@ -261,18 +251,12 @@ def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
         made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))
 
 
-def _frame(made: SceneMachine, link: str) -> tuple[Array, Array]:
-    start = start_motion(made.scene)
-    i = start.links.index(link)
-    return start.position[0, i], PLANE.turn(start.angle[0, i, None])
-
-
 def _add_bodies(scene: Scene, machine: Machine, nodes: _Nodes) -> None:
     """Add the inertia of rigid links and of masses at points."""
     for name, link in scene.links.items():
         if link.rigid is not None:
             place, axes = nodes.frames[name]
-            end = machine.end(nodes._rigid[name], place + axes @ np.array(link.rigid.centre), axes)
+            end = machine.end(nodes.rigid[name], place + axes @ np.array(link.rigid.centre), axes)
             machine.masses.add_body(end, link.rigid.mass, np.eye(2) * link.rigid.inertia / 2)
     for mass in scene.masses.values():
         machine.masses.add_body(nodes.end(mass.at), mass.mass, np.eye(2) * mass.inertia / 2)

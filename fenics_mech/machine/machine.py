@@ -126,13 +126,25 @@ class Machine:
         """
         beams = Beams(pairs, elements, damping)
         beams.add_to(self.masses)
-        for k, term in enumerate(self.terms):
-            if isinstance(term, Beams):  # strains, modes and meshes look at all elements of a machine at once
-                self.terms[k] = beams.after(term)
-                break
+        if any(isinstance(term, Beams) for term in self.terms):  # strains, modes and meshes look at all of a machine
+            self.terms[self.terms.index(self.beams)] = beams.after(self.beams)
         else:
             self.terms.append(beams)
         self.forget_plan()
+
+    @property
+    def beams(self) -> Beams:
+        """The term of all beam elements.
+
+        Raises
+        ------
+        ValueError
+            When it has none.
+        """
+        for term in self.terms:
+            if isinstance(term, Beams):
+                return term
+        raise ValueError("the machine has no beams: add_beams() adds them")
 
     def join(self, kind: str, pair: tuple[End, End], *, slack: float = 0.0, name: str = "") -> None:
         """Hold two ends by a kind of joint; a place that their poses share needs no rows.
@@ -184,7 +196,7 @@ class Machine:
         """Plan anew: what was evaluated before has got more poses, terms, rows or masses."""
         self._planned = None
         made = ["places", "groups", "row_group", "inertia", "pattern", "riders", "mode_numbers"]
-        for name in [*made, "extent", "_row_at", "_chart_at", "_rest"]:
+        for name in [*made, "arm", "extent", "_row_at", "_chart_at", "_rest"]:
             self.__dict__.pop(name, None)
 
     def _check_plan(self) -> None:
@@ -198,10 +210,25 @@ class Machine:
 
     @cached_property
     def extent(self) -> float:
-        """Largest distance of its poses and ends along an axis of the fixed frame (m)."""
+        """Largest distance of its poses and ends along an axis of the fixed frame (m).
+
+        Raises
+        ------
+        ValueError
+            When one of them is drawn at a place that is no number.
+        """
         pairs = [*(pair for term in self.terms for pair in term.pairs), *(row.pair for row in self.rows)]
-        ends = [self.drawn(end) for pair in pairs for end in pair]
-        return float(np.ptp([*self.r, *ends], axis=0).max()) or 1.0
+        ends = [end for pair in pairs for end in pair]
+        poses, drawn = [*range(len(self.r)), *(end.pose for end in ends)], np.array([*self.r, *map(self.drawn, ends)])
+        if not np.isfinite(drawn).all():
+            pose = poses[int(np.argmin(np.isfinite(drawn).all(axis=1)))]
+            raise ValueError(f"pose {pose}, or what is fixed to it, is drawn at a place that is no number")
+        return float(np.ptp(drawn, axis=0).max()) or 1.0
+
+    @cached_property
+    def arm(self) -> float:
+        """Longest coordinate of an end of a row in its pose (m), or 1 m where there is none."""
+        return max((float(np.abs(end.offset).max()) for row in self.rows for end in row.pair), default=0.0) or 1.0
 
     @property
     def size(self) -> int:
@@ -247,7 +274,8 @@ class Machine:
             np.hstack([group.dof, np.broadcast_to(own, (len(group.dof), len(own)))])
             for group, own in zip(self.groups, self.mode_numbers)
         ]
-        return Pattern.of(self.size, [*of_terms, of_rows, self.riders.block, self.inertia.dof, self.places])
+        of_rides = [self.riders.block] if self.rides else []
+        return Pattern.of(self.size, [*of_terms, of_rows, *of_rides, self.inertia.dof, self.places])
 
     @property
     def _row_numbers(self) -> Places:
@@ -290,19 +318,34 @@ class Machine:
         ----------
         q, v, a
             Coordinates, rates and accelerations ``(size,)`` in the present chart; multipliers stay.
+
+        Raises
+        ------
+        ValueError
+            When the chart moves by itself.
         """
         g = self.geometry
         place, turn = self.places[:, : g.d], self.places[:, g.d :]
         free = turn[:, 0] >= 0
         Q, V, A = (np.append(x, 0.0)[turn] for x in (q, v, a))
         chart = self.known
-        assert isinstance(chart, Rest)
+        if not isinstance(chart, Rest):
+            raise ValueError("the chart of the machine moves, and one at rest is to move along: set chart = None first")
         self.chart = Rest(g, chart.r + np.append(q, 0.0)[place], g.turn(Q) @ chart.R, self.led)
         v, a = v.copy(), a.copy()
         v[turn[free]], a[turn[free]] = g.spin(Q, V)[free], g.spin_rate(Q, V, A)[free]
         return v, a
 
     # ---- the equation ----
+    def moved(self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True) -> Moved:
+        """Move all poses by coordinates, rates and accelerations beside the chart; arguments as of `residual`."""
+        chart = self.known.at(t)
+        if not moving:
+            for rate in (chart.v, chart.w, chart.a, chart.al):
+                rate[:] = 0.0
+        Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
+        return Moved.by(self.geometry, chart, Q, V, A, loads * self.gravity)
+
     def residual(
         self,
         t: Array,
@@ -337,15 +380,9 @@ class Machine:
             Whether M, C and K are given.
         """
         self._check_plan()
-        g, T = self.geometry, len(t)
-        chart = self.known.at(t)
-        if not moving:
-            for rate in (chart.v, chart.w, chart.a, chart.al):
-                rate[:] = 0.0
-        Q, V, A = (np.concatenate([x, np.zeros((T, 1))], axis=1)[:, self.places] for x in (q, v, a))
-        at = Moved.by(g, chart, Q, V, A, loads * self.gravity)
-        F = np.zeros((T, self.size))
-        M, C, K = (np.zeros((T, self.pattern.entries)) for _ in range(3))
+        g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving)
+        F = np.zeros((len(t), self.size))
+        M, C, K = (np.zeros((len(t), self.pattern.entries)) for _ in range(3))
         target = F, M, C, K
 
         measured: list[Measured] = []

@@ -55,16 +55,16 @@ def mobility(machine: Machine, t: float = 0.0) -> Mobility:
         Instant of its drives (s).
     """
     n, q = machine.n, np.zeros(machine.size)
-    units = np.ones(n)
+    units = np.full(n, machine.extent)  # of coordinates that count as equal: this way (m), and 1 rad
     turns = machine.places[:, machine.geometry.d :]
-    units[turns[turns >= 0]] = 1 / _size(machine)  # of coordinates, so that all have one
+    units[turns[turns >= 0]] = 1.0
     undriven = np.ones(machine.size - n, dtype=bool)
     undriven[: len(machine.rows)] = [not row.leads for row in machine.rows]
 
     drawn = _left(_conditions(machine, t, q, undriven)[0] * units)
     if len(drawn):
         way = drawn.sum(axis=0)
-        q[:n] = STEP * _size(machine) * units * way / np.abs(way).max()
+        q[:n] = STEP * units * way / np.abs(way).max()
         for _ in range(CORRECTIONS):
             J, gaps = _conditions(machine, t, q, undriven)
             q[:n] -= units * np.linalg.lstsq(J * units, gaps, rcond=NOUGHT)[0]
@@ -93,7 +93,7 @@ def loosen(machine: Machine, redundant: list[int]) -> None:
             machine.rides[k - rows] = replace(machine.rides[k - rows], slack=SLACK)
             continue
         turns = machine.rows[k].measure.look in {Look.ALIGNED, Look.ANGLE}
-        machine.rows[k] = replace(machine.rows[k], slack=SLACK / _size(machine) ** 2 if turns else SLACK)
+        machine.rows[k] = replace(machine.rows[k], slack=SLACK / machine.extent**2 if turns else SLACK)
 
 
 def hold_idle(machine: Machine, found: Mobility) -> list[int]:
@@ -121,12 +121,6 @@ def hold_idle(machine: Machine, found: Mobility) -> list[int]:
     return list(range(first, len(machine.rows)))
 
 
-def _size(machine: Machine) -> float:
-    """Give the size of the box around all poses and ends of joints (m)."""
-    ends = [machine.r[end.pose] + machine.R[end.pose] @ end.offset for row in machine.rows for end in row.pair]
-    return float(np.ptp([*machine.r, *ends], axis=0).max()) or 1.0
-
-
 def _conditions(machine: Machine, t: float, q: Array, kept: np.ndarray, *, members: bool = True) -> tuple[Array, Array]:
     """Give derivatives by coordinates of the kept rows, and of all strains of members; and what each misses."""
     n, size = machine.n, machine.size
@@ -139,7 +133,16 @@ def _conditions(machine: Machine, t: float, q: Array, kept: np.ndarray, *, membe
             by = np.einsum("emj,cej->emc", measured.gradient[0], group.variables(np.eye(size)))
             derivatives.append(by.reshape(-1, size)[:, :n])
             gaps.append(measured.x[0].ravel())
-    return np.concatenate(derivatives), np.concatenate(gaps)
+    J = np.concatenate(derivatives)
+    if not np.isfinite(J).all():
+        bad = ~np.isfinite(derivatives[0]).all(axis=1)
+        names = [row.name for row, here in zip(machine.rows, kept) if here] + [ride.name for ride in machine.rides]
+        where = f"row of joint {names[int(np.argmax(bad))]!r}" if bad.any() else "beam element"
+        raise ValueError(
+            f"a {where} cannot be measured where it is drawn: a place, an axis or a length is no number, or its ends "
+            "are at one place and their distance has no direction"
+        )
+    return J, np.concatenate(gaps)
 
 
 def _left(J: Array) -> Array:

@@ -16,10 +16,10 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.attachment import QUARTER, Attachment
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.contact import Contact, travelled
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.numbering import GROUND
 
 Term = tuple[Index, Jets]  # columns ``(angles or 1, k)``, and jets ``(angles, rows, k)``
 

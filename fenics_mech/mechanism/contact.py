@@ -15,11 +15,11 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.mechanism.jets import Jets, constant, product, rotation_matrices
 from fenics_mech.scene import Member, Prismatic, Slot
 from fenics_mech.scene.bodies import MESH
 from fenics_mech.scene.joints import members_under_pins
+from fenics_mech.scene.numbering import GROUND
 
 
 @dataclass(frozen=True)

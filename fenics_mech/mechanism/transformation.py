@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import GROUND
 from fenics_mech.kinematics.motion import joined
 from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
 from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Jets
 from fenics_mech.scene import Scene
+from fenics_mech.scene.numbering import GROUND
 
 COMPONENTS = ("x", "y", "rotation")
 ACROSS = {".x": "y", ".y": "x", ".X": "Y", ".Y": "X"}  # ends of coordinates' names, and those of the other direction

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from fenics_mech.scene.models import Scene
 
+GROUND = -1  # among the numbers of links
+
 
 def order_of(scene: Scene) -> tuple[object, ...]:
     """Give the order of the links, their points and members, and the joints and masses.

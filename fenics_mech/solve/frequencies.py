@@ -68,7 +68,7 @@ def frequencies(M: sp.csr_matrix, C: sp.csr_matrix | None, K: sp.csr_matrix, cou
     Raises
     ------
     SolverError
-        When SLEPc does not find them.
+        When there are none, or SLEPc does not find them.
     """
     mass, stiffness = M.diagonal(), np.abs(K.diagonal())
     heavy, rows = mass > 0, (mass == 0) & (stiffness == 0)
@@ -76,7 +76,13 @@ def frequencies(M: sp.csr_matrix, C: sp.csr_matrix | None, K: sp.csr_matrix, cou
     # K + s^2 M is not singular, though rigid motions be possible. The rates that coordinates have alone are those of
     # fast modes: s^2 is as far below their squares as rounding is below s^2.
     s = ROUNDING**0.25 * (np.sqrt(np.median(stiffness[held] / mass[held])) if held.any() else 1.0)
-    count = min(count, int(heavy.sum() - rows.sum()))
+    free = int(heavy.sum() - rows.sum())
+    if free < 1:
+        raise SolverError(
+            f"natural modes: there are none. {int(heavy.sum())} coordinates have mass, and {int(rows.sum())} rows of "
+            "joints and drives hold them"
+        )
+    count = min(count, free)
     rates, shapes = _held(M, K, s, count) if C is None else _moving(M, C, K, s, 2 * count)  # of both signs
     rates = np.array([_settled(rate, x, M, C, K) for rate, x in zip(rates, shapes.T)])
     kept: list[int] = []

@@ -10,8 +10,11 @@ import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
 from fenics_mech.machine import Machine
-from fenics_mech.terms import Beams, ModalDamping
+from fenics_mech.terms import ModalDamping
+
+ROUNDING = float(np.finfo(float).eps)
 
 
 def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
@@ -28,12 +31,34 @@ def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
     -------
     tuple
         ``(modes,)``, the slowest first, and ``(size, modes)``.
+
+    Raises
+    ------
+    SolverError
+        When drives and joints leave something free to move, or nothing at all.
     """
     n, zero = machine.n, np.zeros((1, machine.size))
     found = machine.residual(np.array([t]), zero, zero, zero, moving=False)
     M, K = (machine.pattern.matrix(x[0]).toarray() for x in (found.M, found.K))
     free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if machine.held else np.eye(n)
-    squares, shapes = scipy.linalg.eigh(free.T @ M[:n, :n] @ free, free.T @ K[:n, :n] @ free)
+    mass, stiffness, what = (
+        free.T @ M[:n, :n] @ free,
+        free.T @ K[:n, :n] @ free,
+        f"modes of the machine held at {t:.6g} s",
+    )
+    if not len(stiffness):
+        raise SolverError(f"{what}: there are none, as its joints and drives leave no coordinate free")
+    try:
+        squares, shapes = scipy.linalg.eigh(mass, stiffness)
+        slowest = np.abs(shapes[:, -1])
+        strained = len(slowest) * ROUNDING * (slowest @ np.abs(stiffness) @ slowest) < 1.0  # its stiffness
+    except np.linalg.LinAlgError:  # the stiffness is not positive
+        strained = False
+    if not strained:
+        raise SolverError(
+            f"{what}: something is free to move without strain, or unstable. Hold it by drives or joints, or take "
+            "frequencies(), which gives rigid motions too"
+        )
     whole = np.zeros((machine.size, len(squares)))
     whole[:n] = free @ shapes
     return 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)), whole[:, ::-1]
@@ -114,9 +139,8 @@ def damp_modes(
     positions
         Even positions of the cycle at which the modes are found: with 24 instead of 48 they are within 2e-5.
     """
-    term = next(k for k, term in enumerate(machine.terms) if isinstance(term, Beams))
-    beams, group = machine.terms[term], machine.groups[term]
-    assert isinstance(beams, Beams)
+    beams, term = machine.beams, machine.terms.index(machine.beams)
+    group = machine.groups[term]
     times = period / positions * np.arange(positions)
     modes = [held_modes(machine, t) for t in times]
     zero = np.zeros((positions, machine.size))

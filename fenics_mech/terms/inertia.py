@@ -14,6 +14,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End
 
+ROUNDING = 1e-12  # of the largest entry of a mass matrix
 Vector = tuple[int, int]  # pose; 0 for its place, 1 + j for column j of its rotation
 
 
@@ -53,7 +54,14 @@ class Masses:
         tensor
             Second moments of its mass about the centre, ``(d, d)`` (kg m^2): sum of m x_i x_j (Euler's tensor). In the
             plane its trace is the moment of inertia.
+
+        Raises
+        ------
+        ValueError
+            When a mass or a second moment is negative.
         """
+        _refuse_negative(np.array([[mass]]), "the mass of a body", "kg")
+        _refuse_negative(tensor, "a second moment of the mass of a body", "kg m^2")
         self.couple(place_of(end), place_of(end), mass)
         for i, j in np.argwhere(tensor):
             self.couple(axis_of(end, i), axis_of(end, j), tensor[i, j])
@@ -71,7 +79,14 @@ class Masses:
             Rotary inertia of the sections along axes 2 (and 3), rho I L of each, ``(bends,)`` (kg m^2).
         beside
             Between the same four vectors and axes 2 (and 3) at both ends, ``(bends, 4, 2)`` (kg m, kg m^2).
+
+        Raises
+        ------
+        ValueError
+            When a mass is negative.
         """
+        _refuse_negative(mass, "the mass of a beam element", "kg")
+        _refuse_negative(np.diag(sections), "the rotary inertia of a beam element", "kg m^2")
         vectors = [made for end in ends for made in (place_of(end), axis_of(end, 0))]
         for i, one in enumerate(vectors):
             for j, other in enumerate(vectors):
@@ -90,6 +105,13 @@ class Masses:
             if moment:
                 self.couple(vectors[i], axis_of(ends[k], 1 + axis), float(moment))
                 self.couple(axis_of(ends[k], 1 + axis), vectors[i], float(moment))
+
+
+def _refuse_negative(mass: Array, what: str, unit: str) -> None:
+    """Raise `ValueError` where a mass matrix has a negative eigenvalue, or is no number."""
+    least = np.linalg.eigvalsh(mass).min() if np.isfinite(mass).all() else np.nan
+    if not least >= -ROUNDING * np.abs(mass).max():
+        raise ValueError(f"{what} is {least:.6g} {unit}: expected 0 or more")
 
 
 def hermite_mass(length: float, line_mass: float) -> Array:

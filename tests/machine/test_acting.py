@@ -8,6 +8,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.solve import periodic, rigid_cycle
+from fenics_mech.terms import Spring
 from tests.common import DEMOS, response_of
 
 ACTING = {
@@ -90,3 +91,15 @@ def test_what_no_term_states_is_refused(stated, place):
     with pytest.raises(SceneError, match=r"yet|without end") as error:
         machine_of(loaded(**stated))
     assert place in str(error.value)
+
+
+def test_a_spring_at_a_hinge_acts_where_nothing_is_driven():
+    """Its angle at rest is that of the link where the freedom starts."""
+    scene = fm.load(DEMOS / "free_motion" / "pendulum.toml")
+    (joint,) = scene.freedoms
+    scene = scene.changed(
+        {f"freedoms.{joint}.start": "30 deg", "springs": {"hinge": {"joint": joint, "stiffness": 2.0}}}
+    )
+    (spring,) = (term for term in machine_of(scene).machine.terms if isinstance(term, Spring))
+    assert spring.rest == pytest.approx(scene.freedoms[joint].start)
+    assert spring.near(np.array([0.0, 5.0])).ravel() == pytest.approx([spring.rest] * 2)

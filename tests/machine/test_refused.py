@@ -1,16 +1,18 @@
 """What a builder of machines may get wrong is refused, and small or rigid motion is right."""
 
+from importlib import reload
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
+from fenics_mech import _kernels
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import PLANE, SPACE
 from fenics_mech.machine import Machine, Row, loosen, mobility
-from fenics_mech.solve import equilibrium, march, periodic, rigid_cycle
+from fenics_mech.solve import equilibrium, frequencies, held_modes, march, periodic, rigid_cycle, tangents_at
 from fenics_mech.terms import Element, Look, Measure, Spring
-from tests.machine.builders import double_pendulum, load, seed
+from tests.machine.builders import double_pendulum, load, pin, seed
 
 
 def cantilever():
@@ -129,3 +131,74 @@ def test_what_is_free_is_named_where_the_equations_are_singular():
     machine.gravity[:] = 0.0
     with pytest.raises(SolverError, match="singular: something is free to move"):
         equilibrium(machine)
+
+
+def test_kernels_of_other_sources_are_refused(monkeypatch):
+    monkeypatch.setattr(_kernels.sources, "fingerprint", lambda: "another")
+    with pytest.raises(ImportError, match=r"other sources than those beside them\. Run `python fenics_mech/_ker"):
+        reload(_kernels)
+    monkeypatch.undo()
+    reload(_kernels)
+
+
+def test_places_that_are_no_numbers_are_refused():
+    machine, (first, second) = double_pendulum()
+    machine.rows.append(Row((machine.at_ground(), machine.end(first)), Measure(Look.DISTANCE), 0.0, name="rod"))
+    machine.forget_plan()
+    with pytest.raises(ValueError, match="a row of joint 'rod' cannot be measured where it is drawn"):
+        mobility(machine)  # both ends are at one place
+    machine, (first, second) = double_pendulum()
+    machine.rows.append(Row((machine.at_ground(), machine.end(second, np.array([np.nan, 0]))), Measure(Look.PLACE)))
+    machine.forget_plan()
+    with pytest.raises(ValueError, match=f"pose {second}, or what is fixed to it, is drawn at a place that is no numb"):
+        mobility(machine)
+
+
+@pytest.mark.parametrize("mass", [-1.0, np.nan])
+def test_masses_that_are_not_0_or_more_are_refused(mass):
+    machine, tip = cantilever()
+    with pytest.raises(ValueError, match=f"the mass of a body is {mass:g} kg: expected 0 or more"):
+        machine.masses.add_body(machine.end(tip), mass, np.zeros((2, 2)))
+    with pytest.raises(ValueError, match=f"a second moment of the mass of a body is {mass:g}"):
+        machine.masses.add_body(machine.end(tip), 1.0, np.diag([1.0, mass]))
+    ends = machine.at_ground(), machine.end(tip)
+    with pytest.raises(ValueError, match="the mass of a beam element is "):
+        machine.add_beams([ends], [Element.uniform(1.0, 1e6, [10.0], line_mass=mass)])
+    with pytest.raises(ValueError, match="the rotary inertia of a beam element is "):
+        machine.add_beams([ends], [Element.uniform(1.0, 1e6, [10.0], line_mass=1.0, rotary=[mass])])
+
+
+def test_modes_of_what_is_free_or_fixed_are_refused():
+    machine, (_, second) = double_pendulum()
+    with pytest.raises(SolverError, match="modes of the machine held at 0 s: something is free to move without strain"):
+        held_modes(machine, 0.0)
+    tip = np.array([2.0, 0.0])
+    pin(machine, machine.at_ground(tip), machine.end(second, tip))
+    machine.forget_plan()
+    zero = np.zeros(machine.size)
+    with pytest.raises(SolverError, match="none, as its joints and drives leave no coordinate free"):
+        held_modes(triangle_of_bars(), 0.0)
+    with pytest.raises(SolverError, match=r"there are none\. 4 coordinates have mass, and 4 rows"):
+        frequencies(*tangents_at(machine, zero, zero), 3)
+
+
+def triangle_of_bars():
+    """A structure: two bars between two pins on the ground."""
+    machine, top = Machine(PLANE), np.array([0.5, 1.0])
+    bars = [machine.add_pose(np.array([x, 0.0]), fixed="place") for x in (0.0, 1.0)]
+    for bar in bars:
+        machine.masses.add_body(machine.end(bar), 1.0, np.eye(2))
+    pin(machine, *(machine.end(bar, top) for bar in bars))
+    return machine
+
+
+def test_a_motion_in_time_begins_from_a_chart_at_rest():
+    machine = turned([lambda t: 2 * np.pi * t])
+    machine.chart = rigid_cycle(machine, 1.0)
+    with pytest.raises(ValueError, match=r"the chart of the machine moves.*set chart = None first"):
+        march(machine, np.zeros(machine.size), 0.1, h=0.01)
+
+
+def test_a_machine_without_beams_has_no_modes_to_damp():
+    with pytest.raises(ValueError, match="the machine has no beams"):
+        double_pendulum()[0].beams  # noqa: B018

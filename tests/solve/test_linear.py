@@ -39,7 +39,7 @@ def moments(made, iterate, axial=None):
 
     def at(share):
         moved = machine.residual(iterate.t, *(share * x for x in iterate.change), tangents=False)
-        return end_forces(made.beams, group, moved.terms[0], moved.at).moment[..., 1, 0]
+        return end_forces(made.machine.beams, group, moved.terms[0], moved.at).moment[..., 1, 0]
 
     found = at(0.0) + (at(1e-3) - at(-1e-3)) / 2e-3  # but for cubes of turns of 0.1, times 1e-6
     if axial is not None:
@@ -69,7 +69,7 @@ def test_the_static_answer_is_the_quasi_static_method(demo):
     made, static = built(scene)
     stressed = static.found.terms[0]
     stressed = stressed.with_response(replace(stressed.response, stress=static.stresses[0]))
-    forces = end_forces(made.beams, made.machine.groups[0], stressed, static.found.at)
+    forces = end_forces(made.machine.beams, made.machine.groups[0], stressed, static.found.at)
     found = forces.moment[..., 1, 0][2::3]
     assert missed(made, scene, found) < 1e-8
 
