@@ -1,0 +1,92 @@
+"""Beam elements with places inside: polynomials of higher degree in few unknowns, so that one element makes a member."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.polynomial.legendre import legvander
+
+from fenics_mech._arrays import Array
+
+Along = float | Callable[[Array], Array]  # a number of the section, or by the share of the length
+
+
+@dataclass(frozen=True)
+class Shapes:
+    """Polynomials through the place and the first axis of both ends, and through even places inside.
+
+    Their order is that of the vectors that they weigh: place, axis times length, place, axis times length, places inside.
+
+    Parameters
+    ----------
+    inner
+        Places inside.
+    """
+
+    inner: int
+
+    @property
+    def places(self) -> Array:
+        """Shares of the length at which the places lie ``(inner,)``."""
+        return np.arange(1, self.inner + 1) / (self.inner + 1)
+
+    @cached_property
+    def _coefficients(self) -> Array:
+        """Of the powers of the share, ``(powers, shapes)``."""
+        ends = np.array([0.0, 1.0])
+        conditions = np.concatenate([self._powers(ends, 0), self._powers(ends, 1), self._powers(self.places, 0)])
+        order = [0, 2, 1, 3, *range(4, 4 + self.inner)]  # place and axis of the first end, then of the second
+        return np.asarray(np.linalg.inv(conditions[order]))
+
+    def _powers(self, x: Array, derivative: int) -> Array:
+        powers = np.arange(4 + self.inner)
+        factor = np.prod([np.maximum(powers - k, 0) for k in range(derivative)], axis=0)
+        return np.asarray(factor * x[:, None] ** np.maximum(powers - derivative, 0))
+
+    def at(self, x: Array, derivative: int = 0) -> Array:
+        """Give the shapes, or their derivatives, at shares of the length: ``(shares, shapes)``."""
+        return self._powers(x, derivative) @ self._coefficients
+
+    @property
+    def rule(self) -> tuple[Array, Array]:
+        """Points and weights that integrate products of two shapes, and of these with a linear taper."""
+        points, weights = np.polynomial.legendre.leggauss(5 + self.inner)
+        return (points + 1) / 2, weights / 2
+
+    @property
+    def modes(self) -> Array:
+        """Legendre polynomials at the points of the rule ``(points, 2 + inner)``."""
+        return legvander(2 * self.rule[0] - 1, 1 + self.inner)
+
+    def table(self) -> Array:
+        """Give what the kernel takes, of each point: weight, derivatives of the shapes but the first, polynomials."""
+        points, weights = self.rule
+        return np.hstack([weights[:, None], self.at(points, 1)[:, 1:], self.at(points, 2)[:, 1:], self.modes])
+
+    def stiffness(self, length: float, EA: Along, EI: Along) -> Array:
+        """Give that of the Legendre modes of the stretch and of the turn: what they say about both, put in the energy."""
+        points, weights = self.rule
+        whole = np.zeros((3 + 2 * self.inner,) * 2)
+        for values, first, count in ((EA, 0, 1 + self.inner), (EI, 1 + self.inner, 2 + self.inner)):
+            scaled = self.modes[:, :count] * (2 * np.arange(count) + 1)
+            own = slice(first, first + count)
+            whole[own, own] = scaled.T @ (scaled * (weights * _values(values, points))[:, None])
+            whole[own, own] *= length if first == 0 else 1 / length
+        return whole
+
+    def mass(self, length: float, line_mass: Along, rotary: Along = 0.0) -> Array:
+        """Give the mass between the vectors ``(4 + inner, 4 + inner)``; sections turn as the axis does."""
+        points, weights = self.rule
+        scale = np.array([1, length, 1, length, *[1] * self.inner])
+        made = np.zeros((len(scale),) * 2)
+        for derivative, values in ((0, line_mass), (1, rotary)):
+            shapes = self.at(points, derivative) * scale / length**derivative
+            made += length * shapes.T @ (shapes * (weights * _values(values, points))[:, None])
+        return made
+
+
+def _values(given: Along, x: Array) -> Array:
+    return np.asarray(given(x)) if callable(given) else np.full(len(x), float(given))
