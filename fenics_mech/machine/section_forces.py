@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -101,7 +102,13 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
 
 
 def inside(
-    beams: Beams, group: Group, at: Moved, ends: EndForces, elements: Index, places: Array, line_mass: Array
+    beams: Beams,
+    group: Group,
+    at: Moved,
+    ends: EndForces,
+    elements: Index,
+    places: Array,
+    line_mass: Callable[[Array], Array],
 ) -> tuple[Array, Array]:
     """Give axial force (N) and moment (N m) at places inside elements, ``(instants, stations)`` each.
 
@@ -115,7 +122,7 @@ def inside(
     elements, places
         Element of each station, and its place in it, 0..1 ``(stations,)``.
     line_mass
-        Mass per length at both ends of each station's element, linear between them ``(stations, 2)`` (kg/m).
+        Mass per length (kg/m) by a share of each station's element ``(stations,)``.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -125,7 +132,7 @@ def inside(
     shapes, within = Shapes(beams.stretches - 1), np.array(beams.inside, dtype=int)[elements]
     vectors = _vectors(length, at_ends[0], at_ends[1][..., 0], at.r[:, within])
     accelerations = _vectors(length, *spread[0], at.acc[:, within, 0])
-    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass, spread[0])
+    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(np.full(len(elements), 0.5)), spread[0])
 
     def axis(x: Array) -> Array:
         """Give places on the bent axis."""
@@ -136,7 +143,7 @@ def inside(
     nodes, weights = np.polynomial.legendre.leggauss(5 + shapes.inner)  # mass times two shapes has degree 7 + 2 inner
     for node, weight in zip((nodes + 1) / 2, weights / 2):
         x, share = node * places, weight * places * length
-        mass = (share * (line_mass[:, 0] * (1 - x) + line_mass[:, 1] * x))[:, None]
+        mass = (share * line_mass(x))[:, None]
         acceleration = _between_all(shapes.at(x), accelerations)
         here = axis(x)
         force = force + mass * acceleration
@@ -160,7 +167,7 @@ def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, sprea
     curvature = (ends.moment[:, elements, 1, 0] - ends.moment[:, elements, 0, 0]) / (2 * bending)
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
-    across = pull * curvature - line_mass.mean(axis=1) * np.sum(mean * normal, axis=-1)
+    across = pull * curvature - line_mass * np.sum(mean * normal, axis=-1)
     return np.asarray((across * length**4 / (24 * bending))[..., None] * normal)
 
 
