@@ -45,14 +45,15 @@ CALLS = {
     ),
 }
 KINDS = {"plane": "Plane", "space": "Space"}
-ALL = [name for name in FUNCTIONS if name != "inner_strains"]
-VARIANTS = {f"{name}_{kind}": (name, of) for name in ALL for kind, of in KINDS.items()}  # the function, and its template
+VARIANTS = {  # by name: the function, and what its template takes
+    f"{name}_{kind}": (name, of) for name in FUNCTIONS if name != "inner_strains" for kind, of in KINDS.items()
+}
 VARIANTS |= {
     f"{name}_ride_{kind}": (name, f"{of}, Own<Ride<{of}>::N>")
     for name in ("spread", "conditions")
     for kind, of in KINDS.items()
 }
-for inside in (1, 2, 3, 4):  # places inside an element: those of a member of one element in a few digits
+for inside in (1, 2, 3, 4):  # places inside an element: with 4, one element makes a member to 1e-5
     VARIANTS[f"inner_strains_{inside}_plane"] = "inner_strains", f"Plane, {inside}"
     VARIANTS |= {
         f"{name}_inner_{inside}_plane": (name, f"Plane, Own<Inner<Plane, {inside}>::N>")

@@ -124,7 +124,7 @@ def _finer_poses(coarse: Machine, fine: Machine, r: Array, R: Array) -> tuple[Ar
 
 def _more_places(few: Beams, many: Beams, r: Array, R: Array, made_r: Array, made_R: Array) -> None:
     """Put in the poses of elements with more places inside, by the shapes of those with fewer."""
-    shapes, shares = Shapes(few.stretches - 1), Shapes(many.stretches - 1).places
+    shapes, shares = Shapes(few.inner), Shapes(many.inner).places
     for e, (pair, element) in enumerate(zip(few.pairs, few.elements)):
         ends = [_end(end, r, R) for end in pair]
         vectors = [x for p, E in ends for x in (p, element.length * E[..., 0])] + [r[:, k] for k in few.inside[e]]

@@ -107,13 +107,14 @@ class Group:
             numbers = np.array([tuple(one) for own in what for one in own], dtype=np.int32).reshape(-1, 3)
             repeated = (np.repeat(self.pose, self.count, axis=0), np.repeat(arms, self.count, axis=0))
             self._elements = (*repeated, numbers)
+        self._table: tuple[int, Array] | tuple[()] = ()  # of elements with places inside
 
     @staticmethod
     def of(geometry: Geometry, places: Places, term: Term) -> Group:
         """Give the elements of a term."""
-        if isinstance(term, Beams) and term.stretches > 1:
-            return InnerGroup(geometry, places, term)
-        return Group(geometry, places, term.pairs, term if isinstance(term, Beams) else [term.measures] * len(term.pairs))
+        if not isinstance(term, Beams):
+            return Group(geometry, places, term.pairs, [term.measures] * len(term.pairs))
+        return InnerGroup(geometry, places, term) if term.inner else Group(geometry, places, term.pairs, term)
 
     def measure(self, at: Moved, angles: Array | None) -> Measured:
         """Measure all elements, angles near to given ones ``(instants, elements, measures)``; no response yet."""
@@ -121,7 +122,7 @@ class Group:
         ways = self.variables_of(at.ways)
         N = ways.shape[-1]
         x, gradient, hessian = (np.empty((T, E, m, *s)) for s in ((), (N,), (N * (N + 1) // 2,)))
-        given = (T, len(self._elements[0]), at.r.shape[1], at.r, at.c, at.R0, *self._elements)
+        given = (T, len(self._elements[0]), at.r.shape[1], at.r, at.c, at.R0, *self._elements, *self._table)
         if self._kernel == "relations":
             near = np.zeros((T, E, m)) if angles is None else np.ascontiguousarray(angles)
             given = (*given, near)
@@ -214,7 +215,7 @@ class InnerGroup(Group):
         table = Shapes(inner).table()
         poses = np.hstack([self.pose, self.inside])
         self.count, self._kernel = 3 + 2 * inner, f"inner_strains_{inner}"
-        self._elements = (poses, *self._elements[1:], len(table), table)
+        self._elements, self._table = (poses, *self._elements[1:]), (len(table), table)
 
     def variables_of(self, motion: Array) -> Array:
         """Give the variables of every element by those of all poses."""

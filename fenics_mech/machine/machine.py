@@ -237,7 +237,7 @@ class Machine:
     @cached_property
     def riders(self) -> Rides:
         """The elements that pins ride on, where they lie."""
-        if self.rides and any(isinstance(term, Beams) and term.stretches > 1 for term in self.terms):
+        if self.rides and any(isinstance(term, Beams) and term.inner for term in self.terms):
             raise ValueError("a pin rides on the cubic of an element: elements with places inside are not one")
         return Rides(self.geometry, self.places, self.rides, self.n + len(self.rows))
 

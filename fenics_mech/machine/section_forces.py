@@ -129,7 +129,7 @@ def inside(
     spread = [_of_axes(beams, group, at, elements, axis) for axis in (0, 1)]
     at_ends = ends.place[:, elements], ends.axes[:, elements]
     force, moment = -ends.force[:, elements, 0], -ends.moment[:, elements, 0, 0]
-    shapes, within = Shapes(beams.stretches - 1), np.array(beams.inside, dtype=int)[elements]
+    shapes, within = Shapes(beams.inner), np.array(beams.inside, dtype=int)[elements]
     vectors = _vectors(length, at_ends[0], at_ends[1][..., 0], at.r[:, within])
     accelerations = _vectors(length, *spread[0], at.acc[:, within, 0])
     bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(np.full(len(elements), 0.5)), spread[0])

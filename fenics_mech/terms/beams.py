@@ -128,7 +128,7 @@ class Beams(Term):
         if len({element.inner for element in elements}) > 1:
             raise ValueError("all elements of a machine have as many places inside: give each the same number `inner`")
         self.inside = [()] * len(self.elements) if inside is None else list(inside)
-        self.stretches = 1 + (elements[0].inner if elements else 0)  # the first strains
+        self.inner = elements[0].inner if elements else 0
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
         self.twisting = TwistInside(self.stiffness, len(elements[0].arch) if elements else 1)
@@ -151,8 +151,8 @@ class Beams(Term):
             masses.add_beam(pair, element.mass, element.rotary, beside_line(element.length, element.moment), inside)
 
     def parameters(self, geometry: Geometry) -> Array:
-        """Give what the kernel takes: length and arch numbers, ``(elements, 1 + 3 bends)``; lengths with places inside."""
-        if self.stretches > 1:
+        """Give what the kernel takes: length and arch numbers, ``(elements, 1 + 3 bends)``, or lengths alone."""
+        if self.inner:
             return np.array([e.length for e in self.elements])
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
@@ -169,7 +169,7 @@ class Beams(Term):
 
     def stiffening(self, present: Array, static: Array) -> Array:
         """Give the axial forces of the static answer."""
-        return static * (np.arange(static.shape[-1]) < self.stretches)
+        return static * (np.arange(static.shape[-1]) <= self.inner)
 
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy of the strains."""

@@ -1,4 +1,4 @@
-"""Beam elements with places inside: polynomials of higher degree in few unknowns, so that one element makes a member."""
+"""Beam elements with places inside: polynomials of higher degree, so that one element makes a member."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Along = float | Callable[[Array], Array]  # a number of the section, or by the s
 class Shapes:
     """Polynomials through the place and the first axis of both ends, and through even places inside.
 
-    Their order is that of the vectors that they weigh: place, axis times length, place, axis times length, places inside.
+    Their order is that of the vectors that they weigh: place and axis times length of both ends, then places inside.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Shapes:
         return np.hstack([weights[:, None], self.at(points, 1)[:, 1:], self.at(points, 2)[:, 1:], self.modes(points)])
 
     def stiffness(self, length: float, EA: Along, EI: Along) -> Array:
-        """Give that of the Legendre modes of the stretch and of the turn: what they say about both, put in the energy."""
+        """Give that of the Legendre modes of stretch and turn: both are series of them, put into the energy."""
         points, weights = self.rule(TAPERED)
         whole = np.zeros((3 + 2 * self.inner,) * 2)
         for values, first, count in ((EA, 0, 1 + self.inner), (EI, 1 + self.inner, 2 + self.inner)):
