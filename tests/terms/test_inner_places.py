@@ -14,7 +14,18 @@ from fenics_mech.machine import Machine, Row
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.section_forces import end_forces, inside
-from fenics_mech.solve import damp_modes, equilibrium, frequencies, periodic, rigid_cycle, tangents_at
+from fenics_mech.solve import (
+    axial_forces,
+    damp_modes,
+    equilibrium,
+    frequencies,
+    iterates,
+    periodic,
+    quasi_static,
+    rigid_cycle,
+    tangents_at,
+)
+from fenics_mech.solve.stages import radau
 from fenics_mech.terms import Element, Look, Measure, ModalDamping, Shapes, hermite_mass
 from tests.common import DEMOS
 from tests.machine.builders import Bar, Members, load, seed
@@ -194,6 +205,23 @@ def test_told_errors_of_the_mesh_are_those_against_two_elements_with_as_many_pla
     assert finer.iterations <= 4
     told = largest(middle(finer, 1) - middle(cycle, 1))
     np.testing.assert_allclose(told / largest(middle(cycle, 1) - exact), 1, atol=0.05)
+
+
+def linear_theory(count, inner):
+    """Give places and turns of the seed's joints by the geometric stiffness of static axial forces, at 20 rad/s."""
+    machine, period = seed(count, 20.0, inner=inner), 2 * np.pi / 20.0
+    machine.chart = rigid_cycle(machine, period)
+    t = period / 60 * (np.arange(60)[:, None] + radau(3).c)
+    axial = axial_forces(machine, quasi_static(machine, t.ravel()))
+    (iterate,) = iterates(machine, period, 60, 1, stiffening=axial)
+    return iterate.change[0][:, :9]  # the coordinates that are made first
+
+
+@pytest.mark.slow
+def test_axial_forces_that_vary_along_one_element_stiffen_it():
+    """Against 8 elements, 2e-5 of the largest; with the mean of the axial forces alone it would be 3e-3."""
+    many, one = linear_theory(8, 0), linear_theory(1, 3)
+    assert np.abs(one - many).max() < 3e-5 * np.abs(many).max()
 
 
 RECTANGLE = {"shape": "rectangle", "width": "25 mm"}
