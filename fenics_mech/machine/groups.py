@@ -16,7 +16,6 @@ from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.terms import Beams, Masses, Measure, Response, Shapes, Term
 
 Target = tuple[Array, Array, Array, Array]  # forces, and the values of M, C and K
-MOST = 4  # places inside an element, of which there are kernels
 
 
 @dataclass(frozen=True)
@@ -207,8 +206,8 @@ class InnerGroup(Group):
         super().__init__(geometry, places, beams.pairs, beams)
         self.inside = np.array(beams.inside, dtype=np.int32)
         inner = self.inside.shape[1]
-        if geometry.d > 2 or inner > MOST:
-            raise ValueError(f"elements have at most {MOST} places inside, and in space none: {inner} are stated")
+        if geometry.d > 2:
+            raise ValueError("elements in space have no places inside: use Element.uniform, and more elements")
         self.kernels = f"inner_{inner}_{geometry.name}"
         of_inside = places[self.inside, : geometry.d].reshape(len(self.pose), -1)
         self.dof = np.ascontiguousarray(np.hstack([self.dof, of_inside]))

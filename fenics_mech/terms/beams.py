@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
 from fenics_mech.terms.inertia import Masses, beside_line, hermite_mass
-from fenics_mech.terms.inner_places import Along, Shapes
+from fenics_mech.terms.inner_places import MOST, Along, Shapes
 from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Response, Term
 
@@ -91,6 +91,10 @@ class Element:
         length, EA, EI, line_mass, rotary
             As of a uniform beam; all but the length may be functions of shares of the length ``(shares,)``.
         """
+        if not 1 <= inner <= MOST:
+            raise ValueError(
+                f"an element has 1 to {MOST} places inside, not {inner}; without them it is Element.uniform"
+            )
         shapes, none = Shapes(inner), np.zeros(1)
         mass = shapes.mass(length, line_mass, rotary)
         return cls(length, shapes.stiffness(length, EA, EI), np.zeros((1, 3)), mass, none, none)

@@ -11,6 +11,7 @@ from numpy.polynomial.legendre import legvander
 
 from fenics_mech._arrays import Array
 
+MOST = 4  # places inside of which there are kernels: see `_kernels/build.py`
 TAPERED = 6  # points more than places inside: exact for products of two shapes and a cubic, as of a taper's EI
 Along = float | Callable[[Array], Array]  # a number of the section, or by the share of the length
 
