@@ -238,7 +238,7 @@ class Machine:
     def riders(self) -> Rides:
         """The elements that pins ride on, where they lie."""
         if self.rides and any(isinstance(term, Beams) and term.inner for term in self.terms):
-            raise ValueError("a pin rides on the cubic of an element: elements with places inside are not one")
+            raise ValueError("a pin rides on cubics: give the machine more elements, without places inside")
         return Rides(self.geometry, self.places, self.rides, self.n + len(self.rows))
 
     @cached_property

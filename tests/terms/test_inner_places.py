@@ -277,7 +277,7 @@ def test_what_has_no_places_inside_is_refused():
             Element.with_places(inner, 1.0, 1.0, 1.0)
     machine, tip = cantilever(1, 1.0)
     machine.rides.append(Ride(machine.end(tip), tuple(machine.terms[0].pairs)))
-    with pytest.raises(ValueError, match="rides on the cubic"):
+    with pytest.raises(ValueError, match="rides on cubics"):
         equilibrium(machine)
     space = Machine(SPACE)
     pair = space.at_ground(), space.end(space.add_pose(np.eye(3)[0]))
