@@ -24,7 +24,7 @@ def along_members(made: SceneMachine, found: Evaluation, s: Array) -> tuple[Arra
     """
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
-    elements, places, masses = [], [], []
+    elements, places, parts = [], [], []
     for number, label in enumerate(mesh.members):
         cells = np.nonzero(mesh.cell_member == number)[0]
         whole = float(mesh.member_length[number])
@@ -32,11 +32,16 @@ def along_members(made: SceneMachine, found: Evaluation, s: Array) -> tuple[Arra
         first, length = mesh.cell_start[own], mesh.cell_length[own]
         elements.append(own)
         places.append((s * whole - first) / length)
-        ends = np.array([first, first + length]) / whole
-        masses.append(np.stack([scene.rigidity(label, x).line_density for x in ends], axis=1))
+        parts.append((label, first / whole, length / whole))
+
+    def line_mass(x: Array) -> Array:
+        of_members = zip(parts, np.split(x, len(parts)))
+        made_of = [scene.rigidity(label, first + own * length) for (label, first, length), own in of_members]
+        return np.concatenate([one.line_density for one in made_of])
+
     beams, group = machine.beams, machine.groups[0]
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
-    given = np.concatenate(elements), np.concatenate(places), np.concatenate(masses)
+    given = np.concatenate(elements), np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
     axial, moment = inside(beams, group, found.at, ends_of_elements, *given)
     return axial.reshape(shape), moment.reshape(shape)
