@@ -191,7 +191,9 @@ def estimated(solved: Solved) -> Errors:
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
     parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
-    by_quantity = {name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest}
+    by_quantity = {
+        name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
+    }
     order = {source: ORDERS[source] for source in parts}
     errors = Errors(by_quantity, order, measures(scene, largest), (), largest)
     errors.judge(scene)
@@ -270,7 +272,9 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         "joint": list(forces),
         "component": ["x", "y"],
         "drive": list(efforts),
-        "support": [name for name, joint in scene.joints.items() if any(p.startswith("ground.") for p in joint.connect)],
+        "support": [
+            name for name, joint in scene.joints.items() if any(p.startswith("ground.") for p in joint.connect)
+        ],
         "point": list(found.traced),
     }
     machine = solved.made.machine
@@ -335,7 +339,10 @@ def _without_vibration(solved: Solved) -> xr.Dataset:
     """Give strains and stresses of the static answer to loads and rigid inertia."""
     scene, s, motion = solved.scene, solved.positions.stations, solved.positions.motion.chart
     still = quasi_static(motion.machine, motion.t)
-    terms = [here.with_response(replace(here.response, stress=stress)) for here, stress in zip(still.found.terms, still.stresses)]
+    terms = [
+        here.with_response(replace(here.response, stress=stress))
+        for here, stress in zip(still.found.terms, still.stresses)
+    ]
     forces = along_members(solved.made, replace(still.found, terms=terms), still.change[2], s)
     sections = scene.rigidities(s)
     by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)

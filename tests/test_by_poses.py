@@ -33,7 +33,8 @@ def test_every_variable_is_that_of_link_frames(demo, bound):
     for name in frames.data_vars:
         if frames[name].dtype.kind != "f" or name in UNLIKE or any(part in name for part in DERIVED):
             continue
-        assert apart(poses, frames, name) < (4e-3 if name == "rotation" else 5e-3 if "mean_power" in name else bound), name
+        most = {"rotation": 4e-3, "mean_power": 5e-3}.get(name, bound)
+        assert apart(poses, frames, name) < most, name
         compared += 1
     assert compared > 35
     of_one = frames["multiplier_frequency"].to_numpy()[::2]
@@ -44,7 +45,7 @@ def test_every_variable_is_that_of_link_frames(demo, bound):
 
 @pytest.mark.slow
 def test_a_pin_that_rides_along_a_member_is_felt_inside_it():
-    """The shaper's moment has its corner where the pin is; link frames tell 5e-3 to 7e-3 that their joints leave out."""
+    """The shaper's moment has its corner where the pin is. Link frames tell of 7e-3 that their joints leave out."""
     poses, frames = both("quick_return", 120)
     for name, bound in (("moment", 7e-3), ("joint_force", 7e-3), ("shear_force", 2e-2), ("support_force", 7e-3)):
         assert apart(poses, frames, name) < bound, name
@@ -55,9 +56,8 @@ def test_a_pin_that_rides_along_a_member_is_felt_inside_it():
 def test_power_balances_to_the_order_of_the_steps():
     changes = {"analysis.solver": "poses", "analysis.stability": False, "analysis.error_estimates": False}
     scene = fm.load(DEMOS / "slider_crank.toml").changed({**changes, "analysis.sub_intervals": 40})
-    coarse, fine = (
-        fm.analyse(scene.changed(analysis__sub_intervals=count)).data.attrs["power_balance_error"] for count in (40, 120)
-    )
+    scenes = (scene.changed(analysis__sub_intervals=count) for count in (40, 120))
+    coarse, fine = (fm.analyse(one).data.attrs["power_balance_error"] for one in scenes)
     assert fine < 1e-6
     assert coarse > 27 * fine  # order 3 or more
 

@@ -23,6 +23,9 @@ FUNCTIONS = {
         f" {TARGET})"
     ),
     "rides": f"({ENDS}, double *v, double *g, double *h, double *share)",
+    "inner_strains": (
+        f"({ENDS}, const double *par, long points, const double *table, double *v, double *g, double *h)"
+    ),
     "conditions": f"(long T, long E, const double *g, const int *by, const int *on, {TARGET})",
     "inertia": (
         "(long T, long P, long L, const int *entry, const double *mass, const int *at, const int *own, const int *dof,"
@@ -36,26 +39,37 @@ CALLS = {
     "rotations": "n, c, v, a, R0, w0, al0, R, J, H, z1, z2, z2_c, z2_v, u, u_c",
     "spread": "T, E, m, g, h, s, predicted, D, B, v, dof, at, tangents, Target{size, entries, F, M, C, K}",
     "rides": "T, E, Poses{poses, r, c, R0}, pose, arms, v, g, h, share",
+    "inner_strains": "T, E, Poses{poses, r, c, R0}, pose, arms, par, points, table, v, g, h",
     "conditions": "T, E, g, by, on, Target{size, entries, F, M, C, K}",
     "inertia": (
         "T, P, L, entry, mass, at, own, dof, acc, J, H, z2_c, z2_v, tangents, work, Target{size, entries, F, M, C, K}"
     ),
 }
-VARIANTS = {name: (name, "") for name in FUNCTIONS}  # by name: the function, and what else its template takes
-VARIANTS |= {f"{name}_ride": (name, ", Own<{}>") for name in ("spread", "conditions")}
 KINDS = {"plane": "Plane", "space": "Space"}
+VARIANTS = {  # by name: the function, and what its template takes
+    f"{name}_{kind}": (name, of) for name in FUNCTIONS if name != "inner_strains" for kind, of in KINDS.items()
+}
+VARIANTS |= {
+    f"{name}_ride_{kind}": (name, f"{of}, Own<Ride<{of}>::N>")
+    for name in ("spread", "conditions")
+    for kind, of in KINDS.items()
+}
+for inside in (1, 2, 3, 4):  # places inside an element: with 4, one element makes a member to 1e-5
+    VARIANTS[f"inner_strains_{inside}_plane"] = "inner_strains", f"Plane, {inside}"
+    VARIANTS |= {
+        f"{name}_inner_{inside}_plane": (name, f"Plane, Own<Inner<Plane, {inside}>::N>")
+        for name in ("spread", "conditions")
+    }
 
 builder = FFI()
 builder.cdef("const char *built_from(void);")  # the sources, compared on import
-builder.cdef("\n".join(f"void {own}_{kind}{FUNCTIONS[name]};" for own, (name, _) in VARIANTS.items() for kind in KINDS))
+builder.cdef("\n".join(f"void {own}{FUNCTIONS[name]};" for own, (name, _) in VARIANTS.items()))
 builder.set_source(
     "fenics_mech._kernels._compiled",
     '#include "kernels.hpp"\n'
     f'static const char *built_from(void) {{ return "{run_path(str(HERE / "sources.py"))["fingerprint"]()}"; }}\n'
     + "\n".join(
-        f"static void {own}_{kind}{FUNCTIONS[name]} {{ {name}<{of}{more.format(of)}>({CALLS[name]}); }}"
-        for own, (name, more) in VARIANTS.items()
-        for kind, of in KINDS.items()
+        f"static void {own}{FUNCTIONS[name]} {{ {name}<{of}>({CALLS[name]}); }}" for own, (name, of) in VARIANTS.items()
     ),
     source_extension=".cpp",
     include_dirs=[str(HERE)],

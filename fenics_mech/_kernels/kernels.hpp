@@ -39,6 +39,25 @@ void beam_strains(long T, long E, Poses p, const int *pose, const double *arms, 
     });
 }
 
+// Strains of E beams with m places inside, of the lengths par: pose (E, 2 + m), arms of both ends; table of `points`.
+template <class G, int m>
+void inner_strains(long T, long E, Poses p, const int *pose, const double *arms, const double *par, long points,
+                   const double *table, double *v, double *g, double *h) {
+    using I = Inner<G, m>;
+    constexpr int d = G::d, k = G::turns;
+    for (long t = 0; t < T; t++)
+        for (long e = 0; e < E; e++) {
+            const double *r[2 + m], *c[2 + m], *R0[2 + m];
+            for (int j = 0; j < 2 + m; j++) {
+                const long a = t * p.count + pose[(2 + m) * e + j];
+                r[j] = p.r + a * d, c[j] = p.c + a * k, R0[j] = p.R0 + a * d * d;
+            }
+            typename I::Number s[I::strains];
+            I::strained(r, c, R0, arms + e * 2 * (d + d * d), par[e], points, table, s);
+            for (int i = 0; i < I::strains; i++) put(s[i], (t * E + e) * I::strains + i, v, g, h);
+        }
+}
+
 // One measure of each of E pairs of ends, coded by (measure, i, j); `before` (T, E) holds angles near by.
 template <class G>
 void relations(long T, long E, Poses p, const int *pose, const double *arms, const int *code, const double *before,
@@ -156,10 +175,10 @@ struct Locals {
     }
 };
 
-// The same of `Ride`, whose variables are the coordinates of three poses.
-template <class G>
+// The same of `Ride` and `Inner`, whose variables are the n coordinates of their poses.
+template <int n>
 struct Own {
-    static constexpr int count = 3 * (G::d + G::turns), variables = count;
+    static constexpr int count = n, variables = count;
     int place[count];
     double sign[count];
 

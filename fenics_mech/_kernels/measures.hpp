@@ -95,6 +95,41 @@ void strains(const Ends<G> &ends, const double *par, typename Ends<G>::Number *e
     }
 }
 
+// Strains of a beam in the plane whose axis is the polynomial through both ends' places, their first axes and m places
+// inside. Variables are the place and the chart vector of both ends' poses, then the places inside. The stretch and the
+// turn per share xi of the length are known by their Legendre modes, int P_i (.) dxi: 1 + m of the stretch, so many as
+// places can level, then 2 + m of the turn. table, for each of `count` points: weight; first and second derivatives of the
+// shapes of the first axis, the second place, the second axis and the places inside; P_0 to P_{1 + m}.
+template <class G, int m>
+struct Inner {
+    static constexpr int d = G::d, k = G::turns, own = d + k, N = 2 * own + m * d, shapes = 3 + m, strains = 3 + 2 * m;
+    using Number = Jet<N>;
+
+    static void strained(const double *const *r, const double *const *c, const double *const *R0, const double *arms,
+                         double length, int count, const double *table, Number *e) {
+        static_assert(d == 2, "places inside elements are known in the plane");
+        Number p[2][d], E[2][d][d], along[d][shapes];  // over the length, from the first end's place
+        for (int j = 0; j < 2; j++) end_of<G>(c[j], j * own + d, R0[j], arms + j * (d + d * d), p[j], E[j]);
+        for (int i = 0; i < d; i++) {
+            for (int j = 0; j < 2; j++) p[j][i] += Number::variable(r[j][i], j * own + i);
+            along[i][0] = E[0][i][0], along[i][1] = (p[1][i] - p[0][i]) * (1 / length), along[i][2] = E[1][i][0];
+            for (int j = 0; j < m; j++)
+                along[i][3 + j] = (Number::variable(r[2 + j][i], 2 * own + j * d + i) - p[0][i]) * (1 / length);
+        }
+        for (int i = 0; i < strains; i++) e[i] = Number(0.);
+        for (int q = 0; q < count; q++, table += 1 + 2 * shapes + 2 + m) {
+            const double *first = table + 1, *second = first + shapes, *legendre = second + shapes;
+            Number u[d], v[d];
+            for (int i = 0; i < d; i++)
+                for (int j = 0; j < shapes; j++) u[i] += first[j] * along[i][j], v[i] += second[j] * along[i][j];
+            const Number square = u[0] * u[0] + u[1] * u[1], stretch = sqrt(square) - 1.;
+            const Number turn = (u[0] * v[1] - u[1] * v[0]) / square;
+            for (int i = 0; i < 1 + m; i++) e[i] += table[0] * legendre[i] * stretch;
+            for (int i = 0; i < 2 + m; i++) e[1 + m + i] += table[0] * legendre[i] * turn;
+        }
+    }
+};
+
 // What a relation looks at.
 enum Measure {
     PLACE,     // way from the first end to the second, along axis i of the fixed frame

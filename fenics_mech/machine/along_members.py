@@ -24,7 +24,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
     """
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
-    elements, places, masses = [], [], []
+    elements, places, parts = [], [], []
     for number, label in enumerate(mesh.members):
         cells = np.nonzero(mesh.cell_member == number)[0]
         whole = float(mesh.member_length[number])
@@ -32,16 +32,21 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         first, length = mesh.cell_start[own], mesh.cell_length[own]
         elements.append(own)
         places.append((s * whole - first) / length)
-        ends = np.array([first, first + length]) / whole
-        masses.append(np.stack([scene.rigidity(label, x).line_density for x in ends], axis=1))
+        parts.append((label, first / whole, length / whole))
+
+    def line_mass(x: Array) -> Array:
+        of_members = zip(parts, np.split(x, len(parts)))
+        made_of = [scene.rigidity(label, first + own * length) for (label, first, length), own in of_members]
+        return np.concatenate([one.line_density for one in made_of])
+
     beams, group = machine.beams, machine.groups[0]
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
     inner = None
     if machine.rides:
         ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
         inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
-    given = np.concatenate(elements), np.concatenate(places), np.concatenate(masses)
+    given = np.concatenate(elements), np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
-    whole = inside(beams, group, found.at, ends_of_elements, *given, inner)
-    forces = (x.reshape(shape) for x in (whole.axial, whole.shear, whole.moment))
-    return Sections(*forces, whole.place.reshape(*shape, 2))
+    sections = inside(beams, group, found.at, ends_of_elements, *given, inner)
+    forces = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
+    return Sections(*forces, sections.place.reshape(*shape, 2))

@@ -60,13 +60,15 @@ class SceneMachine:
     driven: list[int] = field(default_factory=list)
 
 
-def machine_of(scene: Scene) -> SceneMachine:
+def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
     """Build the machine of a planar scene that is driven.
 
     Parameters
     ----------
     scene
         The scene, with its effects chosen.
+    inner
+        Places inside each element, from 0 to 4. With 3 of them one element makes a member.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def machine_of(scene: Scene) -> SceneMachine:
     made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end)
     _add_joints(made, nodes)
     if links is not None:
-        _add_beams(made, links, nodes.frames)
+        _add_beams(made, links, nodes.frames, inner)
         _add_rides(made, links)
     _add_bodies(scene, machine, nodes)
     add_acting(scene, machine, nodes, bodies)
@@ -216,7 +218,7 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
         made.driven.append(machine.drive(joint.kind, freedom, ends, law_of(scene, number), drive.joint))
 
 
-def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]]) -> None:
+def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]], inner: int) -> None:
     """Make the elements of the mesh beams: stiffness, mass and shallow-arch numbers from the forms."""
     machine, mesh = made.machine, links.mesh
     offsets, moment = links.layout.offsets, links.mass_moment
@@ -234,12 +236,33 @@ def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[
         arch = np.einsum("ia,ab,jb->ij", shapes, links.element_bow[e], shapes) / (2 * length)
         numbers = np.array([[arch[1, 1], 2 * arch[1, 2], arch[2, 2]]])
         made.element_ends.append((first, second))
+        if inner:
+            elements.append(_with_places(made.scene, links, e, inner))
+            continue
         turning = np.array([0, 0, 1, 0, length, 1.0])  # of the element about its first node
         section = np.array([turning @ rotary[e] @ turning])
         across = (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]
         beside_line = np.zeros(1) if moment is None else moment[e, None]
         elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section, beside_line))
     machine.add_beams(made.element_ends, elements, made.scene.damping.material)
+
+
+def _with_places(scene: Scene, links: LinkMatrices, e: int, inner: int) -> Element:
+    """Give an element with places inside, whose numbers are those of its sections."""
+    mesh, member = links.mesh, links.mesh.cell_member[e]
+    label = mesh.members[member]
+    first, length, whole = (float(x) for x in (mesh.cell_start[e], mesh.cell_length[e], mesh.member_length[member]))
+    if "shear" in scene.effects or (links.mass_moment is not None and links.mass_moment[e]):
+        raise SceneError(
+            "elements with places inside have neither shear nor mass beside their neutral line. Use more elements",
+            place=f"links.{label}",
+        )
+
+    def along(name: str) -> Callable[[Array], Array]:
+        return lambda x: getattr(scene.rigidity(label, (first + x * length) / whole), name)
+
+    rotary = along("rotary_inertia") if "rotary-inertia" in scene.effects else 0.0
+    return Element.with_places(inner, length, along("axial"), along("bending"), along("line_density"), rotary)
 
 
 def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:

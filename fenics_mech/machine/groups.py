@@ -13,7 +13,7 @@ from fenics_mech._kernels import call
 from fenics_mech.geometry import End, Geometry, PoseMotion
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
-from fenics_mech.terms import Beams, Masses, Measure, Response, Term
+from fenics_mech.terms import Beams, Masses, Measure, Response, Shapes, Term
 
 Target = tuple[Array, Array, Array, Array]  # forces, and the values of M, C and K
 
@@ -89,7 +89,7 @@ class Group:
         pairs: Sequence[tuple[End, End]],
         what: Sequence[Sequence[Measure]] | Beams,
     ) -> None:
-        self.geometry = geometry
+        self.geometry, self.kernels = geometry, geometry.name
         self.pose = np.array([[e.pose for e in pair] for pair in pairs], dtype=np.int32).reshape(-1, 2)
         self.dof = np.ascontiguousarray(places[self.pose].reshape(len(self.pose), 2 * geometry.size))
         arms = np.array([[[*e.offset, *e.turn.ravel()] for e in pair] for pair in pairs], dtype=float)
@@ -106,24 +106,26 @@ class Group:
             numbers = np.array([tuple(one) for own in what for one in own], dtype=np.int32).reshape(-1, 3)
             repeated = (np.repeat(self.pose, self.count, axis=0), np.repeat(arms, self.count, axis=0))
             self._elements = (*repeated, numbers)
+        self._table: tuple[int, Array] | tuple[()] = ()  # of elements with places inside
 
-    @classmethod
-    def of(cls, geometry: Geometry, places: Places, term: Term) -> Group:
+    @staticmethod
+    def of(geometry: Geometry, places: Places, term: Term) -> Group:
         """Give the elements of a term."""
-        return cls(geometry, places, term.pairs, term if isinstance(term, Beams) else [term.measures] * len(term.pairs))
+        if not isinstance(term, Beams):
+            return Group(geometry, places, term.pairs, [term.measures] * len(term.pairs))
+        return InnerGroup(geometry, places, term) if term.inner else Group(geometry, places, term.pairs, term)
 
     def measure(self, at: Moved, angles: Array | None) -> Measured:
         """Measure all elements, angles near to given ones ``(instants, elements, measures)``; no response yet."""
         g, T, E, m = self.geometry, len(at.r), len(self.pose), self.count
-        N = g.d + 2 * g.turns
+        ways = self.variables_of(at.ways)
+        N = ways.shape[-1]
         x, gradient, hessian = (np.empty((T, E, m, *s)) for s in ((), (N,), (N * (N + 1) // 2,)))
-        given = (T, len(self._elements[0]), at.r.shape[1], at.r, at.c, at.R0, *self._elements)
+        given = (T, len(self._elements[0]), at.r.shape[1], at.r, at.c, at.R0, *self._elements, *self._table)
         if self._kernel == "relations":
             near = np.zeros((T, E, m)) if angles is None else np.ascontiguousarray(angles)
             given = (*given, near)
         call(f"{self._kernel}_{g.name}", *given, x, gradient, hessian)
-        one, other = at.ways[:, self.pose[:, 0]], at.ways[:, self.pose[:, 1]]
-        ways = np.concatenate([other[..., : g.d] - one[..., : g.d], one[..., g.d :], other[..., g.d :]], axis=-1)
         rate = np.einsum("temn,ten->tem", gradient, ways)
         return Measured(x, rate, gradient, hessian, ways, Response(np.zeros_like(x)))
 
@@ -137,7 +139,7 @@ class Group:
         given = (response.stress, response.stress if predicted is None else predicted, D, response.by_rate, found.ways)
         arrays = [None if x is None else np.ascontiguousarray(x) for x in given]
         call(
-            f"spread_{self.geometry.name}", T, E, m, found.gradient, found.hessian, *arrays,
+            f"spread_{self.kernels}", T, E, m, found.gradient, found.hessian, *arrays,
             self.dof, self.entries(pattern), int(tangents), F.shape[1], K.shape[1], *target,
         )  # fmt: skip
 
@@ -158,7 +160,7 @@ class Group:
         ):
             g = np.einsum("temn,temk->tekn", variables, E)
             shape = len(g), E.shape[3] * len(self.dof), np.ascontiguousarray(g), by, np.ascontiguousarray(where)
-            call(f"conditions_{self.geometry.name}", *shape, F.shape[1], K.shape[1], *to)
+            call(f"conditions_{self.kernels}", *shape, F.shape[1], K.shape[1], *to)
         M[:, pattern.at(numbers[:, None], numbers[:, None])[:, 0, 0]] -= 1.0
 
     def entries(self, pattern: Pattern) -> Places:
@@ -167,12 +169,68 @@ class Group:
             self._entries = pattern.at(self.dof, self.dof)
         return self._entries
 
+    def variables_of(self, motion: Array) -> Array:
+        """Give the ways and turns of every element by those of all poses ``(instants, poses, d + turns)``."""
+        return self._ways(motion[:, self.pose[:, 0]], motion[:, self.pose[:, 1]])
+
     def variables(self, changes: Array) -> Array:
         """Give the changes of the ways and turns of every element by those of the coordinates ``(instants, size)``."""
-        d, k = self.geometry.d, self.geometry.turns
         own = np.concatenate([changes, np.zeros((len(changes), 1))], axis=1)[:, self.dof]
-        one, other = own[..., : d + k], own[..., d + k :]
+        return self._ways(own[..., : self.geometry.size], own[..., self.geometry.size :])
+
+    def on_ends(self, forces: Array) -> tuple[Array, Array]:
+        """Give forces on the places and the chart vectors of both poses by those on the variables."""
+        d, own = self.geometry.d, self.geometry.size
+        of_turns = np.stack([forces[..., d:own], forces[..., own:]], axis=2)
+        return np.stack([-forces[..., :d], forces[..., :d]], axis=2), of_turns
+
+    def _ways(self, one: Array, other: Array) -> Array:
+        d = self.geometry.d
         return np.concatenate([other[..., :d] - one[..., :d], one[..., d:], other[..., d:]], axis=-1)
+
+
+class InnerGroup(Group):
+    """Beams with places inside, whose variables are the coordinates of their poses.
+
+    Parameters
+    ----------
+    geometry
+        The plane.
+    places
+        Coordinates of every pose.
+    beams
+        The elements.
+    """
+
+    def __init__(self, geometry: Geometry, places: Places, beams: Beams) -> None:
+        super().__init__(geometry, places, beams.pairs, beams)
+        self.inside = np.array(beams.inside, dtype=np.int32)
+        inner = self.inside.shape[1]
+        if geometry.d > 2:
+            raise ValueError("elements in space have no places inside: use Element.uniform, and more elements")
+        self.kernels = f"inner_{inner}_{geometry.name}"
+        of_inside = places[self.inside, : geometry.d].reshape(len(self.pose), -1)
+        self.dof = np.ascontiguousarray(np.hstack([self.dof, of_inside]))
+        table = Shapes(inner).table()
+        poses = np.hstack([self.pose, self.inside])
+        self.count, self._kernel = 3 + 2 * inner, f"inner_strains_{inner}"
+        self._elements, self._table = (poses, *self._elements[1:]), (len(table), table)
+
+    def variables_of(self, motion: Array) -> Array:
+        """Give the variables of every element by those of all poses."""
+        own = motion[:, self.pose].reshape(len(motion), len(self.pose), -1)
+        inside = motion[:, self.inside, : self.geometry.d].reshape(*own.shape[:2], -1)
+        return np.concatenate([own, inside], axis=-1)
+
+    def variables(self, changes: Array) -> Array:
+        """Give the changes of the variables of every element by those of the coordinates ``(instants, size)``."""
+        return np.concatenate([changes, np.zeros((len(changes), 1))], axis=1)[:, self.dof]
+
+    def on_ends(self, forces: Array) -> tuple[Array, Array]:
+        """Give forces on the places and the chart vectors of both poses by those on the variables."""
+        d, own = self.geometry.d, self.geometry.size
+        both = forces[..., : 2 * own].reshape(*forces.shape[:-1], 2, own)
+        return both[..., :d], both[..., d:]
 
 
 class InertiaPlan:

@@ -47,9 +47,7 @@ class Reactions:
         own = [k for k, row in enumerate(apart.rows) if row.name == joint]
         if own:
             rows = [apart.rows[k] for k in own]
-            group = Group(
-                apart.geometry, apart.places, [row.pair for row in rows], [(row.measure,) for row in rows]
-            )
+            group = Group(apart.geometry, apart.places, [row.pair for row in rows], [(row.measure,) for row in rows])
             measured = group.measure(found.at, None)
             pulls, zero = Response(-self._pulls[:, own, None]), np.zeros((len(force), apart.pattern.entries))
             group.spread(measured.with_response(pulls), None, apart.pattern, False, (force, zero, zero, zero))

@@ -17,7 +17,7 @@ from fenics_mech.machine.groups import Group, InertiaPlan, Moved, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.machine.rides import Rides
-from fenics_mech.terms import Beams, Element, Look, Masses, Response, Term
+from fenics_mech.terms import Beams, Element, Look, Masses, Response, Shapes, Term
 
 FIXED = ("", "place", "turn", "place and turn")
 
@@ -113,7 +113,7 @@ class Machine:
     def add_beams(
         self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
     ) -> None:
-        """Add beam elements with their inertia, to those that there are.
+        """Add beam elements with their inertia, and with poses for the places inside, to those that there are.
 
         Parameters
         ----------
@@ -124,7 +124,12 @@ class Machine:
         damping
             Stress per rate of strain over stress per strain, of all or of each element (s).
         """
-        beams = Beams(pairs, elements, damping)
+        inside = []
+        for pair, element in zip(pairs, elements):
+            one, other = map(self.drawn, pair)
+            shares = Shapes(element.inner).places
+            inside.append([self.add_pose(one + share * (other - one), fixed="turn") for share in shares])
+        beams = Beams(pairs, elements, damping, inside)
         beams.add_to(self.masses)
         if any(isinstance(term, Beams) for term in self.terms):  # strains, modes and meshes look at all of a machine
             self.terms[self.terms.index(self.beams)] = beams.after(self.beams)
@@ -259,6 +264,8 @@ class Machine:
     @cached_property
     def riders(self) -> Rides:
         """The elements that pins ride on, where they lie."""
+        if self.rides and any(isinstance(term, Beams) and term.inner for term in self.terms):
+            raise ValueError("a pin rides on cubics: give the machine more elements, without places inside")
         return Rides(self.geometry, self.places, self.rides, self.n + len(self.rows))
 
     @cached_property

@@ -46,10 +46,10 @@ class Measured:
     def rate_by_variables(self) -> Array:
         """Derivatives of the rates by the variables ``(instants, elements, measures, variables)``."""
         n = self.gradient.shape[-1]
-        whole = np.empty((*self.hessian.shape[:-1], n, n))
+        at = np.zeros((n, n), dtype=int)
         i, j = np.tril_indices(n)
-        whole[..., i, j] = whole[..., j, i] = self.hessian
-        return np.einsum("temab,teb->tema", whole, self.ways)
+        at[i, j] = at[j, i] = np.arange(len(i))
+        return np.einsum("temab,teb->tema", np.take(self.hessian, at, axis=-1), self.ways)
 
     def predicted(self, change: Array, change_of_ways: Array, change_of_modes: Array) -> Array:
         """Give the stresses after a change of the variables, their rates and the modes, to first order."""

@@ -43,16 +43,13 @@ class Motion:
         """The motion of the chart."""
         return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a)
 
-    def of_end(self, end: End) -> tuple[Array, Array, Array]:
+    def of_end(self, end: End) -> tuple[Array, ...]:
         """Give place (m), velocity and acceleration of an end, ``(instants, d)`` each."""
         at, d = self.found.at, self.machine.geometry.d
         columns = np.einsum("tjik,tk->tji", at.J[:, end.pose], at.ways[:, end.pose, d:])  # their rates
         place, rate, second = at.r[:, end.pose], at.ways[:, end.pose, :d], at.acc[:, end.pose]
-        return (
-            place + at.R[:, end.pose] @ end.offset,
-            rate + end.offset @ columns,
-            second[:, 0] + self.machine.gravity + end.offset @ second[:, 1:],
-        )
+        moved = place + at.R[:, end.pose] @ end.offset
+        return moved, rate + end.offset @ columns, second[:, 0] + self.machine.gravity + end.offset @ second[:, 1:]
 
     def axes(self, end: End) -> Array:
         """Give the axes of an end ``(instants, d, d)``."""

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial.polynomial import polyder, polyval
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.machine.groups import Group, Moved
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.rides import Rides
-from fenics_mech.terms import Beams
+from fenics_mech.terms import Beams, Shapes
 from fenics_mech.terms.inertia import beside_line
 
 
@@ -74,8 +74,7 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     way = np.einsum("tekij,ekj->teki", at.R[:, pose], offset)
     axes = at.R[:, pose] @ turn
     along = np.einsum("temn,tem->ten", measured.gradient, measured.response.stress)
-    force = np.stack([-along[..., :d], along[..., :d]], axis=2)
-    by_chart = np.stack([along[..., d : d + g.turns], along[..., d + g.turns :]], axis=2)
+    force, by_chart = group.on_ends(along)
     moment = g.from_chart(at.c[:, pose], by_chart) - g.moment(way, force)  # the turn of the pose moves the arm, too
 
     columns = np.swapaxes(at.acc[:, :, 1:], -1, -2)[:, pose]  # second rates of R, (T, E, 2, d, d)
@@ -85,7 +84,8 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     mass = np.array([element.mass for element in beams.elements])
     rotary = np.array([element.rotary for element in beams.elements]) / 6
     beside = np.array([beside_line(element.length, element.moment) for element in beams.elements])
-    inert = np.einsum("eij,tejd->teid", mass, vectors)
+    inside = at.acc[:, np.array(beams.inside, dtype=int), 0]
+    inert = np.einsum("eij,tejd->teid", mass[:, :4], np.concatenate([vectors, inside], axis=2))
     for bend in range(d - 1):
         normal = of_axes[..., 1 + bend]
         inert = inert + np.einsum("eik,tekd->teid", beside[:, bend], normal)
@@ -157,13 +157,13 @@ def inside(
     ends: EndForces,
     elements: Index,
     places: Array,
-    line_mass: Array,
-    inner: InnerForces | None = None,
+    line_mass: Callable[[Array], Array],
+    loads: InnerForces | None = None,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
     It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, and the
-    bow of a clamped beam under the mean of what acts across it.
+    bow of a clamped beam under the mean of what acts across it; with places inside, the polynomial through them.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ def inside(
     elements, places
         Element of each station, and its place in it, 0..1 ``(stations,)``.
     line_mass
-        Mass per length at both ends of each station's element, linear between them ``(stations, 2)`` (kg/m).
-    inner
+        Mass per length (kg/m) by a share of each station's element ``(stations,)``.
+    loads
         Forces inside elements.
     """
     length = np.array([element.length for element in beams.elements])[elements]
@@ -181,33 +181,35 @@ def inside(
     spread = [_of_axes(beams, group, at, elements, axis) for axis in (0, 1)]
     at_ends = ends.place[:, elements], ends.axes[:, elements]
     force, moment = -ends.force[:, elements, 0], -ends.moment[:, elements, 0, 0]
-    bow = _bow(beams, ends, elements, line_mass, spread[0])
+    shapes, within = Shapes(beams.inner), np.array(beams.inside, dtype=int)[elements]
+    vectors = _vectors(length, at_ends[0], at_ends[1][..., 0], at.r[:, within])
+    accelerations = _vectors(length, *spread[0], at.acc[:, within, 0])
+    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(np.full(len(elements), 0.5)), spread[0])
 
     def axis(x: Array) -> Array:
         """Give places on the bent axis."""
-        return _hermite(x, length, at_ends[0], at_ends[1][..., 0]) + bow * (x**2 * (1 - x) ** 2)[:, None]
+        return _between_all(shapes.at(x), vectors) + bow * (x**2 * (1 - x) ** 2)[:, None]
 
     cut = axis(places)
     moment = moment - _cross(at_ends[0][:, :, 0] - cut, -force)
-    nodes, weights = np.polynomial.legendre.leggauss(5)  # of polynomials up to degree 9; mass times cubic twice has 7
+    nodes, weights = np.polynomial.legendre.leggauss(5 + shapes.inner)  # mass times two shapes has degree 7 + 2 inner
     for node, weight in zip((nodes + 1) / 2, weights / 2):
         x, share = node * places, weight * places * length
-        mass = (share * (line_mass[:, 0] * (1 - x) + line_mass[:, 1] * x))[:, None]
-        acceleration = _hermite(x, length, spread[0][0], spread[0][1])
+        mass = (share * line_mass(x))[:, None]
+        acceleration = _between_all(shapes.at(x), accelerations)
         here = axis(x)
         force = force + mass * acceleration
         moment = moment + _cross(here - cut, mass * acceleration)
         normal = _between(x, at_ends[1][..., 1])
         moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
-    for k, element in enumerate(() if inner is None else inner.element):
-        assert inner is not None
+    for k, element in enumerate(() if loads is None else loads.element):
+        assert loads is not None
         own = np.nonzero(elements == element)[0]
-        before = inner.place[:, k, None] < places[own]
-        push = before[..., None] * inner.force[:, k, None]
-        acts = _hermite(inner.place[:, k, None], length[own], at_ends[0][:, own], at_ends[1][:, own][..., 0])
+        push = (loads.place[:, k, None] < places[own])[..., None] * loads.force[:, k, None]
+        acts = np.einsum("ti,tsid->tsd", shapes.at(loads.place[:, k]), vectors[:, own])
         force[:, own] -= push
         moment[:, own] -= _cross(acts - cut[:, own], push)
-    tangent = _hermite(places, length, at_ends[0], at_ends[1][..., 0], 1)
+    tangent = _between_all(shapes.at(places, 1), vectors)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
 
@@ -225,7 +227,7 @@ def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, sprea
     curvature = (ends.moment[:, elements, 1, 0] - ends.moment[:, elements, 0, 0]) / (2 * bending)
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
-    across = pull * curvature - line_mass.mean(axis=1) * np.sum(mean * normal, axis=-1)
+    across = pull * curvature - line_mass * np.sum(mean * normal, axis=-1)
     return np.asarray((across * length**4 / (24 * bending))[..., None] * normal)
 
 
@@ -240,12 +242,14 @@ def _of_axes(beams: Beams, group: Group, at: Moved, elements: Index, axis: int) 
     return place, np.einsum("tskij,skj->tski", columns, turn[..., axis])
 
 
-def _hermite(x: Array, length: Array, place: Array, axis: Array, derivative: int = 0) -> Array:
-    """Give cubics between places and axes of both ends ``(instants, stations, 2, d)`` at x in 0..1 ``(..., stations)``."""
-    basis = [[1, 0, -3, 2], [0, 1, -2, 1], [0, 0, 3, -2], [0, 0, -1, 1]]
-    a, b, c, d = (polyval(x, polyder(one, derivative) if derivative else one) for one in basis)
-    values = a[..., None] * place[:, :, 0] + c[..., None] * place[:, :, 1]
-    return np.asarray(values + (b * length)[..., None] * axis[:, :, 0] + (d * length)[..., None] * axis[:, :, 1])
+def _vectors(length: Array, place: Array, axis: Array, inside: Array) -> Array:
+    """Give what the shapes of elements weigh, of both ends and of places inside ``(instants, stations, shapes, d)``."""
+    of_ends = np.stack([place, axis * length[:, None, None]], axis=3)
+    return np.concatenate([of_ends.reshape(*place.shape[:2], 4, -1), inside], axis=2)
+
+
+def _between_all(shapes: Array, vectors: Array) -> Array:
+    return np.einsum("si,tsid->tsd", shapes, vectors)
 
 
 def _between(x: Array, values: Array) -> Array:

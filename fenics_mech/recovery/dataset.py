@@ -108,7 +108,11 @@ def collect(
         Variables that are wanted, with those that come with them; None for all.
     """
     scene = solution.scene
-    attributes = stamp(scene) | {"mobility": mobility(scene)} | decisions(fields.system.size, len(fields.system.beams.mesh.cell), choices)
+    attributes = (
+        stamp(scene)
+        | {"mobility": mobility(scene)}
+        | decisions(fields.system.size, len(fields.system.beams.mesh.cell), choices)
+    )
     attributes |= {} if fields.joints is None else fields.joints.attributes
     parts = DatasetParts(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)

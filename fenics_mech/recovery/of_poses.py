@@ -60,7 +60,7 @@ class OfPoses:
     def strains(self) -> tuple[Array, Array]:
         """Strains of the axes ``(instants, members, stations)``, and by bending of both fibres ``(..., 2)``."""
         scene, motion, bare = self.made.scene, self.motion, self.sections
-        if self.made.beams.modal is not None:  # what damps modes is no strain
+        if self.made.machine.beams.modal is not None:  # what damps modes is no strain
             elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
             bare = along_members(self.made, elastic, motion.a, self.stations)
         parts = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
@@ -139,7 +139,7 @@ class OfPoses:
         """Give force and moment, about its point, of a joint on one of its bodies ``(instants, 3)`` (N, N m)."""
         bodies = {point.split(".")[0]: point for point in joint.connect}
         if body == GROUND:
-            return -sum(self.held(name, joint, other) for other in bodies if other != GROUND)
+            return -np.sum([self.held(name, joint, other) for other in bodies if other != GROUND], axis=0)
         end = self.made.end(bodies[body])
         if joint.member is not None:
             return self._under_pin(name, body)
@@ -152,9 +152,7 @@ class OfPoses:
 
     def _at_weld(self, body: str, end: End) -> Array:
         """Give what a body needs from a weld, whose pose it shares: for its elements and its masses there."""
-        scene, motion, beams = self.made.scene, self.motion, self.made.beams
-        ends = self._ends
-        names = list(scene.links)
+        motion, ends, names = self.motion, self._ends, list(self.made.scene.links)
         links = self.mesh.member_link[self.mesh.cell_member]
         place = motion.of_end(end)[0]
         found = np.zeros((len(motion.t), 3))
@@ -163,7 +161,6 @@ class OfPoses:
                 force, arm = ends.force[:, e, side], ends.place[:, e, side] - place
                 found[:, :2] += force
                 found[:, 2] += ends.moment[:, e, side, 0] + arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
-        del beams
         return found
 
     def _under_pin(self, name: str, body: str) -> Array:
@@ -178,13 +175,12 @@ class OfPoses:
     @cached_property
     def _ends(self) -> EndForces:
         machine, found = self.motion.machine, self.motion.found
-        return end_forces(self.made.beams, machine.groups[0], found.terms[0], found.at)
+        return end_forces(self.made.machine.beams, machine.groups[0], found.terms[0], found.at)
 
     def frame(self) -> Variables:
         """Give forces and couples on the ground at every support, and their sums about its origin."""
         scene, motion = self.made.scene, self.motion
         force, couple, moment = [], [], []
-        names = []
         for name, joint in scene.joints.items():
             bodies = {point.split(".")[0]: point for point in joint.connect}
             if GROUND not in bodies:
@@ -192,11 +188,10 @@ class OfPoses:
             held = self.held(name, joint, GROUND)
             pin = next(point for body, point in bodies.items() if body != GROUND)
             place = motion.of_end(self.made.end(pin))[0]
-            names.append(name)
             force.append(held[:, :2])
             couple.append(held[:, 2])
             moment.append(held[:, 2] + place[:, 0] * held[:, 1] - place[:, 1] * held[:, 0])
-        if not names:
+        if not force:
             return {}
         return {
             "support_force": (("theta", "support", "component"), np.stack(force, axis=1)),
@@ -220,7 +215,8 @@ class OfPoses:
     def traced(self) -> dict[str, End]:
         """Ends at all points of links, and at those that the scene adds, by name."""
         scene = self.made.scene
-        names = {f"{link}.{point}": self.made.end(f"{link}.{point}") for link, body in scene.links.items() for point in body.points}
+        points = [f"{link}.{point}" for link, body in scene.links.items() for point in body.points]
+        names = {point: self.made.end(point) for point in points}
         for name, traced in scene.points.items():
             end = self.made.end(traced.at)
             names[name] = End(end.pose, end.offset + end.turn @ np.array(traced.offset), end.turn)

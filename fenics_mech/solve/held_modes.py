@@ -103,7 +103,9 @@ def followed_modes(machine: Machine, times: Array) -> FollowedModes:
     """
     n, zero = machine.n, np.zeros((len(times), machine.size))
     found = machine.residual(times, zero, zero, zero, moving=False)
-    omegas, shapes, momenta = [], [], []
+    omegas: list[Array] = []
+    shapes: list[Array] = []
+    momenta: list[Array] = []
     for t, values in zip(times, found.M):
         omega, shape = held_modes(machine, t)
         shape = omega * shape[:n]

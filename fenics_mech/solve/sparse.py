@@ -12,7 +12,6 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Pattern
 
-
 SINGULAR = (
     "{}: the equations are singular: something is free to move, or joints depend on each other. "
     "`mobility` of the machine tells which"

@@ -2,6 +2,7 @@
 
 from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
+from fenics_mech.terms.inner_places import Shapes
 from fenics_mech.terms.laws import Damper, DeadLoad, PointLoad, Spring
 from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Look, Measure, Response, Term
@@ -17,6 +18,7 @@ __all__ = [
     "ModalDamping",
     "PointLoad",
     "Response",
+    "Shapes",
     "Spring",
     "Term",
     "hermite_mass",

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
 from fenics_mech.terms.inertia import Masses, beside_line, hermite_mass
+from fenics_mech.terms.inner_places import MOST, Along, Shapes
 from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Response, Term
 
@@ -17,6 +18,8 @@ from fenics_mech.terms.term import Response, Term
 @dataclass(frozen=True)
 class Element:
     """Numbers of one beam element, in the order stretch, shear modes, curvature modes, twist.
+
+    With places inside, the strains are Legendre modes of the stretch, and of the turn per share of the length.
 
     Parameters
     ----------
@@ -27,7 +30,7 @@ class Element:
     arch
         Shallow-arch numbers of each plane of bending, ``(bends, 3)``: the share of the stretch that s^2, s k, k^2 make.
     mass
-        Between places and first axes of both ends, ``(4, 4)`` (kg, kg m, kg m^2).
+        Between places and first axes of both ends, and places inside, ``(4 + inner, 4 + inner)`` (kg, kg m, kg m^2).
     rotary
         Rotary inertia of its sections along axes 2 (and 3), rho I L ``(bends,)`` (kg m^2).
     moment
@@ -73,6 +76,34 @@ class Element:
         of_sections = length * np.asarray(rotary) if len(rotary) else np.zeros(len(bending))
         return cls(length, np.diag(values), arch, hermite_mass(length, line_mass), of_sections, 0 * of_sections)
 
+    @classmethod
+    def with_places(
+        cls, inner: int, length: float, EA: Along, EI: Along, line_mass: Along = 0.0, rotary: Along = 0.0
+    ) -> Element:
+        """Give the numbers of a beam in the plane with places inside, from 1 to 4.
+
+        Its places are a polynomial of the degree 3 + inner, however far it bends. A place is two unknowns.
+
+        Parameters
+        ----------
+        inner
+            Places inside.
+        length, EA, EI, line_mass, rotary
+            As of a uniform beam; all but the length may be functions of shares of the length ``(shares,)``.
+        """
+        if not 1 <= inner <= MOST:
+            raise ValueError(
+                f"an element has 1 to {MOST} places inside, not {inner}; without them it is Element.uniform"
+            )
+        shapes, none = Shapes(inner), np.zeros(1)
+        mass = shapes.mass(length, line_mass, rotary)
+        return cls(length, shapes.stiffness(length, EA, EI), np.zeros((1, 3)), mass, none, none)
+
+    @property
+    def inner(self) -> int:
+        """Places inside."""
+        return len(self.mass) - 4
+
 
 class Beams(Term):
     """All beam elements of a machine.
@@ -85,16 +116,26 @@ class Beams(Term):
         Their numbers.
     damping
         Stress per rate of strain over stress per strain, of each element (s).
+    inside
+        Poses of the places inside each element, as many of each.
     """
 
     def __init__(
-        self, pairs: Sequence[tuple[End, End]], elements: Sequence[Element], damping: Sequence[float] | float = 0.0
+        self,
+        pairs: Sequence[tuple[End, End]],
+        elements: Sequence[Element],
+        damping: Sequence[float] | float = 0.0,
+        inside: Sequence[Sequence[int]] | None = None,
     ) -> None:
         super().__init__(pairs)
         self.elements = list(elements)
+        if len({element.inner for element in elements}) > 1:
+            raise ValueError("all elements of a machine have as many places inside: give each the same number `inner`")
+        self.inside = [()] * len(self.elements) if inside is None else list(inside)
+        self.inner = elements[0].inner if elements else 0
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
-        self.twisting = TwistInside(self.stiffness)
+        self.twisting = TwistInside(self.stiffness, len(elements[0].arch) if elements else 1)
         self.modal: ModalDamping | None = None
 
     @property
@@ -105,15 +146,18 @@ class Beams(Term):
     def after(self, others: Beams) -> Beams:
         """Give these elements after others."""
         damping = [*others.damping, *self.damping]
-        return Beams([*others.pairs, *self.pairs], [*others.elements, *self.elements], damping)
+        elements, inside = [*others.elements, *self.elements], [*others.inside, *self.inside]
+        return Beams([*others.pairs, *self.pairs], elements, damping, inside)
 
     def add_to(self, masses: Masses) -> None:
         """Add the inertia of all elements."""
-        for (first, second), element in zip(self.pairs, self.elements):
-            masses.add_beam((first, second), element.mass, element.rotary, beside_line(element.length, element.moment))
+        for pair, element, inside in zip(self.pairs, self.elements, self.inside):
+            masses.add_beam(pair, element.mass, element.rotary, beside_line(element.length, element.moment), inside)
 
     def parameters(self, geometry: Geometry) -> Array:
-        """Give what the kernel takes: length and arch numbers, ``(elements, 1 + 3 bends)``."""
+        """Give what the kernel takes: length and arch numbers, ``(elements, 1 + 3 bends)``, or lengths alone."""
+        if self.inner:
+            return np.array([e.length for e in self.elements])
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
@@ -129,7 +173,7 @@ class Beams(Term):
 
     def stiffening(self, present: Array, static: Array) -> Array:
         """Give the axial forces of the static answer."""
-        return static * (np.arange(static.shape[-1]) == 0)
+        return static * (np.arange(static.shape[-1]) <= self.inner)
 
     def energy(self, t: Array, x: Array) -> Array:
         """Give the energy of the strains."""
@@ -152,10 +196,11 @@ class TwistInside:
     ----------
     stiffness
         Of the strains of every element, ``(elements, strains, strains)``.
+    planes
+        Of bending.
     """
 
-    def __init__(self, stiffness: Array) -> None:
-        planes = stiffness.shape[-1] // 3
+    def __init__(self, stiffness: Array, planes: int) -> None:
         own = np.diagonal(stiffness, axis1=1, axis2=2)
         bending = own[:, 1 + planes : 1 + 2 * planes]
         difference = np.ptp(bending, axis=1)  # 0 in the plane, where there is one of them

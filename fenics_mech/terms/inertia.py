@@ -7,6 +7,7 @@ centrifugal force is written: they come from the second rates of the vectors.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -66,7 +67,9 @@ class Masses:
         for i, j in np.argwhere(tensor):
             self.couple(axis_of(end, i), axis_of(end, j), tensor[i, j])
 
-    def add_beam(self, ends: tuple[End, End], mass: Array, sections: Array, beside: Array) -> None:
+    def add_beam(
+        self, ends: tuple[End, End], mass: Array, sections: Array, beside: Array, inside: Sequence[int] = ()
+    ) -> None:
         """Add an element whose places are Hermite polynomials between its ends' places and first axes.
 
         Parameters
@@ -74,11 +77,13 @@ class Masses:
         ends
             Its ends.
         mass
-            Between places and first axes of both ends, ``(4, 4)`` (kg, kg m, kg m^2).
+            Between places and first axes of both ends, and places inside (kg, kg m, kg m^2).
         sections
             Rotary inertia of the sections along axes 2 (and 3), rho I L of each, ``(bends,)`` (kg m^2).
         beside
             Between the same four vectors and axes 2 (and 3) at both ends, ``(bends, 4, 2)`` (kg m, kg m^2).
+        inside
+            Poses of the places inside.
 
         Raises
         ------
@@ -88,6 +93,7 @@ class Masses:
         _refuse_negative(mass, "the mass of a beam element", "kg")
         _refuse_negative(np.diag(sections), "the rotary inertia of a beam element", "kg m^2")
         vectors = [made for end in ends for made in (place_of(end), axis_of(end, 0))]
+        vectors += [{(pose, 0): 1.0} for pose in inside]
         for i, one in enumerate(vectors):
             for j, other in enumerate(vectors):
                 self.couple(one, other, float(mass[i, j]))

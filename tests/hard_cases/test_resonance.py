@@ -151,7 +151,7 @@ def test_condition_of_a_damped_machine_is_small():
 @pytest.mark.parametrize("kept", [1, 2])
 @pytest.mark.parametrize("damping", [0.05, 0.002])
 def test_a_mode_left_out_that_a_load_meets_is_in_the_estimate(damping, kept, met, critical):
-    """Against all modes: the difference with its factor of 1.25. Taken as static, a mode was off 4 to 200 times as much.
+    """Against all modes: the difference times 1.25. Taken as static, a mode was off 4 to 200 times as much.
 
     On a mode that hardly anything damps, 4 % beside it, the mesh may put it there.
     """

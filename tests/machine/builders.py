@@ -38,18 +38,25 @@ class Members:
     elements: list[Element] = field(default_factory=list)
     damping: list[float] = field(default_factory=list)
 
-    def add(self, a: int, b: int, count: int, bar: Bar, up: Array | None = None) -> list[int]:
-        """Add a straight member of `count` elements between two poses, and give the poses between them."""
+    def add(self, a: int, b: int, count: int, bar: Bar, up: Array | None = None, inner: int = 0) -> list[int]:
+        """Add a straight member of `count` elements between two poses, and give the poses between them.
+
+        Each has `inner` places inside.
+        """
         machine, g = self.machine, self.machine.geometry
         first, last = machine.r[a], machine.r[b]
         axes, length = g.axes(last - first, up), float(np.linalg.norm(last - first)) / count
-        inner = [machine.add_pose(first + (last - first) * k / count, axes) for k in range(1, count)]
-        ends = [machine.end(pose, machine.r[pose], axes) for pose in (a, *inner, b)]
+        between = [machine.add_pose(first + (last - first) * k / count, axes) for k in range(1, count)]
+        ends = [machine.end(pose, machine.r[pose], axes) for pose in (a, *between, b)]
         for pair in pairwise(ends):
             self.pairs.append(pair)
-            self.elements.append(Element.uniform(length, bar.EA, bar.EI, bar.GJ, bar.line_mass, bar.rotary))
+            if inner:
+                made = Element.with_places(inner, length, bar.EA, bar.EI[0], bar.line_mass, sum(bar.rotary))
+            else:
+                made = Element.uniform(length, bar.EA, bar.EI, bar.GJ, bar.line_mass, bar.rotary)
+            self.elements.append(made)
             self.damping.append(bar.tau)
-        return inner
+        return between
 
     def done(self) -> None:
         """Give the elements to the machine."""
@@ -71,8 +78,8 @@ def turning(speed: float, axes: Array):
     return lambda t: (np.zeros((len(t), 2)), PLANE.turn((speed * t)[:, None]) @ axes, 0.0, speed, 0.0, 0.0)
 
 
-def seed(count: int, speed: float = 32.3, tau: float = 1.3385736291698238e-4) -> Machine:
-    """Build the four-bar of the dissertation with `count` elements a member and material damping."""
+def seed(count: int, speed: float = 32.3, tau: float = 1.3385736291698238e-4, inner: int = 0) -> Machine:
+    """Build the four-bar of the dissertation with `count` elements a member, and material damping."""
     first, third = np.array([0.10795, 0.0]), np.array([0.254, 0.0])
     gaps = lambda x: [np.hypot(*(x - first)) - 0.2794, np.hypot(*(x - third)) - 0.27051]  # noqa: E731
     second = fsolve(gaps, [0.1977, 0.26459], xtol=1e-14)
@@ -85,9 +92,9 @@ def seed(count: int, speed: float = 32.3, tau: float = 1.3385736291698238e-4) ->
     follower_b = machine.add_pose(second, axes(second - third), shared=b)
     c = machine.add_pose(third, axes(second - third), fixed="place")
     strip = Bar(2882600.0, [0.61557], 0.1101884, tau=tau)
-    members.add(hub, a, count, Bar(7597000.0, [11.502], 0.290398, tau=tau))
-    members.add(coupler_a, b, count, strip)
-    members.add(c, follower_b, count, strip)
+    members.add(hub, a, count, Bar(7597000.0, [11.502], 0.290398, tau=tau), inner=inner)
+    members.add(coupler_a, b, count, strip, inner=inner)
+    members.add(c, follower_b, count, strip, inner=inner)
     members.done()
     for pose, mass in ((a, 0.0452), (b, 0.03755)):
         machine.masses.add_body(machine.end(pose), mass, np.zeros((2, 2)))

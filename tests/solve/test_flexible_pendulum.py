@@ -13,7 +13,7 @@ from tests.machine.builders import Bar, Members
 JOINT, TIP = (-0.48816902, -0.10812492), (-0.96543327, 0.04093479)
 
 
-def after_one_second(elements, tolerance):
+def after_one_second(elements, tolerance, inner=0):
     E, b, h, rho, L = 210e9, 0.01, 0.003, 7850.0, 0.5
     machine, axes = Machine(PLANE, [0, -9.81]), np.eye(2)
     top = machine.add_pose(np.zeros(2), axes, fixed="place")
@@ -21,8 +21,8 @@ def after_one_second(elements, tolerance):
     other = machine.add_pose(np.array([L, 0.0]), axes, shared=one)
     tip = machine.add_pose(np.array([2 * L, 0.0]), axes)
     members, bar = Members(machine), Bar(E * b * h, [E * b * h**3 / 12], rho * b * h)
-    members.add(top, one, elements, bar)
-    members.add(other, tip, elements, bar)
+    members.add(top, one, elements, bar, inner=inner)
+    members.add(other, tip, elements, bar, inner=inner)
     members.done()
     course = march(machine, np.zeros(machine.size), 1.0, tolerance=tolerance)
     return course.motion[-1].r[one], course.motion[-1].r[tip]
@@ -34,3 +34,8 @@ def test_a_flexible_double_pendulum_falls_as_in_another_program():
     finer_joint, finer_tip = after_one_second(4, 1e-6)
     np.testing.assert_allclose([joint, tip], [finer_joint, finer_tip], atol=2e-4)  # m
     np.testing.assert_allclose([finer_joint, finer_tip], [JOINT, TIP], atol=1e-3)
+
+
+@pytest.mark.slow
+def test_it_falls_the_same_by_one_element_a_bar_with_places_inside():
+    np.testing.assert_allclose(after_one_second(1, 1e-5, inner=2), after_one_second(4, 1e-5), atol=1e-5)  # m

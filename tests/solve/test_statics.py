@@ -19,13 +19,13 @@ EI = STEEL * WIDTH * HEIGHT**3 / 12
 CRITICAL = brentq(lambda x: x * np.tan(x) - 1, 0.1, 1.5) ** 2 * EI / FOOT**2  # k b tan(k a) = 1, b = a
 
 
-def column(count, force, side=0.0):
+def column(count, force, side=0.0, inner=0):
     """Build a clamped column with a rigid arm as long on top, pressed there and pushed aside; give its tip's pose."""
     machine = Machine(PLANE)
     foot = machine.add_pose(np.zeros(2), fixed="place and turn")
     tip = machine.add_pose(np.array([FOOT, 0.0]))
     members = Members(machine)
-    members.add(foot, tip, count, Bar(STEEL * WIDTH * HEIGHT, [EI], 7850 * WIDTH * HEIGHT))
+    members.add(foot, tip, count, Bar(STEEL * WIDTH * HEIGHT, [EI], 7850 * WIDTH * HEIGHT), inner=inner)
     members.done()
     top = machine.end(tip, np.array([2 * FOOT, 0.0]))
     machine.masses.add_body(machine.end(tip), 0.01, np.zeros((2, 2)))

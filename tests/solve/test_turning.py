@@ -46,20 +46,28 @@ def turning(machine, speed, count):
     return frequencies(M, C + 2 * M @ still, K, count)[0].imag
 
 
-def arm(geometry, count, length, bar):
+def arm(geometry, count, length, bar, inner=0):
     """Build an arm whose root is at the origin and fixed in the chart; give its tip."""
     machine, (x, y) = Machine(geometry), np.eye(geometry.d)[:2]
     hub, tip = machine.add_pose(0 * x, fixed="place and turn"), machine.add_pose(length * x)
     members = Members(machine)
-    members.add(hub, tip, count, bar, y)
+    members.add(hub, tip, count, bar, y, inner)
     members.done()
     return machine, tip
 
 
-@pytest.mark.parametrize(("speed", "exact", "bound"), [(20.0, [26.371], 5e-5), (120.0, [43.985, 815.4], 1.6e-3)])
-def test_a_turning_beam_with_a_tip_body_has_the_frequencies_of_ritz(speed, exact, bound):
+@pytest.mark.parametrize(
+    ("count", "inner", "speed", "exact", "bound"),
+    [
+        (4, 0, 20.0, [26.371], 5e-5),
+        (4, 0, 120.0, [43.985, 815.4], 1.6e-3),
+        (1, 1, 20.0, [26.371], 5e-5),
+        (1, 3, 120.0, [43.985, 815.4], 3e-4),
+    ],
+)
+def test_a_turning_beam_with_a_tip_body_has_the_frequencies_of_ritz(count, inner, speed, exact, bound):
     """Own Ritz solution about the turning state; with the rigid body's force times arm."""
-    machine, tip = arm(PLANE, 4, 0.3, Bar(STEEL * 6e-5, [STEEL * 4.5e-11], 7850 * 6e-5))
+    machine, tip = arm(PLANE, count, 0.3, Bar(STEEL * 6e-5, [STEEL * 4.5e-11], 7850 * 6e-5), inner)
     machine.masses.add_body(machine.end(tip, np.array([0.45, 0.0])), 0.5, np.zeros((2, 2)))
     np.testing.assert_allclose(turning(machine, speed, len(exact)), exact, rtol=bound)
 
@@ -78,3 +86,12 @@ def test_a_turning_cantilever_lags_and_flaps_with_order_4(speed, lag, flap):
         errors.append(np.abs(turning(machine, speed, 2) / exact - 1))
     assert (errors[0] < [lag, flap]).all()
     assert (np.log2(errors[0] / errors[1]) > 3.6).all()  # the table's digits are 1e-5
+
+
+@pytest.mark.parametrize(
+    ("inner", "speed", "bound"), [(2, 6.0, 5e-4), (3, 6.0, 1e-5), (3, 12.0, 1.1e-3), (4, 12.0, 1e-4)]
+)
+def test_a_turning_cantilever_of_one_element_lags_as_in_the_table(inner, speed, bound):
+    """The axial force goes from its largest to 0 within the element."""
+    machine, _ = arm(PLANE, 1, 1.0, Bar(1e8, [1.0], 1.0, rotary=[1e-7]), inner)
+    assert abs(turning(machine, speed, 1)[0] / np.sqrt(FLAP[speed] ** 2 - speed**2) - 1) < bound
