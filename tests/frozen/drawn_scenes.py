@@ -126,7 +126,7 @@ def force_of(tables: Tables, name: str, length: float) -> float:
 
 
 def with_load(rng: np.random.Generator, tables: Tables) -> None:
-    """Load a member by a force or along its length, so that it has a strain of 1e-4 to 2e-3 at mid-span."""
+    """Load a member by a force or along its length, so that it has a strain of 1e-4 to 1e-3 at mid-span."""
     name, label, length = bending(rng, tables)
     force = 10 ** rng.uniform(-1, 0) * force_of(tables, name, length)
     way = np.exp(1j * rng.uniform(-np.pi, np.pi))
@@ -137,13 +137,8 @@ def with_load(rng: np.random.Generator, tables: Tables) -> None:
         {"factor": {"kind": "pulse", "start": 1.0, "end": 2.5, "ramp": 0.5}},
     )
     factor = factors[0 if tables["analysis"].get("method") == "static" else rng.integers(len(factors))]
-    load = (
-        {"at": f"{one}@0.5", "force": linkages.pair(force * way)},
-        {
-            "member": one,
-            "line": linkages.pair(2 * force / length * way),
-        },
-    )
+    spread = {"member": one, "line": linkages.pair(2 * force / length * way)}
+    load = {"at": f"{one}@0.5", "force": linkages.pair(force * way)}, spread
     tables["loads"] = {"work": load[rng.integers(2)] | factor}
 
 
@@ -207,13 +202,13 @@ def with_rigid_links(rng: np.random.Generator, tables: Tables) -> None:
 
 
 def motors(rng: np.random.Generator, method: str) -> Tables:
-    """Drive a linkage over a shaft that twists, or from rest by a direct-current motor."""
+    """Drive a linkage over a shaft that twists; where a method has no such shaft, by a direct-current motor in time."""
     method = "auto" if method == "tolerance" else method  # which takes 40 s
     tables = machine(rng, (linkages.four_bar, linkages.slider_crank)[rng.integers(2)], method)
     name, _, length = bending(rng, tables)
     torque, speed = force_of(tables, name, length) * length, tables["drive"]["speed"]
     inertia = 20 * torque / speed**2
-    if method in ("sub_intervals", "static", "harmonic_balance", "quasi_static", "transient"):  # which have no shaft
+    if method in ("sub_intervals", "static", "harmonic_balance", "quasi_static", "transient"):
         del tables["drive"]
         effort = {"kind": "dc-motor", "stall_torque": 5 * torque, "no_load_speed": speed}
         tables["freedoms"] = {"O": {"effort": effort, "inertia": inertia, "speed": 0.5 * speed}}
@@ -242,7 +237,7 @@ def drive_laws(rng: np.random.Generator, method: str) -> Tables:
 
 
 def joint_laws(rng: np.random.Generator, method: str) -> Tables:
-    """Give a slider-crank of rigid links, driven or free, a law at one of its joints."""
+    """Give a slider-crank of rigid links, driven or free, a law at one of its joints: its motion in time."""
     tables = linkages.slider_crank(rng).tables(rng, rng.uniform(0.2, 0.6), 0.0)
     with_rigid_links(rng, tables)
     tables["links"]["piston"] = {"points": {"B": (0.0, 0.0), "P": (0.0, 0.0)}, "rigid": {"mass": rng.uniform(0.1, 1.0)}}
@@ -300,7 +295,7 @@ KINDS = {
 
 
 def drawn(number: int, attempt: int = 0) -> Scene:
-    """Draw a scene: kinds take turns, and each kind meets all methods. One that locks is drawn anew."""
+    """Draw a scene: kinds take turns, and each kind meets all methods that it can. One that locks is drawn anew."""
     turn, place = divmod(number, len(KINDS))
     kind, method = list(KINDS)[place], list(METHODS)[(turn + place) % len(METHODS)]
     rng = np.random.default_rng([SEED, number + COUNT * attempt])
