@@ -131,10 +131,10 @@ def unpacked(layout: np.ndarray, numbers: np.ndarray) -> Answer:
     return Answer(parts, kept["texts"], kept["marks"])
 
 
-def read() -> dict[str, Answer]:
-    """Give all frozen answers, by scene."""
+def read(names: list[str] | None = None) -> dict[str, Answer]:
+    """Give the frozen answers to some scenes, or to all, by name."""
     with np.load(NUMBERS) as file:
-        names = [key.removesuffix("/layout") for key in file.files if key.endswith("/layout")]
+        names = names or [key.removesuffix("/layout") for key in file.files if key.endswith("/layout")]
         return {name: unpacked(file[f"{name}/layout"], file[f"{name}/numbers"]) for name in names}
 
 
@@ -228,7 +228,7 @@ def write(names: list[str], jobs: int) -> None:
 
 def compare(names: list[str], jobs: int, everything: bool = False) -> int:
     """Print the differences beyond the told errors, and give their number; with `everything` all that are not 0."""
-    frozen, found, said, same, count = read(), list[Difference](), list[str](), 0, 0
+    frozen, found, said, same, count = read(names), list[Difference](), list[str](), 0, 0
     for name, present in answers(names, jobs):
         found += differences(name, frozen[name], present)
         said += remarks(name, frozen[name], present)
