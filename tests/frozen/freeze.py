@@ -235,7 +235,7 @@ def compare(names: list[str], jobs: int, everything: bool = False) -> int:
         same += sum(present.marks.get(key) == mark for key, mark in frozen[name].marks.items())
         count += len(frozen[name].marks)
     beyond = [one for one in found if one.ratio > 1]
-    untold = [one for one in found if np.isnan(one.ratio)]
+    untold = [one for one in found if np.isnan(one.ratio) and one.relative > EXACT]
     shown = [one for one in found if one.relative] if everything else [*beyond, *untold]
     if shown:
         print(f"{'scene':34} {'variable':28} {'difference':>11} {'relative':>9} {'told':>9} {'ratio':>9}")
