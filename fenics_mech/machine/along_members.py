@@ -48,5 +48,5 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
     given = np.concatenate(elements), np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
     sections = inside(beams, group, found.at, ends_of_elements, *given, inner)
-    forces = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
-    return Sections(*forces, sections.place.reshape(*shape, 2))
+    axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
+    return Sections(axial, shear, moment, sections.place.reshape(*shape, 2))

@@ -49,7 +49,8 @@ class Motion:
         columns = np.einsum("tjik,tk->tji", at.J[:, end.pose], at.ways[:, end.pose, d:])  # their rates
         place, rate, second = at.r[:, end.pose], at.ways[:, end.pose, :d], at.acc[:, end.pose]
         moved = place + at.R[:, end.pose] @ end.offset
-        return moved, rate + end.offset @ columns, second[:, 0] + self.machine.gravity + end.offset @ second[:, 1:]
+        acceleration = second[:, 0] + self.machine.gravity + end.offset @ second[:, 1:]
+        return tuple(map(np.asarray, (moved, rate + end.offset @ columns, acceleration)))
 
     def axes(self, end: End) -> Array:
         """Give the axes of an end ``(instants, d, d)``."""

@@ -177,14 +177,18 @@ class OfPoses:
         machine, found = self.motion.machine, self.motion.found
         return end_forces(self.made.machine.beams, machine.groups[0], found.terms[0], found.at)
 
+    @property
+    def supports(self) -> dict[str, Joint]:
+        """The joints of the ground."""
+        joints = self.made.scene.joints
+        return {name: joint for name, joint in joints.items() if any(p.startswith("ground.") for p in joint.connect)}
+
     def frame(self) -> Variables:
         """Give forces and couples on the ground at every support, and their sums about its origin."""
-        scene, motion = self.made.scene, self.motion
+        motion = self.motion
         force, couple, moment = [], [], []
-        for name, joint in scene.joints.items():
+        for name, joint in self.supports.items():
             bodies = {point.split(".")[0]: point for point in joint.connect}
-            if GROUND not in bodies:
-                continue
             held = self.held(name, joint, GROUND)
             pin = next(point for body, point in bodies.items() if body != GROUND)
             place = motion.of_end(self.made.end(pin))[0]

@@ -136,7 +136,7 @@ class LinearSteps:
             self.factors = [Factors(blocks, x, f"step {k + 1} of the cycle") for k, x in enumerate(matrices)]
 
     def _maps(self) -> tuple[Array, Array]:
-        """Give what states make of accelerations ``(steps, stages x size, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
+        """Give what states make of accelerations ``(steps, unknowns, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
         n, h, tableau, N = self.n, self.h, self.tableau, self.size * self.stages
         C, K = (self.pattern.dense(x)[..., :n] for x in (self.C, self.K))  # (steps, stages, size, n)
         forces = np.concatenate([K, tableau.c[:, None, None] * K + C / h], axis=-1)
