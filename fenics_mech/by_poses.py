@@ -36,7 +36,7 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.scene.meshing import refined
+from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import Cycle, damp_modes, followed_modes, periodic, quasi_static, rigid_cycle, running_modes
 
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
@@ -180,7 +180,7 @@ def quantities(found: OfPoses) -> Quantities:
 def estimated(solved: Solved) -> Errors:
     """Estimate the errors of a motion: by more stages, by halved elements, and by what lies between the positions."""
     here, scene = quantities(solved.positions), solved.scene
-    finer = _built(refined(scene, 1))
+    finer = _built(with_halves(scene))
     by_mesh = finer_mesh(solved.cycle, finer.machine)
     parts = {
         "time": (quantities(replace(solved, cycle=finer_steps(solved.cycle)).at()) - here).largest,

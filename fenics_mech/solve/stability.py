@@ -35,6 +35,8 @@ def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
     kept = (values.imag >= 0) & (np.abs(values) > LEAST)
     values, states = values[kept], states[:, kept]
     rates = np.log(values) / period
+    if not len(values):
+        return values, rates
     coordinates = []
     followed = followed_modes(machine, steps.h * np.arange(1, steps.count + 1))
     for k, momenta in enumerate(followed.momenta):
