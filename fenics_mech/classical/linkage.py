@@ -1,0 +1,262 @@
+"""The linkage: what its joints hold, and the motion of its links as if they were rigid (chapter 6).
+
+Poses are X, Y (m) and the angle (rad) of each link's frame, and last those of the ground. Every joint states rows G of
+``G d = 0`` over small displacements d of what it joins. Rigid links, whose frames they move, and the nodes of bending
+links have the same rows: the first give the motion, the second P(theta).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index, solved
+from fenics_mech.errors import AssemblyError
+from fenics_mech.scene import Prismatic, Revolute, Scene, Slot, Weld
+from fenics_mech.scene.formulas.expression import Jet
+
+End = Callable[[str], tuple[Index, Array]]
+QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
+TINY = 1e-30  # step of derivatives by complex numbers, which lose no digits
+COARSE = 120  # parts of a cycle in which the branch is followed: links turn by few degrees in each
+CLOSED = 1e-8  # of the largest link: Newton's method squares what is left open, which then is rounding
+FARTHEST = math.pi / 2  # of an assembled link from its rough angle: beyond it another branch was meant
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The rigid motion.
+
+    Parameters
+    ----------
+    pose, rate, second
+        Poses of the links and the ground, with two time derivatives, ``(positions, links + 1, 3)`` each.
+    """
+
+    pose: Array
+    rate: Array
+    second: Array
+
+
+def turns(angle: Array) -> Array:
+    """Rotation matrices (7.3), ``(..., 2, 2)``."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.stack([np.stack([c, -s], -1), np.stack([s, c], -1)], -2)
+
+
+def own_coordinates(scene: Scene) -> list[str]:
+    """Name the joints' own coordinates: X and Y of pins that move, slides in guides, and last what drives lead."""
+    driven, names = [drive.joint for drive in scene.drives], []
+    for name, joint in scene.joints.items():
+        if isinstance(joint, Slot | Prismatic):
+            names += [f"{name}.slide"] if name not in driven else []
+        elif not any(point.startswith("ground.") for point in joint.connect):
+            names += [f"{name}.X", f"{name}.Y"]
+    return names + [f"{name}.driven" for name in driven]
+
+
+@dataclass
+class JointRows:
+    """Rows of the joints at some poses, gathered joint by joint.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    pose
+        Poses of the links and the ground, ``(positions, links + 1, 3)``.
+    led
+        What each drive leads (rad or m), ``(positions, drives)``.
+    end
+        Gives the columns of a point, "link.point" or "ground.point", and its displacement X, Y and rotation by them,
+        ``(positions, 3, columns)``.
+    width
+        Number of columns; those of the joints' own coordinates follow.
+    """
+
+    scene: Scene
+    pose: Array
+    led: Array
+    end: End
+    width: int
+
+    def __post_init__(self) -> None:
+        self.own, self.links = own_coordinates(self.scene), [*self.scene.links, "ground"]
+        self.driven = [drive.joint for drive in self.scene.drives]
+        self.rows: list[Array] = []
+        self.gaps: list[Array] = []
+
+    @classmethod
+    def of(cls, scene: Scene, pose: Array, led: Array, end: End, width: int) -> tuple[Array, Array]:
+        """Give G, ``(positions, rows, columns)``, and by how much each row is open, ``(positions, rows)``."""
+        here = cls(scene, pose, led, end, width)
+        for name, joint in scene.joints.items():
+            if isinstance(joint, Slot | Prismatic):
+                here._guide(name, joint)
+            else:
+                here._pin(name, joint)
+        return np.concatenate(here.rows, axis=1), np.concatenate(here.gaps, axis=1)
+
+    def _pin(self, name: str, joint: Revolute | Weld) -> None:
+        """All points of a pin move as it does (4.41), at a weld or a drive with one rotation."""
+        grounded = [point for point in joint.connect if point.startswith("ground.")]
+        at = self._place((*grounded, joint.connect[0])[0])[0]
+        for point in joint.connect:
+            if point not in grounded:
+                columns, moved = self.end(point)
+                pin = [] if grounded else [self._own(f"{name}.X", [[-1], [0]]), self._own(f"{name}.Y", [[0], [-1]])]
+                self._hold(self._place(point)[0] - at, (columns, moved[:, :2]), *pin)
+        if isinstance(joint, Weld):
+            self._turn(joint.connect, joint.angle)
+        elif (led := self._led(name)) is not None:
+            self._turn(joint.connect, led, self._own(f"{name}.driven", [[-1]]))
+
+    def _guide(self, name: str, joint: Slot | Prismatic) -> None:
+        """The pin moves as the guide does where it is, and along it."""
+        (first, angle), (second, _) = map(self._place, joint.connect)
+        (one, guide), (two, pin) = map(self.end, joint.connect)
+        along, way, led = turns(angle + joint.angle)[..., 0], second - first, self._led(name)
+        reach = (along * way).sum(axis=-1) if led is None else led
+        carried = guide[:, :2] + (way @ QUARTER.T)[..., None] * guide[:, 2:]  # the guide's rotation swings the pin
+        slide = self._own(f"{name}.slide" if led is None else f"{name}.driven", -along[..., None])
+        self._hold(way - reach[:, None] * along, (two, pin[:, :2]), (one, -carried), slide)
+        if isinstance(joint, Prismatic):
+            self._turn(joint.connect, joint.turn)
+
+    def _turn(self, points: tuple[str, ...], by: Array | float, *own: tuple[Index, Array]) -> None:
+        """Hold the angle between two bodies."""
+        (one, first), (two, second) = map(self.end, points[:2])
+        angles = [self._place(point)[1] for point in points[:2]]
+        gap = (angles[1] - angles[0] - by)[:, None]
+        self._hold(gap, (two, second[:, 2:]), (one, -first[:, 2:]), *own)
+
+    def _hold(self, gap: Array, *parts: tuple[Index, Array]) -> None:
+        row = np.zeros((*gap.shape, self.width + len(self.own)), self.pose.dtype)
+        for columns, values in parts:
+            row[:, :, columns] += values
+        self.rows.append(row)
+        self.gaps.append(gap)
+
+    def _own(self, name: str, values: object) -> tuple[Index, Array]:
+        return self.width + np.array([self.own.index(name)]), np.asarray(values)
+
+    def _led(self, joint: str) -> Array | None:
+        """What a drive leads at a joint, ``(positions,)``; None where no drive is."""
+        return self.led[:, self.driven.index(joint)] if joint in self.driven else None
+
+    def _place(self, point: str) -> tuple[Array, Array]:
+        """Place of a point in the fixed frame, and the angle of its body."""
+        body, at = self.scene.point(point)
+        here = self.pose[:, self.links.index(body)]
+        return here[:, :2] + turns(here[:, 2]) @ np.array(at), here[:, 2]
+
+
+def rigid_rows(scene: Scene, pose: Array, led: Array) -> tuple[Array, Array]:
+    """Give the joints' rows over displacements of rigid links' frames, and by how much they are open."""
+    links = list(scene.links)
+
+    def end(point: str) -> tuple[Index, Array]:
+        body, at = scene.point(point)
+        if body == "ground":
+            return np.zeros(0, dtype=np.int64), np.zeros((len(pose), 3, 0))
+        moved = np.tile(np.eye(3, dtype=pose.dtype), (len(pose), 1, 1))
+        moved[:, :2, 2] = turns(pose[:, links.index(body), 2]) @ (QUARTER @ np.array(at))
+        return 3 * links.index(body) + np.arange(3), moved
+
+    return JointRows.of(scene, pose, led, end, 3 * len(links))
+
+
+def drive_jets(scene: Scene, theta: Array) -> Jet:
+    """What the drives lead (rad or m), with two derivatives by theta, ``(positions, drives)`` each."""
+    jets = [drive.jet(theta, scene.cycle_rate) for drive in scene.drives]
+    return Jet(*(np.stack([getattr(jet, part) for jet in jets], -1) for part in ("value", "first", "second")))
+
+
+def rigid_motion(scene: Scene, coordinate: Jet) -> Motion:
+    """Solve for the motion of the links as if they were rigid.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    coordinate
+        Drive coordinate theta (rad) with two time derivatives, ``(positions,)`` each.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be put together from their rough angles, or at a position.
+    """
+    turn = math.copysign(2 * math.pi, scene.cycle_rate)
+    theta = np.mod(coordinate.value / turn, 1.0) * turn
+    pose = _cycle(scene)[np.floor(theta / turn * COARSE).astype(np.int64)]
+    jets = drive_jets(scene, theta)
+    pose = _assembled(scene, theta, jets.value, pose)
+    led_rate = jets.first * coordinate.first[:, None]
+    led_second = jets.first * coordinate.second[:, None] + jets.second * coordinate.first[:, None] ** 2
+    unknown = -jets.value.shape[1]
+    rows, _ = rigid_rows(scene, pose, jets.value)
+    rate, second = np.zeros_like(pose), np.zeros_like(pose)
+    moved = np.concatenate([solved(rows[..., :unknown], -times_led(rows, led_rate)), led_rate], axis=1)
+    links = 3 * len(scene.links)
+    rate[:, :-1] = moved[:, :links].reshape(len(theta), -1, 3)
+    turning = rigid_rows(scene, pose + 1j * TINY * rate, jets.value)[0].imag / TINY  # G'
+    rest = times_led(rows, led_second) + np.einsum("kij,kj->ki", turning, moved)
+    second[:, :-1] = solved(rows[..., :unknown], -rest)[:, :links].reshape(len(theta), -1, 3)
+    return Motion(pose, rate, second)
+
+
+def times_led(rows: Array, led: Array) -> Array:
+    """Rows of what the drives lead, times it, ``(positions, rows)``."""
+    return np.einsum("kij,kj->ki", rows[..., -led.shape[1] :], led)
+
+
+def _cycle(scene: Scene) -> Array:
+    """Follow the assembly over a cycle, ``(COARSE, links + 1, 3)``."""
+    theta = scene.drive_angles(COARSE)
+    led = drive_jets(scene, theta).value
+    pose, poses = _start(scene, led[:1]), []
+    for k in range(COARSE):
+        pose = _assembled(scene, theta[k : k + 1], led[k : k + 1], pose)
+        poses.append(pose[0])
+    return np.array(poses)
+
+
+def _start(scene: Scene, led: Array) -> Array:
+    """Put the links together at theta = 0 from their rough angles, ``(1, links + 1, 3)``."""
+    pose = np.zeros((1, len(scene.links) + 1, 3))
+    pose[0, :-1, 2] = [link.angle for link in scene.links.values()]
+    rows, gap = rigid_rows(scene, pose, led)
+    places = np.delete(np.arange(rows.shape[2] - led.shape[1]), np.arange(2, 3 * len(scene.links), 3))
+    found = np.linalg.lstsq(rows[0][:, places], -gap[0], rcond=None)[0]  # with the rough angles held
+    pose[0, :-1, :2] = found[: 2 * len(scene.links)].reshape(-1, 2)
+    return pose
+
+
+def _assembled(scene: Scene, theta: Array, led: Array, pose: Array) -> Array:
+    """Close the joints by Newton's method from poses nearby."""
+    links, size, pose = 3 * len(scene.links), _size(scene), pose.copy()
+    for _ in range(50):
+        rows, gap = rigid_rows(scene, pose, led)
+        rows = rows[..., : rows.shape[2] - led.shape[1]]
+        if rows.shape[1] != rows.shape[2]:
+            raise AssemblyError(
+                f"the joints and drives hold {rows.shape[1]} times, and the links have {rows.shape[2]} coordinates: "
+                "state as many drives as there are freedoms, and no joint twice"
+            )
+        step = solved(rows, -gap)[:, :links].reshape(len(pose), -1, 3)
+        pose[:, :-1] += step * np.minimum(1, 0.5 / np.maximum(np.abs(step[..., 2]).max(axis=1), 0.5))[:, None, None]
+        if np.abs(gap).max() < CLOSED * size:
+            return pose
+    worst = int(np.abs(gap).max(axis=1).argmax())
+    raise AssemblyError(
+        f"the links cannot be put together at drive angle {np.degrees(theta[worst]):.6g} deg. "
+        "Check lengths, places of joints and the links' rough angles"
+    )
+
+
+def _size(scene: Scene) -> float:
+    return max(float(np.abs(list(link.points.values())).max()) for link in scene.links.values()) or 1.0
