@@ -5,6 +5,7 @@ The state of a mode is (B, A) of (5.12): y, and y' over omega. Inside a sub-inte
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,7 +14,9 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import DIRECT, PETSc, configured, name_of
 from fenics_mech.classical.modes import Modes, closing
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import SolverError, UnresolvedError
+
+RINGING = 0.02  # of the whole amplitude: by how much a mode may ring that the sub-intervals do not follow
 
 
 def free(omega: Array, zeta: Array, time: float) -> Array:
@@ -26,17 +29,16 @@ def free(omega: Array, zeta: Array, time: float) -> Array:
     return np.stack([np.stack([c + zeta * s, s], -1), np.stack([-s, c - zeta * s], -1)], -2)
 
 
+def steady(omega: Array, zeta: Array, load: Array, slope: Array, time: float = 0.0) -> Array:
+    """States that follow the load ``load + slope t`` without vibration, ``(positions, modes, 2)``."""
+    y = (load + slope * time) / omega**2 - 2 * zeta * slope / omega**3
+    return np.stack([y, slope / omega**3], -1)
+
+
 def forced(omega: Array, zeta: Array, load: Array, slope: Array, time: float) -> Array:
-    """States at `time` from rest at 0: the integrals of (5.12), (5.13) of the load ``load + slope t``.
-
-    All are ``(positions, modes)``, the states ``(positions, modes, 2)``.
-    """
-
-    def steady(t: float) -> Array:  # y'' + 2 zeta omega y' + omega^2 y = load + slope t, without vibration
-        y = (load + slope * t) / omega**2 - 2 * zeta * slope / omega**3
-        return np.stack([y, slope / omega**3], -1)
-
-    return steady(time) - np.einsum("kmij,kmj->kmi", free(omega, zeta, time), steady(0.0))
+    """States at `time` from rest at 0: the integrals of (5.12), (5.13) of that load, ``(positions, modes, 2)``."""
+    from_rest = np.einsum("kmij,kmj->kmi", free(omega, zeta, time), steady(omega, zeta, load, slope))
+    return steady(omega, zeta, load, slope, time) - from_rest
 
 
 def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: float) -> Array:
@@ -78,6 +80,36 @@ def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: float) ->
     ahead = np.roll(omega, -1, axis=0)[..., None]
     upper = np.concatenate([J, np.zeros_like(J)], axis=2)
     return np.concatenate([upper, np.concatenate([L / ahead, J * omega[:, None, :] / ahead], axis=2)], axis=1)
+
+
+def refuse_ringing(omega: Array, step: float, share: Array) -> None:
+    """Raise where modes ring that swing more than once in two sub-intervals.
+
+    The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
+    the same phase.
+
+    Parameters
+    ----------
+    omega
+        Frequencies (rad/s), ``(positions, modes)``.
+    step
+        Duration of a sub-interval (s).
+    share
+        Amplitude of each mode's free vibration over the whole amplitude, ``(modes,)``.
+
+    Raises
+    ------
+    UnresolvedError
+        When one of them vibrates by more than a fiftieth.
+    """
+    swings = omega.max(axis=0) * step / np.pi  # in two sub-intervals
+    if (rings := (swings > 1) & (share > RINGING)).any():
+        mode = int(rings.argmax())
+        raise UnresolvedError(
+            f"mode {mode + 1} ({omega[:, mode].max() / (2 * np.pi):.4g} Hz) is too fast for these sub_intervals, at "
+            f"whose joins it is set vibrating: keep {int((swings <= 1).sum())} modes, or take "
+            f"{math.ceil(swings[rings].max() * 1.001):d} times as many sub_intervals. analysis.allow_ringing lets it pass"
+        )
 
 
 def flat(states: Array) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import DIRECT, PETSc, configured
-from fenics_mech.classical.joining import closed_cycle, flat, forced, free, joins, marched, whole
+from fenics_mech.classical.joining import closed_cycle, flat, forced, free, joins, marched, refuse_ringing, steady, whole
 from fenics_mech.classical.linkage import Motion, rigid_motion
 from fenics_mech.classical.links import Links, Transformation
 from fenics_mech.classical.modes import Modes, followed, slowest
@@ -143,7 +143,13 @@ def _walked(scene: Scene, time: Array, edges: Array, *, periodic: bool) -> Respo
         states = np.einsum("kij,kj->ki", half, starts) + to_middle
     else:
         states = marched(join, half, flat(forced(omega, zeta, load, slope, step / 2)), to_middle)
-    y = states[:, : omega.shape[1]]
+    y, ringing = states[:, : omega.shape[1]], np.ones(omega.shape[1])
+    if periodic:
+        swinging = (states - flat(steady(omega, zeta, load, slope))).reshape(len(y), 2, -1)
+        energy = (omega**2)[:, None] * swinging**2
+        ringing = np.sqrt(energy.sum(axis=1).max(axis=0) / (omega**2 * y**2).sum(axis=1).max())
+    if not scene.analysis.allow_ringing:
+        refuse_ringing(omega, step, ringing)
     answering = load if scene.analysis.static_correction else np.zeros_like(load)
     q = static + np.einsum("kmi,km->ki", modes.shapes, y - answering / omega**2)  # (5.3)
     elastic = np.einsum("kmi,km->ki", modes.shapes, answering - omega**2 * y)  # drag is balanced by its own stress
