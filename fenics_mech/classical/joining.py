@@ -44,10 +44,11 @@ def forced(omega: Array, zeta: Array, load: Array, slope: Array, time: float) ->
 def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: float) -> Array:
     """From the states at the end of each sub-interval to those at the start of the next.
 
-    ``y_{k+1} = J y_k`` and ``y'_{k+1} = J y'_k + L y_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. The modes kept lose the
-    displacement ``l = (Phi_k - Phi_{k+1} J) y_k`` at a join. Its momentum ``Phi_k^T M_k l/h`` is given back by the
-    physical join: ``L = J (1 - B J)/h`` with ``B = Phi_k^T M_k Phi_{k+1}``. Damping goes with the rate at which links
-    are strained, and their turning strains them too: impulses, each of half a sub-interval on both sides of a join.
+    These are ``y_{k+1} = J y_k`` and ``y'_{k+1} = J y'_k + L y_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. At a join
+    the modes kept lose the displacement ``l = (Phi_k - Phi_{k+1} J) y_k``. The physical join gives back its momentum
+    ``Phi_k^T M_k l/h``: ``L = J (1 - B J)/h`` with ``B = Phi_k^T M_k Phi_{k+1}``.
+    Damping goes with the rate at which links are strained. What their turning adds to it acts as impulses, each of half
+    a sub-interval on both sides of a join.
 
     Parameters
     ----------
@@ -107,8 +108,8 @@ def refuse_ringing(omega: Array, step: float, share: Array) -> None:
         mode = int(rings.argmax())
         raise UnresolvedError(
             f"mode {mode + 1} ({omega[:, mode].max() / (2 * np.pi):.4g} Hz) is too fast for these sub_intervals, at "
-            f"whose joins it is set vibrating: keep {int((swings <= 1).sum())} modes, or take "
-            f"{math.ceil(swings[rings].max() * 1.001):d} times as many sub_intervals. analysis.allow_ringing lets it pass"
+            f"whose joins it is set vibrating: keep {int((swings <= 1).sum())} modes, or take {math.ceil(swings.max())} "
+            "times as many sub_intervals. analysis.allow_ringing lets it pass"
         )
 
 

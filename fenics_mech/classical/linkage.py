@@ -13,16 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index, solved
+from fenics_mech._arrays import Array, Index, solved, times
 from fenics_mech.errors import AssemblyError
 from fenics_mech.scene import Prismatic, Revolute, Scene, Slot, Weld
 from fenics_mech.scene.formulas.expression import Jet
 
 End = Callable[[str], tuple[Index, Array]]
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
-TINY = 1e-30  # step of derivatives by complex numbers, which lose no digits
+IMAGINARY = 1e-30  # step of derivatives by complex numbers, which lose no digits
 COARSE = 120  # parts of a cycle in which the branch is followed: links turn by few degrees in each
+ITERATIONS = 50  # of Newton's method, of which a start from rough angles takes up to 10
+LARGEST_TURN = 0.5  # of a link (rad) in an iteration: beyond it Newton's method may come to another branch
 CLOSED = 1e-8  # of the largest link: Newton's method squares what is left open, which then is rounding
+LOCKED = 1e10  # condition of the rows: beyond it a dead centre leaves few digits of the motion
 FARTHEST = math.pi / 2  # of an assembled link from its rough angle: beyond it another branch was meant
 
 
@@ -188,75 +191,84 @@ def rigid_motion(scene: Scene, coordinate: Jet) -> Motion:
     Raises
     ------
     AssemblyError
-        When the links cannot be put together from their rough angles, or at a position.
+        When the links cannot be put together from their rough angles, or their motion is lost at a position.
     """
     turn = math.copysign(2 * math.pi, scene.cycle_rate)
     theta = np.mod(coordinate.value / turn, 1.0) * turn
-    pose = _cycle(scene)[np.floor(theta / turn * COARSE).astype(np.int64)]
-    jets = drive_jets(scene, theta)
-    pose = _assembled(scene, theta, jets.value, pose)
-    led_rate = jets.first * coordinate.first[:, None]
-    led_second = jets.first * coordinate.second[:, None] + jets.second * coordinate.first[:, None] ** 2
-    unknown = -jets.value.shape[1]
-    rows, _ = rigid_rows(scene, pose, jets.value)
+    near = _cycle(scene)[np.floor(theta / turn * COARSE).astype(np.int64) % COARSE]
+    led = drive_jets(scene, theta)
+    theta_rate: Array = coordinate.first[:, None]
+    pose = _assembled(scene, theta, led.value, near)
+    led_rate = led.first * theta_rate
+    led_second = led.second * theta_rate**2 + led.first * coordinate.second[:, None]
+    rows, links, drives = rigid_rows(scene, pose, led.value)[0], 3 * len(scene.links), len(scene.drives)
+    unknown, known = rows[..., :-drives], rows[..., -drives:]
     rate, second = np.zeros_like(pose), np.zeros_like(pose)
-    moved = np.concatenate([solved(rows[..., :unknown], -times_led(rows, led_rate)), led_rate], axis=1)
-    links = 3 * len(scene.links)
+    moved = np.concatenate([solved(unknown, -times(known, led_rate)), led_rate], axis=1)  # G d' = 0
     rate[:, :-1] = moved[:, :links].reshape(len(theta), -1, 3)
-    turning = rigid_rows(scene, pose + 1j * TINY * rate, jets.value)[0].imag / TINY  # G'
-    rest = times_led(rows, led_second) + np.einsum("kij,kj->ki", turning, moved)
-    second[:, :-1] = solved(rows[..., :unknown], -rest)[:, :links].reshape(len(theta), -1, 3)
+    turning = rigid_rows(scene, pose + 1j * IMAGINARY * rate, led.value)[0].imag / IMAGINARY
+    right = -times(known, led_second) - times(turning, moved)  # G d'' + G' d' = 0
+    second[:, :-1] = solved(unknown, right)[:, :links].reshape(len(theta), -1, 3)
     return Motion(pose, rate, second)
-
-
-def times_led(rows: Array, led: Array) -> Array:
-    """Rows of what the drives lead, times it, ``(positions, rows)``."""
-    return np.einsum("kij,kj->ki", rows[..., -led.shape[1] :], led)
 
 
 def _cycle(scene: Scene) -> Array:
     """Follow the assembly over a cycle, ``(COARSE, links + 1, 3)``."""
     theta = scene.drive_angles(COARSE)
     led = drive_jets(scene, theta).value
-    pose, poses = _start(scene, led[:1]), []
+    pose, poses = _start(scene, theta[:1], led[:1]), []
     for k in range(COARSE):
         pose = _assembled(scene, theta[k : k + 1], led[k : k + 1], pose)
         poses.append(pose[0])
     return np.array(poses)
 
 
-def _start(scene: Scene, led: Array) -> Array:
+def _start(scene: Scene, theta: Array, led: Array) -> Array:
     """Put the links together at theta = 0 from their rough angles, ``(1, links + 1, 3)``."""
-    pose = np.zeros((1, len(scene.links) + 1, 3))
-    pose[0, :-1, 2] = [link.angle for link in scene.links.values()]
+    pose, links = np.zeros((1, len(scene.links) + 1, 3)), list(scene.links.values())
+    rough = np.array([link.angle for link in links])
+    pose[0, :-1, 2] = rough
     rows, gap = rigid_rows(scene, pose, led)
-    places = np.delete(np.arange(rows.shape[2] - led.shape[1]), np.arange(2, 3 * len(scene.links), 3))
+    places = np.delete(np.arange(rows.shape[2] - led.shape[1]), np.arange(2, 3 * len(links), 3))
     found = np.linalg.lstsq(rows[0][:, places], -gap[0], rcond=None)[0]  # with the rough angles held
-    pose[0, :-1, :2] = found[: 2 * len(scene.links)].reshape(-1, 2)
+    pose[0, :-1, :2] = found[: 2 * len(links)].reshape(-1, 2)
+    pose = _assembled(scene, theta, led, pose)
+    away = np.abs(np.mod(pose[0, :-1, 2] - rough + math.pi, 2 * math.pi) - math.pi)
+    moved = [scene.joints[drive.joint].connect[1].split(".")[0] for drive in scene.drives]  # a drive gives their angle
+    for name, link, by in zip(scene.links, links, away):
+        if link.angle and name not in moved and by > FARTHEST:
+            raise AssemblyError(
+                f"at drive angle 0 link {name} came to lie {np.degrees(by):.4g} deg from its rough angle: "
+                "give rough angles nearer to the intended position"
+            )
     return pose
 
 
 def _assembled(scene: Scene, theta: Array, led: Array, pose: Array) -> Array:
     """Close the joints by Newton's method from poses nearby."""
-    links, size, pose = 3 * len(scene.links), _size(scene), pose.copy()
-    for _ in range(50):
+    size = max(float(np.abs(list(link.points.values())).max()) for link in scene.links.values()) or 1.0
+    for _ in range(ITERATIONS):
         rows, gap = rigid_rows(scene, pose, led)
-        rows = rows[..., : rows.shape[2] - led.shape[1]]
+        rows = rows[..., : -len(scene.drives)]
         if rows.shape[1] != rows.shape[2]:
             raise AssemblyError(
-                f"the joints and drives hold {rows.shape[1]} times, and the links have {rows.shape[2]} coordinates: "
+                f"joints and drives hold the links {rows.shape[1]} times, and there are {rows.shape[2]} coordinates: "
                 "state as many drives as there are freedoms, and no joint twice"
             )
-        step = solved(rows, -gap)[:, :links].reshape(len(pose), -1, 3)
-        pose[:, :-1] += step * np.minimum(1, 0.5 / np.maximum(np.abs(step[..., 2]).max(axis=1), 0.5))[:, None, None]
+        if (condition := np.linalg.cond(rows)).max() > LOCKED:
+            where = np.degrees(theta[int(condition.argmax())])
+            raise AssemblyError(
+                f"the linkage locks or its motion is not unique at drive angle {where:.6g} deg: check lengths, "
+                "places of joints and rough angles, or choose other positions"
+            )
+        step = solved(rows, -gap)[:, : 3 * len(scene.links)].reshape(len(pose), -1, 3)
+        largest = np.abs(step[..., 2]).max(axis=1)[:, None, None]
+        pose = pose.copy()
+        pose[:, :-1] += step * LARGEST_TURN / np.maximum(largest, LARGEST_TURN)
         if np.abs(gap).max() < CLOSED * size:
             return pose
-    worst = int(np.abs(gap).max(axis=1).argmax())
+    where = np.degrees(theta[int(np.abs(gap).max(axis=1).argmax())])
     raise AssemblyError(
-        f"the links cannot be put together at drive angle {np.degrees(theta[worst]):.6g} deg. "
-        "Check lengths, places of joints and the links' rough angles"
+        f"the links cannot be put together at drive angle {where:.6g} deg: check lengths, places of joints and the "
+        "links' rough angles"
     )
-
-
-def _size(scene: Scene) -> float:
-    return max(float(np.abs(list(link.points.values())).max()) for link in scene.links.values()) or 1.0

@@ -15,7 +15,7 @@ from fenics_mech._petsc import PETSc, to_petsc, to_scipy
 from fenics_mech.beams.forms import axial, bending, mass
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh, mesh_scene
-from fenics_mech.classical.linkage import QUARTER, TINY, JointRows, Motion, own_coordinates, turns
+from fenics_mech.classical.linkage import IMAGINARY, QUARTER, JointRows, Motion, own_coordinates, turns
 from fenics_mech.errors import AssemblyError
 from fenics_mech.scene import Scene
 
@@ -24,7 +24,7 @@ PIVOT = 1e-6  # of a column of the joints' rows: what is left of it at its worst
 
 @dataclass(frozen=True)
 class Links:
-    """The links, each in its own axes. Nodal dofs are x, y and rotation of every node, and last of rigid links' centres.
+    """The links, each in its own axes. Nodal dofs are x, y and rotation of every node; rigid links have one.
 
     Parameters
     ----------
@@ -180,9 +180,9 @@ class Transformation:
     @cached_property
     def nodal_rate(self) -> list[sp.csr_matrix]:
         """Time derivative of `nodal`."""
-        rows = _elastic_rows(self.links, self.motion.pose + 1j * TINY * self.motion.rate)
+        rows = _elastic_rows(self.links, self.motion.pose + 1j * IMAGINARY * self.motion.rate)
         solution = -np.linalg.solve(rows[..., self.dependent], rows[..., self.independent])
-        return self._sparse(solution.imag / TINY, 0.0)
+        return self._sparse(solution.imag / IMAGINARY, 0.0)
 
     def _sparse(self, solution: Array, own: float) -> list[sp.csr_matrix]:
         """Matrices whose dependent rows are given, and in which coordinates give themselves by `own`."""

@@ -9,8 +9,18 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import DIRECT, PETSc, configured
-from fenics_mech.classical.joining import closed_cycle, flat, forced, free, joins, marched, refuse_ringing, steady, whole
-from fenics_mech.classical.linkage import Motion, rigid_motion
+from fenics_mech.classical.joining import (
+    closed_cycle,
+    flat,
+    forced,
+    free,
+    joins,
+    marched,
+    refuse_ringing,
+    steady,
+    whole,
+)
+from fenics_mech.classical.linkage import rigid_motion
 from fenics_mech.classical.links import Links, Transformation
 from fenics_mech.classical.modes import Modes, followed, slowest
 from fenics_mech.classical.strains import recovered
@@ -82,6 +92,7 @@ def sub_intervals(scene: Scene) -> Response:
     >>> answer.members, answer.frequency[0].round(2).tolist()
     (('crank', 'coupler', 'follower'), [43.3, 48.74, 62.16])
     """
+    _refuse_beyond(scene)
     count, step = scene.analysis.sub_intervals, scene.period / scene.analysis.sub_intervals
     time = step * np.arange(count + 1)
     return _walked(scene, time[:-1], time - step / 2, periodic=True)
@@ -112,6 +123,7 @@ def transient(scene: Scene) -> Response:
     >>> answer.strain.shape, bool(abs(answer.strain[0]).max() < 1e-3)
     ((91, 3, 21, 2), True)
     """
+    _refuse_beyond(scene)
     step = scene.period / scene.analysis.sub_intervals
     run_up = max((drive.run_up or 0.0) for drive in scene.drives)
     count = math.ceil(run_up / step - 1e-6) + scene.analysis.cycles * scene.analysis.sub_intervals + 1
@@ -123,7 +135,6 @@ def transient(scene: Scene) -> Response:
 
 def _walked(scene: Scene, time: Array, edges: Array, *, periodic: bool) -> Response:
     """Give the motion at the middles of sub-intervals (s), whose edges are one more."""
-    _refuse_beyond(scene)
     coordinate, at_edges = (_steady(scene, t) if periodic else scene.coordinate(t) for t in (time, edges))
     links, motion, step = Links.of(scene), rigid_motion(scene, coordinate), float(time[1] - time[0])
     P, rigid = Transformation.of(links, motion), links.rigid_acceleration(motion)
@@ -214,21 +225,20 @@ def _refuse_beyond(scene: Scene) -> None:
         "dampers": scene.dampers,
         "joint_laws": scene.joint_laws,
         "freedoms": scene.freedoms,
+        "plugins": scene.plugins,
         "tolerance": scene.tolerance,
-        "drive.motor": [drive.motor for drive in scene.drives if drive.motor],
+        "drive": not scene.drives or [drive.motor for drive in scene.drives if drive.motor],
         "damping": damping.material or damping.external or damping.relative or damping.air,
         "sections": [section for section in sections if not section.constant],
         "analysis.reduction": analysis.reduction != "none",
         "analysis.start": analysis.start != "rigid",
         "joints": [name for name, joint in scene.joints.items() if joint.member is not None],
-        "members": [label for label in scene.members() if scene.rigidity(label, np.zeros(1)).neutral.any()],
+        "links": [r for r in scene.rigidities(np.zeros(1)) if r.neutral.any() or r.mass_centre.any()],
     }
     if place := next((name for name, value in there.items() if value), None):
         raise SceneError(
-            "the dissertation's method knows the inertia of uniform links on pins, welds and guides, gravity, and "
-            "the ratios of modes",
+            "the dissertation's method knows driven links of uniform symmetric sections on pins, welds and guides, "
+            "their inertia and weight, and damping ratios of modes",
             place=place,
-            hint="Leave it out, or use fm.analyse",
+            hint="Leave out what is stated beside, or use fm.analyse",
         )
-    if not scene.drives:
-        raise SceneError("nothing drives the linkage", place="drive", hint="State a drive for every freedom")
