@@ -108,8 +108,8 @@ def refuse_ringing(omega: Array, step: float, share: Array) -> None:
         mode = int(rings.argmax())
         raise UnresolvedError(
             f"mode {mode + 1} ({omega[:, mode].max() / (2 * np.pi):.4g} Hz) is too fast for these sub_intervals, at "
-            f"whose joins it is set vibrating: keep {int((swings <= 1).sum())} modes, or take {math.ceil(swings.max())} "
-            "times as many sub_intervals. analysis.allow_ringing lets it pass"
+            f"whose joins it is set vibrating: keep {int((swings <= 1).sum())} modes, or take "
+            f"{math.ceil(swings.max())} times as many sub_intervals. analysis.allow_ringing lets it pass"
         )
 
 

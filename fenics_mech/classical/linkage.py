@@ -195,14 +195,19 @@ def rigid_motion(scene: Scene, coordinate: Jet) -> Motion:
     """
     turn = math.copysign(2 * math.pi, scene.cycle_rate)
     theta = np.mod(coordinate.value / turn, 1.0) * turn
-    near = _cycle(scene)[np.floor(theta / turn * COARSE).astype(np.int64) % COARSE]
-    led = drive_jets(scene, theta)
+    branch, led = _cycle(scene), drive_jets(scene, theta)
+    near = branch[np.floor(theta / turn * COARSE).astype(np.int64) % COARSE]
     theta_rate: Array = coordinate.first[:, None]
+    theta_second: Array = coordinate.second[:, None]
     pose = _assembled(scene, theta, led.value, near)
     led_rate = led.first * theta_rate
-    led_second = led.second * theta_rate**2 + led.first * coordinate.second[:, None]
+    led_second = led.second * theta_rate**2 + led.first * theta_second
     rows, links, drives = rigid_rows(scene, pose, led.value)[0], 3 * len(scene.links), len(scene.drives)
     unknown, known = rows[..., :-drives], rows[..., -drives:]
+    first = rigid_rows(scene, branch[:1], drive_jets(scene, np.zeros(1)).value)[0][..., :-drives]
+    if (strays := np.linalg.slogdet(unknown)[0] != np.linalg.slogdet(first)[0]).any():  # it has one sign on a branch
+        where = np.degrees(theta[int(strays.argmax())])
+        raise AssemblyError(f"the linkage passes a change point before drive angle {where:.6g} deg: change a length")
     rate, second = np.zeros_like(pose), np.zeros_like(pose)
     moved = np.concatenate([solved(unknown, -times(known, led_rate)), led_rate], axis=1)  # G d' = 0
     rate[:, :-1] = moved[:, :links].reshape(len(theta), -1, 3)
