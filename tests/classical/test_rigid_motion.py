@@ -60,7 +60,7 @@ def test_a_drive_that_starts_slowly_turns_its_crank_so():
 
 
 def test_the_branch_is_followed_in_steps_that_are_small_enough(monkeypatch):
-    """Past a change point, as links are in line but for 0.02 mm; in steps of 30 degrees it comes to the other branch."""
+    """Links are in line but for 0.02 mm; in steps of 30 degrees it comes to the other branch."""
     links = {"follower.points.B": (0.1336, 0.0), "follower.angle": "90 deg", "coupler.angle": "10 deg"}
     changes = {f"links.{key}": value for key, value in links.items()} | {"drive.start": "150 deg"}
     scene = fm.load(DEMOS / "four_bar.toml").changed(changes)
