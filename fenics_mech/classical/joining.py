@@ -158,7 +158,10 @@ def closed_cycle(join: Array, transition: Array, force: Array, options: Mapping[
         if ksp.getConvergedReason() < 0:
             reason = name_of(PETSc.KSP.ConvergedReason, ksp.getConvergedReason())
             raise SolverError(f"the sub-intervals could not be joined to a cycle (PETSc says {reason})")
-    return answer.array_r.reshape(count, n).copy()
+        found = answer.array_r.reshape(count, n).copy()
+    for thing in (matrix, right, answer):
+        thing.destroy()
+    return found
 
 
 def marched(join: Array, half: Array, to_end: Array, to_middle: Array) -> Array:

@@ -178,24 +178,26 @@ def drive_jets(scene: Scene, theta: Array) -> Jet:
     return Jet(*(np.stack([getattr(jet, part) for jet in jets], -1) for part in ("value", "first", "second")))
 
 
-def rigid_motion(scene: Scene, coordinate: Jet) -> Motion:
+def rigid_motion(scene: Scene, branch: Array, coordinate: Jet) -> Motion:
     """Solve for the motion of the links as if they were rigid.
 
     Parameters
     ----------
     scene
         The scene.
+    branch
+        Its assembly over a cycle, as `assembly` gives it.
     coordinate
         Drive coordinate theta (rad) with two time derivatives, ``(positions,)`` each.
 
     Raises
     ------
     AssemblyError
-        When the links cannot be put together from their rough angles, or their motion is lost at a position.
+        When the links cannot be put together at a position, or their motion is lost there.
     """
     turn = math.copysign(2 * math.pi, scene.cycle_rate)
     theta = np.mod(coordinate.value / turn, 1.0) * turn
-    branch, led = _cycle(scene), drive_jets(scene, theta)
+    led = drive_jets(scene, theta)
     near = branch[np.floor(theta / turn * COARSE).astype(np.int64) % COARSE]
     theta_rate: Array = coordinate.first[:, None]
     theta_second: Array = coordinate.second[:, None]
@@ -217,8 +219,24 @@ def rigid_motion(scene: Scene, coordinate: Jet) -> Motion:
     return Motion(pose, rate, second)
 
 
-def _cycle(scene: Scene) -> Array:
-    """Follow the assembly over a cycle, ``(COARSE, links + 1, 3)``."""
+def assembly(scene: Scene) -> Array:
+    """Put the links together from their rough angles, and follow their poses over a cycle.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    numpy.ndarray
+        Poses of the links and the ground at equal parts of the cycle, ``(COARSE, links + 1, 3)``.
+
+    Raises
+    ------
+    AssemblyError
+        When the links cannot be put together.
+    """
     theta = scene.drive_angles(COARSE)
     led = drive_jets(scene, theta).value
     pose, poses = _start(scene, theta[:1], led[:1]), []

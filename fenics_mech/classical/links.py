@@ -139,12 +139,11 @@ class Transformation:
         """
         rows = _elastic_rows(links, motion.pose)
         joined = np.flatnonzero(np.abs(rows).max(axis=(0, 1)) > 0)
-        height, dependent = 3 * len(links.mesh.node_name), []
-        centre = [name.endswith(".centre") for name in links.mesh.node_name]
-        last = np.append(np.repeat(centre, 3) * 3, np.full(rows.shape[2] - height, 2))  # rigid links, then joints' own
-        order = np.lexsort((joined, np.where(last[joined] > 0, last[joined], joined % 3 == 2)))
-        left = rows[..., joined] / np.abs(rows[..., joined]).max(axis=(0, 1))
-        for column in order:  # beams' translations first, then their rotations
+        rigid = np.repeat([name.endswith(".centre") for name in links.mesh.node_name], 3)
+        of_nodes = np.where(rigid, 3, np.tile([0, 0, 1], len(rigid) // 3))
+        turn = np.append(of_nodes, np.full(rows.shape[2] - len(rigid), 2))[joined]
+        left, dependent = rows[..., joined] / np.abs(rows[..., joined]).max(axis=(0, 1)), []
+        for column in np.argsort(turn, kind="stable"):  # beams' places, their rotations, joints' own, rigid links
             size = np.linalg.norm(left[..., column], axis=1)
             if size.min() > PIVOT:
                 unit = left[..., column] / size[:, None]
@@ -200,9 +199,13 @@ class Transformation:
         links, embedding = self.links, self.links.layout.embedding
         for nodal, rate in zip(self.nodal, self.nodal_rate):
             p, on_nodes, turning = map(to_petsc, (embedding @ nodal, nodal, embedding @ rate))
-            mass, stiffness = links.mass.ptap(p), links.stiffness.ptap(p)
-            mass.axpy(1.0, links.bodies.ptap(on_nodes))
-            yield mass, stiffness, to_scipy(p.transposeMatMult(links.stiffness.matMult(turning)))
+            mass, stiffness, bodies = links.mass.ptap(p), links.stiffness.ptap(p), links.bodies.ptap(on_nodes)
+            mass.axpy(1.0, bodies)
+            k_turning = links.stiffness.matMult(turning)
+            strained = p.transposeMatMult(k_turning)
+            yield mass, stiffness, to_scipy(strained)
+            for matrix in (p, on_nodes, turning, mass, stiffness, bodies, k_turning, strained):
+                matrix.destroy()  # Python by itself does not
 
     def to_nodes(self, q: Array) -> Array:
         """Nodal dofs of coordinates, ``(positions, nodal dofs)``."""
@@ -210,14 +213,9 @@ class Transformation:
 
     def load(self, acceleration: Array) -> Array:
         """Inertia of the rigid motion ``-P^T m a`` (4.66), ``(positions, coordinates)``."""
-        links, found = self.links, []
-        for nodal, a in zip(self.nodal, acceleration):
-            broken, moved = links.mass.createVecs()
-            broken.array[:] = links.layout.embedding @ a
-            links.mass.mult(broken, moved)
-            bodies = links.bodies.getDiagonal().array * a
-            found.append(-nodal.T @ (links.layout.embedding.T @ moved.array + bodies))
-        return np.array(found)
+        embedding, mass = self.links.layout.embedding, to_scipy(self.links.mass)
+        forces = (embedding.T @ (mass @ (embedding @ acceleration.T)) + to_scipy(self.links.bodies) @ acceleration.T).T
+        return np.array([-nodal.T @ force for nodal, force in zip(self.nodal, forces)])
 
 
 def _elastic_rows(links: Links, pose: Array) -> Array:

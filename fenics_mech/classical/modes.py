@@ -79,6 +79,8 @@ def slowest(
             mass.mult(shape, momentum)
             norm = np.sqrt(shape.dot(momentum))  # (E.7)
             shapes[i], momenta[i] = shape.array_r / norm, momentum.array_r / norm
+        for vector in (shape, momentum):
+            vector.destroy()
     return 1 / np.sqrt(values), shapes, momenta
 
 
@@ -90,6 +92,7 @@ def followed(omega: Array, shapes: Array, momenta: Array) -> Modes:
     omega, shapes, momenta
         As of `Modes`, sorted by frequency at each position.
     """
+    omega, shapes, momenta = omega.copy(), shapes.copy(), momenta.copy()
     for k in range(1, len(omega)):
         likeness = momenta[k] @ shapes[k - 1].T
         order = linear_sum_assignment(likeness.T**2, maximize=True)[1]

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TINY
 from fenics_mech._petsc import DIRECT, PETSc, configured
 from fenics_mech.classical.joining import (
     closed_cycle,
@@ -20,7 +21,7 @@ from fenics_mech.classical.joining import (
     steady,
     whole,
 )
-from fenics_mech.classical.linkage import rigid_motion
+from fenics_mech.classical.linkage import assembly, rigid_motion
 from fenics_mech.classical.links import Links, Transformation
 from fenics_mech.classical.modes import Modes, followed, slowest
 from fenics_mech.classical.strains import recovered
@@ -136,9 +137,10 @@ def transient(scene: Scene) -> Response:
 def _walked(scene: Scene, time: Array, edges: Array, *, periodic: bool) -> Response:
     """Give the motion at the middles of sub-intervals (s), whose edges are one more."""
     coordinate, at_edges = (_steady(scene, t) if periodic else scene.coordinate(t) for t in (time, edges))
-    links, motion, step = Links.of(scene), rigid_motion(scene, coordinate), float(time[1] - time[0])
+    links, branch, step = Links.of(scene), assembly(scene), float(time[1] - time[0])
+    motion, beside = (rigid_motion(scene, branch, at) for at in (coordinate, at_edges))
     P, rigid = Transformation.of(links, motion), links.rigid_acceleration(motion)
-    force, beside = P.load(rigid), rigid_motion(scene, at_edges)
+    force = P.load(rigid)
     rise = np.diff(P.at(beside).load(links.rigid_acceleration(beside)), axis=0) / np.diff(edges)[:, None]
     if scene.analysis.load == "constant":
         rise = np.zeros_like(force)
@@ -158,7 +160,7 @@ def _walked(scene: Scene, time: Array, edges: Array, *, periodic: bool) -> Respo
     if periodic:
         swinging = (states - flat(steady(omega, zeta, load, slope))).reshape(len(y), 2, -1)
         energy = (omega**2)[:, None] * swinging**2
-        ringing = np.sqrt(energy.sum(axis=1).max(axis=0) / (omega**2 * y**2).sum(axis=1).max())
+        ringing = np.sqrt(energy.sum(axis=1).max(axis=0) / max((omega**2 * y**2).sum(axis=1).max(), TINY))
     if not scene.analysis.allow_ringing:
         refuse_ringing(omega, step, ringing)
     answering = load if scene.analysis.static_correction else np.zeros_like(load)
@@ -204,7 +206,10 @@ def _solved(matrix: PETSc.Mat, right: Array) -> Array:
     ksp.setOperators(matrix)
     with configured(ksp, "static_", DIRECT, {}):
         ksp.solve(vector, answer)
-        return np.array(answer.array_r)
+    found = np.array(answer.array_r)
+    for thing in (vector, answer):
+        thing.destroy()
+    return found
 
 
 def _ratios(scene: Scene, modes: Modes) -> Array:
@@ -240,5 +245,5 @@ def _refuse_beyond(scene: Scene) -> None:
             "the dissertation's method knows driven links of uniform symmetric sections on pins, welds and guides, "
             "their inertia and weight, and damping ratios of modes",
             place=place,
-            hint="Leave out what is stated beside, or use fm.analyse",
+            hint="Leave it out, or take fm.analyse, which knows it",
         )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.classical.linkage import rigid_motion
+from fenics_mech.classical.linkage import assembly, rigid_motion
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene.formulas.expression import Jet
@@ -22,7 +22,7 @@ def at_rate(scene, theta):
 def test_poses_and_rates_of_demos_are_those_of_the_loop_equations(demo):
     scene = fm.load(DEMOS / f"{demo}.toml")
     theta = scene.drive_angles(17)
-    ours, known = rigid_motion(scene, at_rate(scene, theta)), solve_motion(scene, theta)
+    ours, known = rigid_motion(scene, assembly(scene), at_rate(scene, theta)), solve_motion(scene, theta)
     for found, of_links in (
         (ours.pose[:, :-1, :2], known.position),
         (np.exp(1j * ours.pose[:, :-1, 2]), np.exp(1j * known.angle)),
@@ -37,7 +37,7 @@ def test_a_slider_moves_as_its_closed_form():
     scene = fm.load(DEMOS / "slider_crank.toml")
     crank, rod, offset, rate = 0.06, 0.3, 0.01, 60.0
     theta = np.linspace(0, 30, 11)  # several turns
-    motion = rigid_motion(scene, at_rate(scene, theta))
+    motion = rigid_motion(scene, assembly(scene), at_rate(scene, theta))
     height = offset - crank * np.sin(theta)
     angle = np.arcsin(height / rod)
     np.testing.assert_allclose(np.sin(motion.pose[:, 1, 2]), height / rod, atol=1e-14)
@@ -51,7 +51,7 @@ def test_a_drive_that_starts_slowly_turns_its_crank_so():
     """An angle of t^2/2: the acceleration of the crank's pin has both parts."""
     scene = fm.load(DEMOS / "four_bar.toml")
     time = np.linspace(0, 3, 7)
-    motion = rigid_motion(scene, Jet(time**2 / 2, time, np.ones_like(time)))
+    motion = rigid_motion(scene, assembly(scene), Jet(time**2 / 2, time, np.ones_like(time)))
     np.testing.assert_allclose(motion.rate[:, 0, 2], time, atol=1e-13)
     np.testing.assert_allclose(motion.second[:, 0, 2], 1.0, atol=1e-13)
     angle, pin = time**2 / 2, 0.10795 * np.array([1.0, 1.0])
@@ -65,11 +65,11 @@ def test_the_branch_is_followed_in_steps_that_are_small_enough(monkeypatch):
     changes = {f"links.{key}": value for key, value in links.items()} | {"drive.start": "150 deg"}
     scene = fm.load(DEMOS / "four_bar.toml").changed(changes)
     theta = scene.drive_angles(4)
-    found = rigid_motion(scene, at_rate(scene, theta)).pose[:, :-1, 2]
+    found = rigid_motion(scene, assembly(scene), at_rate(scene, theta)).pose[:, :-1, 2]
     assert np.abs(np.exp(1j * found) - np.exp(1j * solve_motion(scene, theta).angle)).max() < 1e-13
     monkeypatch.setattr("fenics_mech.classical.linkage.COARSE", 12)
     with pytest.raises(AssemblyError, match="passes a change point before drive angle 270 deg"):
-        rigid_motion(scene, at_rate(scene, theta))
+        rigid_motion(scene, assembly(scene), at_rate(scene, theta))
 
 
 @pytest.mark.parametrize(
@@ -84,8 +84,8 @@ def test_the_branch_is_followed_in_steps_that_are_small_enough(monkeypatch):
 def test_what_cannot_be_put_together_is_refused(changes, message):
     scene = fm.load(DEMOS / "four_bar.toml").changed(changes)
     if message is None:  # the other branch, which is as good
-        motion = rigid_motion(scene, at_rate(scene, np.zeros(1)))
+        motion = rigid_motion(scene, assembly(scene), at_rate(scene, np.zeros(1)))
         assert np.sin(motion.pose[0, 2, 2]) < 0
         return
     with pytest.raises(AssemblyError, match=message):
-        rigid_motion(scene, at_rate(scene, np.zeros(1)))
+        rigid_motion(scene, assembly(scene), at_rate(scene, np.zeros(1)))
