@@ -22,8 +22,7 @@ End = Callable[[str], tuple[Index, Array]]
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])  # a quarter turn
 IMAGINARY = 1e-30  # step of derivatives by complex numbers, which lose no digits
 COARSE = 120  # parts of a cycle in which the branch is followed: links turn by few degrees in each
-ITERATIONS = 50  # of Newton's method, of which a start from rough angles takes up to 10
-LARGEST_TURN = 0.5  # of a link (rad) in an iteration: beyond it Newton's method may come to another branch
+ITERATIONS = 20  # of Newton's method, of which a start from rough angles takes up to 7
 CLOSED = 1e-8  # of the largest link: Newton's method squares what is left open, which then is rounding
 LOCKED = 1e10  # condition of the rows: beyond it a dead centre leaves few digits of the motion
 FARTHEST = math.pi / 2  # of an assembled link from its rough angle: beyond it another branch was meant
@@ -209,7 +208,9 @@ def rigid_motion(scene: Scene, branch: Array, coordinate: Jet) -> Motion:
     first = rigid_rows(scene, branch[:1], drive_jets(scene, np.zeros(1)).value)[0][..., :-drives]
     if (strays := np.linalg.slogdet(unknown)[0] != np.linalg.slogdet(first)[0]).any():  # it has one sign on a branch
         where = np.degrees(theta[int(strays.argmax())])
-        raise AssemblyError(f"the linkage passes a change point before drive angle {where:.6g} deg: change a length")
+        raise AssemblyError(
+            f"the linkage passes next to a change point before drive angle {where:.6g} deg: change a length"
+        )
     rate, second = np.zeros_like(pose), np.zeros_like(pose)
     moved = np.concatenate([solved(unknown, -times(known, led_rate)), led_rate], axis=1)  # G d' = 0
     rate[:, :-1] = moved[:, :links].reshape(len(theta), -1, 3)
@@ -248,18 +249,22 @@ def assembly(scene: Scene) -> Array:
 
 def _start(scene: Scene, theta: Array, led: Array) -> Array:
     """Put the links together at theta = 0 from their rough angles, ``(1, links + 1, 3)``."""
-    pose, links = np.zeros((1, len(scene.links) + 1, 3)), list(scene.links.values())
-    rough = np.array([link.angle for link in links])
-    pose[0, :-1, 2] = rough
+    pose, links, names = np.zeros((1, len(scene.links) + 1, 3)), list(scene.links.values()), [*scene.links, "ground"]
+    rough = np.array([link.angle for link in links] + [0.0])
+    for drive, value in zip(scene.drives, led[0]):
+        if isinstance(scene.joints[drive.joint], Revolute):  # it gives the angle of a link, whatever its rough one is
+            one, two = (names.index(point.split(".")[0]) for point in scene.joints[drive.joint].connect)
+            turned, by = (two, rough[one] + value) if two < len(links) else (one, -value)
+            rough[turned] = by
+    pose[0, :, 2] = rough
     rows, gap = rigid_rows(scene, pose, led)
     places = np.delete(np.arange(rows.shape[2] - led.shape[1]), np.arange(2, 3 * len(links), 3))
     found = np.linalg.lstsq(rows[0][:, places], -gap[0], rcond=None)[0]  # with the rough angles held
     pose[0, :-1, :2] = found[: 2 * len(links)].reshape(-1, 2)
     pose = _assembled(scene, theta, led, pose)
-    away = np.abs(np.mod(pose[0, :-1, 2] - rough + math.pi, 2 * math.pi) - math.pi)
-    moved = [scene.joints[drive.joint].connect[1].split(".")[0] for drive in scene.drives]  # a drive gives their angle
+    away = np.abs(np.mod(pose[0, :, 2] - rough + math.pi, 2 * math.pi) - math.pi)
     for name, link, by in zip(scene.links, links, away):
-        if link.angle and name not in moved and by > FARTHEST:
+        if link.angle and by > FARTHEST:
             raise AssemblyError(
                 f"at drive angle 0 link {name} came to lie {np.degrees(by):.4g} deg from its rough angle: "
                 "give rough angles nearer to the intended position"
@@ -285,9 +290,7 @@ def _assembled(scene: Scene, theta: Array, led: Array, pose: Array) -> Array:
                 "places of joints and rough angles, or choose other positions"
             )
         step = solved(rows, -gap)[:, : 3 * len(scene.links)].reshape(len(pose), -1, 3)
-        largest = np.abs(step[..., 2]).max(axis=1)[:, None, None]
-        pose = pose.copy()
-        pose[:, :-1] += step * LARGEST_TURN / np.maximum(largest, LARGEST_TURN)
+        pose = pose + np.pad(step, ((0, 0), (0, 1), (0, 0)))
         if np.abs(gap).max() < CLOSED * size:
             return pose
     where = np.degrees(theta[int(np.abs(gap).max(axis=1).argmax())])

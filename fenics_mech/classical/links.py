@@ -122,7 +122,7 @@ class Transformation:
     independent: Index
 
     @classmethod
-    def of(cls, links: Links, motion: Motion) -> Transformation:
+    def of(cls, links: Links, motion: Motion, others: Motion) -> Transformation:
         """Choose the coordinates, the same at all positions.
 
         Parameters
@@ -131,13 +131,15 @@ class Transformation:
             The links.
         motion
             The rigid motion at the positions.
+        others
+            That at other positions where the coordinates are to serve, too.
 
         Raises
         ------
         AssemblyError
             When joints hold the links more than once, or do so at some position.
         """
-        rows = _elastic_rows(links, motion.pose)
+        rows = _elastic_rows(links, np.concatenate([motion.pose, others.pose]))
         joined = np.flatnonzero(np.abs(rows).max(axis=(0, 1)) > 0)
         rigid = np.repeat([name.endswith(".centre") for name in links.mesh.node_name], 3)
         of_nodes = np.where(rigid, 3, np.tile([0, 0, 1], len(rigid) // 3))

@@ -139,7 +139,7 @@ def _walked(scene: Scene, time: Array, edges: Array, *, periodic: bool) -> Respo
     coordinate, at_edges = (_steady(scene, t) if periodic else scene.coordinate(t) for t in (time, edges))
     links, branch, step = Links.of(scene), assembly(scene), float(time[1] - time[0])
     motion, beside = (rigid_motion(scene, branch, at) for at in (coordinate, at_edges))
-    P, rigid = Transformation.of(links, motion), links.rigid_acceleration(motion)
+    P, rigid = Transformation.of(links, motion, beside), links.rigid_acceleration(motion)
     force = P.load(rigid)
     rise = np.diff(P.at(beside).load(links.rigid_acceleration(beside)), axis=0) / np.diff(edges)[:, None]
     if scene.analysis.load == "constant":

@@ -1,5 +1,7 @@
 """The dissertation's room against today's sub-intervals, hand programs, printed numbers and the equation of poses."""
 
+import doctest
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.reference import NineElementModel, link_strain, periodic_response
 from fenics_mech.solve import damp_modes, periodic, rigid_cycle
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS, ROOT, response_of
 from tests.demos.machines import MACHINES, scene
 
 SAME = 1e-9  # of the peak: rounding of two programs, whose matrices have conditions of 1e6 to 1e8
@@ -76,6 +78,41 @@ def led_slider():
     return scene(links, joints, {"joint": "P", "law": law, "period": "0.4 s"}, {"G": (0, 0), "C": (0.3, 0)})
 
 
+def rigid_rod():
+    """A slider-crank whose rod is rigid, and whose guide is at 30 degrees."""
+    links = {
+        "crank": {"points": {"O": (0, 0), "A": (0.08, 0)}, "ends": ("O", "A")},
+        "rod": {
+            "points": {"A": (0, 0), "B": (0.25, 0)},
+            "rigid": {"mass": 0.2, "inertia": 1e-3, "centre": (0.1, 0.02)},
+            "angle": "30 deg",
+        },
+    }
+    joints = {
+        "O": {"connect": ("ground.O", "crank.O")},
+        "A": {"connect": ("crank.A", "rod.A")},
+        "B": {"kind": "slot", "connect": ("ground.O", "rod.B"), "angle": "30 deg"},
+    }
+    return scene(links, joints, {"joint": "O", "speed": "15 rad/s"}, {"O": (0, 0)})
+
+
+def yoke():
+    """A pin of the crank in a guide of a rigid yoke, which slides along the ground."""
+    links = {
+        "crank": {"points": {"O": (0, 0), "A": (0.08, 0)}, "ends": ("O", "A")},
+        "yoke": {
+            "points": {"G": (0, 0), "P": (0, 0)},
+            "rigid": {"mass": 0.4, "inertia": 1e-3, "centre": (0.05, 0.01)},
+        },
+    }
+    joints = {
+        "O": {"connect": ("ground.O", "crank.O")},
+        "G": {"kind": "prismatic", "connect": ("ground.O", "yoke.P"), "angle": 0.0},
+        "A": {"kind": "slot", "connect": ("yoke.G", "crank.A"), "angle": "90 deg"},
+    }
+    return scene(links, joints, {"joint": "O", "speed": "15 rad/s"}, {"O": (0, 0)})
+
+
 def compared(ours, scene):
     """Assert that strains, deflections and frequencies are those of today's program, each over its peak."""
     data = response_of(scene.changed({"analysis.solver": "sub-intervals"})).data
@@ -114,7 +151,6 @@ def test_demos_are_those_of_sub_intervals_today(name, changes):
     compared(sub_intervals(stated), stated)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("name", "join"), [("watt", "physical"), ("stephenson", "modal")])
 def test_six_bars_are_those_of_sub_intervals_today(name, join):
     stated = demo(name, {"analysis.join": join, "analysis.allow_ringing": True})
@@ -123,7 +159,10 @@ def test_six_bars_are_those_of_sub_intervals_today(name, join):
 
 @pytest.mark.parametrize(
     "machine",
-    [MACHINES["rigid_crank"], MACHINES["piston"], MACHINES["welded_arm"], inverted, three_on_a_pin, led_slider],
+    [
+        *(MACHINES[name] for name in ("rigid_crank", "piston", "welded_arm")),
+        *(inverted, three_on_a_pin, led_slider, rigid_rod, yoke),
+    ],
 )
 def test_welds_guides_and_rigid_links_are_those_of_sub_intervals_today(machine):
     made = machine() if machine is not inverted else machine(ends=("C", "E"))
@@ -229,3 +268,12 @@ def test_modes_that_ring_are_refused():
         sub_intervals(demo("four_bar", {"analysis.modes": 8, "analysis.sub_intervals": 48}))
     with pytest.raises(fm.UnresolvedError, match=r"mode 6 .* keep 5 modes, or take 2 times as many"):
         transient(demo("four_bar", {"analysis.modes": 6, "analysis.cycles": 1}))
+
+
+@pytest.mark.parametrize("solve", [sub_intervals, transient])
+def test_the_example_runs(solve, monkeypatch):
+    monkeypatch.chdir(ROOT)
+    (example,) = doctest.DocTestFinder(recurse=False).find(solve, solve.__name__, globs={"fm": fm})
+    found = doctest.DocTestRunner(verbose=False).run(example)
+    assert found.attempted > 0
+    assert found.failed == 0
