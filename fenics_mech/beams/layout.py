@@ -95,7 +95,7 @@ class Layout(MadeOnce):
         broken
             Matrix over the dofs of the broken space.
         """
-        return (self._embedding.T @ broken @ self._embedding).tocsr()
+        return (self.embedding.T @ broken @ self.embedding).tocsr()
 
     def of_elements(self, broken: sp.csr_matrix) -> Array:
         """Blocks of a broken matrix in the nodal dofs and member axes of each element, ``(elements, 6, 6)``.
@@ -209,7 +209,7 @@ class Layout(MadeOnce):
         return self._hermite[1][:, 2:6]
 
     @cached_property
-    def _embedding(self) -> sp.csr_matrix:
+    def embedding(self) -> sp.csr_matrix:
         """Broken <- nodal: column j is the broken function of nodal dof j (link axes)."""
         dofs, hermite = self._hermite
         values = hermite @ member_rotation(self.mesh)
