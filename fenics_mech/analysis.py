@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
+from fenics_mech.by_poses import by_poses
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
@@ -98,6 +99,8 @@ def analyse(
     if not scene.members():
         progress("response")
         result = rigid_result(scene, state_to_go_on_from(scene, 0), stated)
+    elif scene.analysis.solver == "poses" and scene.analysis.method == "periodic":
+        result = by_poses(scene)
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:

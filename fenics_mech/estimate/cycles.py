@@ -81,7 +81,8 @@ def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:
     there = fine.places.ravel() >= 0
     beside = np.concatenate([r - chart.r, turn], axis=2).reshape(len(t), -1)
     values[:, fine.places.ravel()[there]] = beside[:, there]
-    values[:, n:] = a[:, coarse.n :]
+    known = min(fine.size - n, coarse.size - coarse.n)  # multipliers, then modes of stress, of which there may be more
+    values[:, n : n + known] = a[:, coarse.n : coarse.n + known]
     waves, rate = np.fft.rfft(values, axis=0), 2j * np.pi / period * np.arange(len(t) // 2 + 1)[:, None]
 
     def at(share: float, order: int) -> Array:

@@ -7,18 +7,18 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.machine.section_forces import end_forces, inside
+from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, with_rides
 
 
-def along_members(made: SceneMachine, found: Evaluation, s: Array) -> tuple[Array, Array]:
-    """Give axial force (N) and moment (N m) at stations of all members, ``(instants, members, stations)``.
+def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> Sections:
+    """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
 
     Parameters
     ----------
     made
         The machine of a scene.
-    found
-        Its residual.
+    found, a
+        Its residual, and the accelerations with the multipliers there ``(instants, size)``.
     s
         Stations along every member, 0..1.
     """
@@ -41,7 +41,12 @@ def along_members(made: SceneMachine, found: Evaluation, s: Array) -> tuple[Arra
 
     beams, group = machine.beams, machine.groups[0]
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
+    inner = None
+    if machine.rides:
+        ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
+        inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
     given = np.concatenate(elements), np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
-    axial, moment = inside(beams, group, found.at, ends_of_elements, *given)
-    return axial.reshape(shape), moment.reshape(shape)
+    sections = inside(beams, group, found.at, ends_of_elements, *given, inner)
+    axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
+    return Sections(axial, shear, moment, sections.place.reshape(*shape, 2))

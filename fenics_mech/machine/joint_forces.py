@@ -7,38 +7,48 @@ from copy import copy
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.machine.machine import Machine
+from fenics_mech.machine.groups import Group
+from fenics_mech.machine.motion import Motion
+from fenics_mech.terms import Response
 
 
-def reactions(machine: Machine, t: Array, q: Array, v: Array, a: Array, joint: str) -> Array:
-    """Give what holds every pose, without rows of a joint, ``(instants, poses, d + turns)`` (N, N m).
+class Reactions:
+    """What holds every pose of a motion.
 
     It is the residual of the same machine whose poses share nothing and rest nowhere. So where a pose shares its place
     with others, or rests, it is the reaction there.
 
     Parameters
     ----------
-    machine
-        The machine.
-    t, q, v, a
-        Instants and motion, as its residual takes them.
-    joint
-        Name of the rows that are left out.
+    motion
+        The motion.
     """
-    apart = copy(machine)
-    apart.forget_plan()
-    size, count = machine.geometry.size, len(machine.r)
-    numbers = np.arange(count * size).reshape(count, size)
-    apart._places, apart._turns = (x.tolist() for x in np.split(numbers, [machine.geometry.d], axis=1))
-    apart.n = numbers.size
 
-    def spread(x: Array) -> Array:
-        own = np.append(x[:, : machine.n], np.zeros((len(x), 1)), axis=1)[:, machine.places].reshape(len(x), -1)
-        return np.concatenate([own, x[:, machine.n :]], axis=1)
+    def __init__(self, motion: Motion) -> None:
+        machine = motion.machine
+        apart = copy(machine)
+        apart.forget_plan()
+        size, count = machine.geometry.size, len(machine.r)
+        numbers = np.arange(count * size).reshape(count, size)
+        apart._places, apart._turns = (x.tolist() for x in np.split(numbers, [machine.geometry.d], axis=1))
+        apart.n = numbers.size
 
-    pulls = spread(a)
-    for k, row in enumerate(machine.rows):
-        if row.name == joint:
-            pulls[:, apart.n + k] = 0.0
-    found = apart.residual(t, spread(q), spread(v), pulls, tangents=False)
-    return found.force[:, : apart.n].reshape(len(t), count, size)
+        def spread(x: Array) -> Array:
+            own = np.append(x[:, : machine.n], np.zeros((len(x), 1)), axis=1)[:, machine.places].reshape(len(x), -1)
+            return np.concatenate([own, x[:, machine.n :]], axis=1)
+
+        self._apart, self._pulls = apart, motion.a[:, machine.n : machine.n + len(machine.rows)]
+        states = (spread(x) for x in (motion.q, motion.v, motion.a))
+        self._found = apart.residual(motion.t, *states, tangents=False)
+
+    def of(self, joint: str) -> Array:
+        """Give what holds every pose without the rows of a joint, ``(instants, poses, d + turns)`` (N, N m)."""
+        apart, found, force = self._apart, self._found, self._found.force.copy()
+        own = [k for k, row in enumerate(apart.rows) if row.name == joint]
+        if own:
+            rows = [apart.rows[k] for k in own]
+            group = Group(apart.geometry, apart.places, [row.pair for row in rows], [(row.measure,) for row in rows])
+            measured = group.measure(found.at, None)
+            pulls, zero = Response(-self._pulls[:, own, None]), np.zeros((len(force), apart.pattern.entries))
+            group.spread(measured.with_response(pulls), None, apart.pattern, False, (force, zero, zero, zero))
+        return force[:, : apart.n].reshape(len(force), len(apart.r), -1)

@@ -64,6 +64,12 @@ class Pattern:
         """Give the matrix of the values ``(entries,)``."""
         return sp.csr_matrix((values, self.indices, self.indptr), shape=(self.size, self.size))
 
+    def dense(self, values: Array) -> Array:
+        """Give whole matrices ``(..., size, size)`` of the values ``(..., entries)``."""
+        whole = np.zeros((*values.shape[:-1], self.size * self.size))
+        whole[..., self._codes] = values
+        return whole.reshape(*values.shape[:-1], self.size, self.size)
+
     def times(self, values: Array, vectors: Array) -> Array:
         """Multiply the matrices of ``(instants, entries)`` by one vector each ``(instants, size)``."""
         return np.add.reduceat(values * vectors[:, self.indices], self.indptr[:-1], axis=1)

@@ -50,7 +50,7 @@ class Rides:
 
     def add(self, at: Moved, a: Array, pattern: Pattern, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the distances of the pins from their members."""
-        gap, gradient, hessian, ridden = self._measured(at)
+        gap, gradient, hessian, ridden, _ = self._measured(at)
         (T, E), g = gap.shape, self.geometry
         rows = np.arange(self.first, self.first + len(self.rides))
         slack = np.array([ride.slack for ride in self.rides])
@@ -71,14 +71,20 @@ class Rides:
         load = self._measured(at)[1] * a[:, self.row[:, 0], None]
         return load.reshape(*load.shape[:2], 3, -1)[:, :, :2]
 
-    def _measured(self, at: Moved) -> tuple[Array, Array, Array, Array]:
-        """Give distances, their gradients and Hessians, and 1 where a pin is, else 0, as the first two are there."""
+    def pushes(self, at: Moved, a: Array) -> tuple[Array, Array]:
+        """Give where along every element a pin is, 0..1, and what it exerts there ``(instants, elements, d)`` (N)."""
+        _, gradient, _, _, share = self._measured(at)
+        there = gradient.reshape(*share.shape, 3, -1)[:, :, 2, : self.geometry.d]
+        return share, there * a[:, self.row[:, 0], None]
+
+    def _measured(self, at: Moved) -> tuple[Array, Array, Array, Array, Array]:
+        """Give distances, their gradients and Hessians, 1 where a pin is, else 0, as the first two are, and shares."""
         g, (T, poses), (E, N) = self.geometry, at.r.shape[:2], self.dof.shape
         gap, gradient, hessian, share = (np.empty((T, E, *s)) for s in ((), (N,), (N * (N + 1) // 2,), ()))
         given = (T, E, poses, at.r, at.c, at.R0, self.pose, self.arms)
         call(f"rides_{g.name}", *given, gap, gradient, hessian, share)
         ridden = self._ridden(share)
-        return gap * ridden, gradient * ridden[..., None], hessian, ridden
+        return gap * ridden, gradient * ridden[..., None], hessian, ridden, share
 
     def _at(self, pattern: Pattern) -> tuple[Places, Places, Places, Places]:
         """Give where derivatives lie: of forces, of rows, of forces by multipliers, of rows by multipliers."""

@@ -35,6 +35,26 @@ class EndForces:
     axes: Array
 
 
+@dataclass(frozen=True)
+class Sections:
+    """Forces in sections, and where these are, ``(instants, stations)`` each.
+
+    Parameters
+    ----------
+    axial, shear
+        Along the bent axis, and dM/ds (N).
+    moment
+        N m.
+    place
+        On the bent axis, ``(instants, stations, 2)`` (m).
+    """
+
+    axial: Array
+    shear: Array
+    moment: Array
+    place: Array
+
+
 def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> EndForces:
     """Give what holds each element at its ends: against its stresses, and for its motion.
 
@@ -89,8 +109,7 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
     at, a
         The poses, and accelerations with multipliers ``(instants, size)``.
     """
-    numbers = {id(pair): e for e, pair in enumerate(beams.pairs)}
-    number = [numbers[id(pair)] for ride in rides.rides for pair in ride.elements]
+    number = _ridden(beams, rides)
     load = rides.loads(at, a)
     push, way = load[..., : at.r.shape[-1]], forces.place[:, number] - at.r[:, rides.pose[:, :2]]
     force, moment = forces.force.copy(), forces.moment.copy()
@@ -101,6 +120,36 @@ def with_rides(forces: EndForces, beams: Beams, rides: Rides, at: Moved, a: Arra
     return replace(forces, force=force, moment=moment)
 
 
+def _ridden(beams: Beams, rides: Rides) -> list[int]:
+    """Give the numbers of the elements that pins ride on."""
+    numbers = {id(pair): e for e, pair in enumerate(beams.pairs)}
+    return [numbers[id(pair)] for ride in rides.rides for pair in ride.elements]
+
+
+@dataclass(frozen=True)
+class InnerForces:
+    """Forces that act inside elements.
+
+    Parameters
+    ----------
+    element
+        The element of each ``(forces,)``.
+    place
+        Where they act, 0..1 along it ``(instants, forces)``.
+    force
+        ``(instants, forces, 2)`` (N).
+    """
+
+    element: Index
+    place: Array
+    force: Array
+
+    @classmethod
+    def of_rides(cls, beams: Beams, rides: Rides, at: Moved, a: Array) -> InnerForces:
+        """Give what pins exert on the elements that they ride on."""
+        return cls(np.array(_ridden(beams, rides), dtype=int), *rides.pushes(at, a))
+
+
 def inside(
     beams: Beams,
     group: Group,
@@ -109,8 +158,9 @@ def inside(
     elements: Index,
     places: Array,
     line_mass: Callable[[Array], Array],
-) -> tuple[Array, Array]:
-    """Give axial force (N) and moment (N m) at places inside elements, ``(instants, stations)`` each.
+    loads: InnerForces | None = None,
+) -> Sections:
+    """Give the forces in sections at places inside elements.
 
     It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, and the
     bow of a clamped beam under the mean of what acts across it; with places inside, the polynomial through them.
@@ -123,6 +173,8 @@ def inside(
         Element of each station, and its place in it, 0..1 ``(stations,)``.
     line_mass
         Mass per length (kg/m) by a share of each station's element ``(stations,)``.
+    loads
+        Forces inside elements.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -150,8 +202,16 @@ def inside(
         moment = moment + _cross(here - cut, mass * acceleration)
         normal = _between(x, at_ends[1][..., 1])
         moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
+    for k, element in enumerate(() if loads is None else loads.element):
+        assert loads is not None
+        own = np.nonzero(elements == element)[0]
+        push = (loads.place[:, k, None] < places[own])[..., None] * loads.force[:, k, None]
+        acts = np.einsum("ti,tsid->tsd", shapes.at(loads.place[:, k]), vectors[:, own])
+        force[:, own] -= push
+        moment[:, own] -= _cross(acts - cut[:, own], push)
     tangent = _between_all(shapes.at(places, 1), vectors)
-    return np.sum(force * tangent, axis=-1) / np.linalg.norm(tangent, axis=-1), moment
+    tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
 
 
 def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array]) -> Array:

@@ -108,7 +108,11 @@ def collect(
         Variables that are wanted, with those that come with them; None for all.
     """
     scene = solution.scene
-    attributes = stamp(scene) | {"mobility": mobility(scene)} | _decisions(fields.system, choices)
+    attributes = (
+        stamp(scene)
+        | {"mobility": mobility(scene)}
+        | decisions(fields.system.size, len(fields.system.beams.mesh.cell), choices)
+    )
     attributes |= {} if fields.joints is None else fields.joints.attributes
     parts = DatasetParts(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
@@ -312,7 +316,7 @@ def _of_laws(solution: InTime) -> xr.Dataset:
     return law_efforts(laws.efforts, laws.depths, laws.largest, laws.contacts.closed)
 
 
-def _decisions(system: System, choices: Sequence[Choice]) -> dict[str, object]:
+def decisions(dofs: int, elements: int, choices: Sequence[Choice]) -> dict[str, object]:
     """Attributes that say what was decided; the effects as JSON: name, size if it was estimated, whether it acts."""
     effects = [{"name": c.effect.name, "size": c.size, "acts": c.acts, "lacking": c.missing} for c in choices]
-    return {"dofs": system.size, "elements": len(system.beams.mesh.cell), "effects": json.dumps(effects)}
+    return {"dofs": dofs, "elements": elements, "effects": json.dumps(effects)}

@@ -25,7 +25,8 @@ class Analysis(Part):
     solver
         Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
-        effect but impulses. "auto" takes the first where it can, then the second. Of "transient", "sub-intervals" is
+        effect but impulses. "poses" is collocation of the exact equation of poses, which leaves nothing out at rigid
+        arms and guides. "auto" takes the first where it can, then the second. Of "transient", "sub-intervals" is
         the superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.
@@ -107,7 +108,7 @@ class Analysis(Part):
     """
 
     method: Literal["periodic", "transient", "quasi-static", "static"] = "periodic"
-    solver: Literal["auto", "sub-intervals", "collocation", "harmonic-balance"] = "auto"
+    solver: Literal["auto", "sub-intervals", "collocation", "harmonic-balance", "poses"] = "auto"
     stages: Annotated[int, Field(ge=1, le=9)] = 3
     scheme: Literal["radau", "gauss"] = "radau"
     harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60

@@ -112,6 +112,25 @@ def refined(scene: Scene, times: int) -> Scene:
     return with_meshes(scene, _halved(scene.mesh, times), lambda mesh: _halved(mesh, times))
 
 
+def with_halves(scene: Scene) -> Scene:
+    """Halve every element that a scene is meshed with, those at loads inside members too.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    links = dict(scene.links)
+    for label, (link, member) in scene.members().items():
+        nodes = member_nodes(scene, label, loads_at_nodes=True)
+        halves = np.sort(np.concatenate([nodes, (nodes[1:] + nodes[:-1]) / 2]))
+        mine = {name for name, part in links[link].members.items() if part is member}
+        fine = member.model_copy(update={"mesh": Mesh(stations=tuple(halves.tolist()))})
+        members = {name: fine if name in mine else part for name, part in links[link].members.items()}
+        links[link] = links[link].model_copy(update={"members": members})
+    return scene.model_copy(update={"links": links})
+
+
 def with_elements(scene: Scene, count: int) -> Scene:
     """Give every member so many elements; one whose nodes are stated has its own cut into at least that many.
 

@@ -1,7 +1,7 @@
 """Solvers of one residual: statics, motion in time, periodic motion, frequencies, stability. None knows what moves."""
 
 from fenics_mech.solve.frequencies import frequencies, tangents_at
-from fenics_mech.solve.held_modes import damp_modes, held_modes
+from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
 from fenics_mech.solve.in_time import Course, march
 from fenics_mech.solve.linear import Iterate, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, Path, periodic
@@ -17,6 +17,7 @@ __all__ = [
     "axial_forces",
     "damp_modes",
     "equilibrium",
+    "followed_modes",
     "frequencies",
     "held_modes",
     "iterates",

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from scipy.optimize import linear_sum_assignment
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
@@ -60,6 +62,63 @@ def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
     whole = np.zeros((machine.size, len(squares)))
     whole[:n] = free @ shapes
     return 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)), whole[:, ::-1]
+
+
+@dataclass(frozen=True)
+class FollowedModes:
+    """Modes of a machine that is held at positions, each after the one that is most alike.
+
+    Parameters
+    ----------
+    omega
+        Frequencies ``(positions, modes)`` (rad/s).
+    shapes
+        Of unit mass ``(positions, coordinates, modes)``.
+    momenta
+        The mass times them.
+    """
+
+    omega: Array
+    shapes: Array
+    momenta: Array
+
+    @property
+    def assurance(self) -> Array:
+        """How far each mode is that of the next position, 0..1 ``(positions, modes)``; the last: which it is most."""
+        back = np.einsum("knm,knl->kml", self.momenta, np.roll(self.shapes, -1, axis=0)) ** 2
+        found = np.einsum("kmm->km", back).copy()
+        found[-1] = back[-1].max(axis=0)
+        return found
+
+
+def followed_modes(machine: Machine, times: Array) -> FollowedModes:
+    """Give the modes of a machine held at the places of its chart, followed from one instant to the next.
+
+    Parameters
+    ----------
+    machine
+        The machine, without damping of modes.
+    times
+        Instants ``(positions,)`` (s).
+    """
+    n, zero = machine.n, np.zeros((len(times), machine.size))
+    found = machine.residual(times, zero, zero, zero, moving=False)
+    omegas: list[Array] = []
+    shapes: list[Array] = []
+    momenta: list[Array] = []
+    for t, values in zip(times, found.M):
+        omega, shape = held_modes(machine, t)
+        shape = omega * shape[:n]
+        momentum = machine.pattern.matrix(values)[:n, :n] @ shape
+        if shapes:
+            alike = shapes[-1].T @ momentum
+            order = linear_sum_assignment(-np.abs(alike))[1]
+            signs = np.where(alike[np.arange(len(order)), order] < 0, -1.0, 1.0)
+            omega, shape, momentum = omega[order], shape[:, order] * signs, momentum[:, order] * signs
+        omegas.append(omega)
+        shapes.append(shape)
+        momenta.append(momentum)
+    return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta))
 
 
 def damp_modes(

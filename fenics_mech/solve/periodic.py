@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
-from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.sparse import Factors, blocks_of, inverses
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 
@@ -82,8 +83,6 @@ class Cycle:
         Newton steps.
     change
         The last Newton correction of the coordinates, relative to the largest.
-    steps
-        Linear steps of the converged cycle, for closing and multipliers.
     """
 
     machine: Machine
@@ -91,11 +90,15 @@ class Cycle:
     evaluation: Evaluation
     iterations: int
     change: float
-    steps: LinearSteps
 
     def __post_init__(self) -> None:
         self.tableau = self.path.tableau
         self.t, self.q, self.v, self.a = self.path.at(self.tableau.c)
+
+    @cached_property
+    def steps(self) -> LinearSteps:
+        """Linear steps of the converged cycle: made where multipliers are asked for, as their factors take memory."""
+        return LinearSteps(self.machine, self.tableau, self.path.h, self.evaluation)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -106,6 +109,9 @@ class Cycle:
             How many.
         """
         return self.steps.multipliers(count)[0]
+
+
+SMALL = 300  # rows of a step's matrix: its inverse takes less time than sparse factors and their solutions
 
 
 class LinearSteps:
@@ -119,33 +125,51 @@ class LinearSteps:
         self.stages = len(tableau.c)
         self.count = len(found.force) // self.stages
         self.pattern = machine.pattern
-        by_step = [x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K)]
-        self.C, self.K = by_step[1], by_step[2]
+        M, self.C, self.K = (x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K))
         blocks = blocks_of(machine.pattern, self.stages)
-        self.factors = [
-            Factors(blocks, stage_matrix(tableau, h, *(x[k] for x in by_step)), f"step {k + 1} of the cycle")
-            for k in range(self.count)
-        ]
+        matrices = [stage_matrix(tableau, h, *of_step) for of_step in zip(M, self.C, self.K)]
+        self.small = blocks.size <= SMALL
+        if self.small:
+            self.inverse = inverses(blocks, np.array(matrices), "a step of the cycle")
+            self.by_state, self.maps = self._maps()
+        else:
+            self.factors = [Factors(blocks, x, f"step {k + 1} of the cycle") for k, x in enumerate(matrices)]
+
+    def _maps(self) -> tuple[Array, Array]:
+        """Give what states make of accelerations ``(steps, unknowns, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
+        n, h, tableau, N = self.n, self.h, self.tableau, self.size * self.stages
+        C, K = (self.pattern.dense(x)[..., :n] for x in (self.C, self.K))  # (steps, stages, size, n)
+        forces = np.concatenate([K, tableau.c[:, None, None] * K + C / h], axis=-1)
+        by_state = -self.inverse @ np.swapaxes(forces, 1, 2).reshape(self.count, N, 2 * n)  # stages side by side
+        stages = by_state.reshape(self.count, self.size, self.stages, 2 * n)[:, :n]
+        ends = [h * h * np.einsum("j,kijm->kim", row, stages) for row in (tableau.square[-1], tableau.A[-1])]
+        still = np.block([[np.eye(n), np.eye(n)], [np.zeros((n, n)), np.eye(n)]])
+        return by_state, still + np.concatenate(ends, axis=1)
 
     def through(self, k: int, state: Array, right: Array | None = None) -> tuple[Array, Array]:
         """Take a state through step `k` under forces ``(stages, size)``: accelerations, and the state after it."""
         n, h, tableau = self.n, self.h, self.tableau
-        x, y = np.zeros(self.size), np.zeros(self.size)
-        x[:n], y[:n] = state[:n], state[n:]
-        force = np.zeros((self.stages, self.size)) if right is None else right.copy()
-        at_stages = x + tableau.c[:, None] * y
-        force -= self.pattern.times(self.K[k], at_stages)
-        force -= self.pattern.times(self.C[k], np.broadcast_to(y / h, at_stages.shape))
-        a = self.factors[k].solve(force.T.ravel()).reshape(self.size, self.stages).T
-        end = np.concatenate(
-            [x[:n] + y[:n] + h * h * (tableau.square[-1] @ a)[:n], y[:n] + h * h * (tableau.A[-1] @ a)[:n]]
-        )
-        return a, end
+        if self.small:
+            flat = self.by_state[k] @ state
+            if right is not None:
+                flat += self.inverse[k] @ right.T.ravel()
+        else:
+            x, y = np.zeros(self.size), np.zeros(self.size)
+            x[:n], y[:n] = state[:n], state[n:]
+            force = np.zeros((self.stages, self.size)) if right is None else right.copy()
+            at_stages = x + tableau.c[:, None] * y
+            force -= self.pattern.times(self.K[k], at_stages)
+            force -= self.pattern.times(self.C[k], np.broadcast_to(y / h, at_stages.shape))
+            flat = self.factors[k].solve(force.T.ravel())
+        a = flat.reshape(self.size, self.stages).T
+        x, y = state[:n], state[n:]
+        end = [x + y + h * h * (tableau.square[-1] @ a)[:n], y + h * h * (tableau.A[-1] @ a)[:n]]
+        return a, np.concatenate(end)
 
     def cycle(self, state: Array) -> Array:
         """Take a state through the whole cycle."""
         for k in range(self.count):
-            state = self.through(k, state)[1]
+            state = self.maps[k] @ state if self.small else self.through(k, state)[1]
         return state
 
     def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
@@ -244,7 +268,7 @@ def periodic(
         )
     iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size, iteration.linear)
+    return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
@@ -264,7 +288,6 @@ class Iteration:
     """
 
     found: Evaluation
-    linear: LinearSteps
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
     size: float  # of the change, relative to the largest coordinate
 
@@ -281,10 +304,10 @@ class Iteration:
         """Take a step, and give the size of its change."""
         machine, path, n = self.machine, self.path, self.machine.n
         self.found = self.evaluated(self.stresses)
-        self.linear = LinearSteps(machine, path.tableau, path.h, self.found)
+        linear = LinearSteps(machine, path.tableau, path.h, self.found)
         end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
         gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], path.h * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        states, da = self.linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
+        states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
         dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
         dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / path.h
         changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]

@@ -12,6 +12,11 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Pattern
 
+SINGULAR = (
+    "{}: the equations are singular: something is free to move, or joints depend on each other. "
+    "`mobility` of the machine tells which"
+)
+
 
 class Blocks:
     """Where the entries of a matrix lie that has a block of `stages` rows and columns at each entry of a pattern.
@@ -29,6 +34,7 @@ class Blocks:
         stage = np.arange(stages)
         rows, columns = np.broadcast_arrays(row + stage[:, None], pattern.indices[:, None, None] * stages + stage)
         self.size = pattern.size * stages
+        self.places = rows.ravel(), columns.ravel()
         self._by_row, self._rows = _sorted(rows.ravel(), columns.ravel(), self.size)
         self.by_column, self.indptr = _sorted(columns.ravel(), rows.ravel(), self.size)
         self.indices = rows.ravel()[self.by_column].astype(np.int32)
@@ -80,12 +86,41 @@ class Factors:
         try:
             self._lu = splu(sp.csc_matrix((data, blocks.indices, blocks.indptr.astype(np.int32)), shape=shape))
         except RuntimeError as error:
-            raise SolverError(
-                f"{what}: the equations are singular: something is free to move, or joints depend on each other. "
-                "`mobility` of the machine tells which"
-            ) from error
+            raise SolverError(SINGULAR.format(what)) from error
 
     def solve(self, right: Array) -> Array:
         """Solve for one vector, or for columns."""
         shape = (-1, *[1] * (right.ndim - 1))
         return np.asarray(self._lu.solve(self._rows.reshape(shape) * right) * self._columns.reshape(shape))
+
+
+def inverses(blocks: Blocks, values: Array, what: str) -> Array:
+    """Give the inverses of many small matrices with the same pattern, scaled as `Factors` does before.
+
+    Parameters
+    ----------
+    blocks
+        Where their entries lie.
+    values
+        Entries ``(matrices, entries of the pattern, stages, stages)``.
+    what
+        What they belong to, for the message.
+
+    Raises
+    ------
+    SolverError
+        When one is singular.
+    """
+    whole = np.zeros((len(values), blocks.size, blocks.size))
+    whole[:, *blocks.places] = values.reshape(len(values), -1)
+    rows = 1 / np.sqrt(np.maximum(np.abs(whole).max(axis=2), 1e-300))
+    whole *= rows[:, :, None]
+    columns = 1 / np.maximum(np.abs(whole).max(axis=1), 1e-300)
+    whole *= columns[:, None]
+    try:
+        found = np.linalg.inv(whole)
+    except np.linalg.LinAlgError as error:
+        raise SolverError(SINGULAR.format(what)) from error
+    found *= columns[:, :, None]
+    found *= rows[:, None]
+    return found

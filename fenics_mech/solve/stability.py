@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from fenics_mech._arrays import Array
-from fenics_mech.solve.held_modes import held_modes
+from fenics_mech.solve.held_modes import followed_modes
 from fenics_mech.solve.periodic import Cycle
 
 LEAST = 1e-4  # multipliers below: what has died away in a cycle has no turns that the steps could count
@@ -36,33 +35,17 @@ def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
     kept = (values.imag >= 0) & (np.abs(values) > LEAST)
     values, states = values[kept], states[:, kept]
     rates = np.log(values) / period
+    if not len(values):
+        return values, rates
     coordinates = []
-    for k, (shapes, mass) in enumerate(_followed(cycle)):
+    followed = followed_modes(machine, steps.h * np.arange(1, steps.count + 1))
+    for k, momenta in enumerate(followed.momenta):
         states = np.array([steps.through(k, x.real)[1] + 1j * steps.through(k, x.imag)[1] for x in states.T]).T
         beside = states[:n] * np.exp(-rates * steps.h * (k + 1))
-        coordinates.append(shapes.T @ (mass @ beside))
+        coordinates.append(momenta.T @ beside)
     moving = np.array(coordinates)  # (steps, modes, multipliers)
     largest = np.argmax(np.sum(np.abs(moving) ** 2, axis=0), axis=0)
-    followed = moving[:, largest, np.arange(len(values))]
-    turns = np.round(np.angle(np.roll(followed, -1, axis=0) / followed).sum(axis=0) / (2 * np.pi))
+    led = moving[:, largest, np.arange(len(values))]
+    turns = np.round(np.angle(np.roll(led, -1, axis=0) / led).sum(axis=0) / (2 * np.pi))
     rates = rates + 2j * np.pi / period * turns
     return values, np.where(rates.imag < 0, rates.conj(), rates)
-
-
-def _followed(cycle: Cycle) -> list[tuple[Array, Array]]:
-    """Give held modes of unit mass ``(n, modes)`` and the mass at the ends of steps, each mode after the one before."""
-    machine, steps = cycle.machine, cycle.steps
-    times = steps.h * np.arange(1, steps.count + 1)
-    zero = np.zeros((steps.count, machine.size))
-    found = machine.residual(times, zero, zero, zero, moving=False)
-    made: list[tuple[Array, Array]] = []
-    for t, values in zip(times, found.M):
-        omega, shapes = held_modes(machine, t)
-        mass = machine.pattern.matrix(values)[: machine.n, : machine.n]
-        shapes = omega * shapes[: machine.n]
-        if made:
-            alike = made[-1][0].T @ (mass @ shapes)
-            order = linear_sum_assignment(-np.abs(alike))[1]
-            shapes = shapes[:, order] * np.where(alike[np.arange(len(order)), order] < 0, -1.0, 1.0)
-        made.append((shapes, mass))
-    return made

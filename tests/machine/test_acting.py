@@ -50,8 +50,8 @@ def test_what_acts_on_a_slider_crank_does_as_in_link_frames(parts):
     made, cycle = cycle_of(scene, 60)
     ends = [x[:, -1] for x in (cycle.t, cycle.q, cycle.v, cycle.a)]
     data = response_of(scene).data.isel(theta=(np.arange(60) + 1) * 2 % 120)
-    found = along_members(made, made.machine.residual(*ends), data["s"].to_numpy())
-    for name, here in zip(("axial_force", "moment"), found):
+    forces = along_members(made, made.machine.residual(*ends), ends[3], data["s"].to_numpy())
+    for name, here in (("axial_force", forces.axial), ("moment", forces.moment)):
         known = data[name].transpose("theta", "member", "s").to_numpy()
         missed = np.abs(here - known).max(axis=(0, 2)) / np.abs(known).max(axis=(0, 2))
         assert missed.max() < 3e-4, name  # as without them

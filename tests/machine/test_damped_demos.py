@@ -7,7 +7,8 @@ import fenics_mech as fm
 from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
-from fenics_mech.machine.joint_forces import reactions
+from fenics_mech.machine.joint_forces import Reactions
+from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.solve import damp_modes, periodic, rigid_cycle
 from tests.common import DEMOS
@@ -56,13 +57,13 @@ def test_strains_and_forces_of_damped_demos_are_those_of_linkages(demo, mesh, st
         missed = np.abs(found - known).max(axis=over) / np.maximum(size, 0.02 * size.max())
         assert missed.max() < bound, name
 
-    axial, moment = along_members(made, whole, s)
-    alike("axial_force", axial, (0, 2), of_forces)
-    alike("moment", moment, (0, 2), of_strains)
-    axial, moment = along_members(made, without_modes(machine, *ends, whole), s)
+    forces = along_members(made, whole, ends[3], s)
+    alike("axial_force", forces.axial, (0, 2), of_forces)
+    alike("moment", forces.moment, (0, 2), of_strains)
+    elastic = along_members(made, without_modes(machine, *ends, whole), ends[3], s)
     sections = [scene.rigidity(label, s) for label in of_members.members]
     fibre, bending, stretching = (np.stack([getattr(r, x) for r in sections]) for x in ("fibre", "bending", "axial"))
-    stress = (axial / stretching)[..., None] - moment[..., None] * fibre / bending[..., None]
+    stress = (elastic.axial / stretching)[..., None] - elastic.moment[..., None] * fibre / bending[..., None]
     alike("strain", elastic_strain(scene, stress), (0, 2, 3), of_strains)
     alike("joint_force", _joint_forces(made, ends, data["joint"].to_numpy()), (0, 2), of_forces)
     torque = -cycle.a[:, -1, machine.n + made.driven[0]]  # a row's force is on the left of the equation
@@ -71,11 +72,11 @@ def test_strains_and_forces_of_damped_demos_are_those_of_linkages(demo, mesh, st
 
 def _joint_forces(made, ends, names):
     """Force of each joint on the body of its name, or on its second body."""
-    found = []
+    found, held = [], Reactions(Motion(made.machine, *ends))
     for name in names:
         joint, _, body = name.partition(":")
         points = made.scene.joints[joint].connect
         point = next(x for x in points[1:] if not body or x.startswith(f"{body}."))
         pose = made.node_pose[made.links.mesh.node(point)]
-        found.append(reactions(made.machine, *ends, joint)[:, pose, :2])
+        found.append(held.of(joint)[:, pose, :2])
     return np.stack(found, axis=1)
