@@ -262,7 +262,8 @@ def periodic(
     SolverError
         When there is none near by, or it is at an undamped resonance.
     """
-    if isinstance(machine.known, Fourier) and not np.isclose(period % machine.known.period, 0, atol=1e-9 * period):
+    cycles = period / machine.known.period if isinstance(machine.known, Fourier) else 1.0
+    if abs(cycles - round(cycles)) > 1e-9:
         raise SolverError(
             f"the period of {period:.6g} s is no multiple of that of the rigid motion, {machine.known.period:.6g} s"
         )
