@@ -10,7 +10,6 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
 from fenics_mech.solve.statics import equilibrium
 
-
 FEWEST, MOST = 64, 1024  # positions
 LEFT_OUT = 1e-11  # of the machine's extent, that harmonics of the highest quarter may have: rounding is 1e-12
 
