@@ -214,9 +214,13 @@ def _stability(solved: Solved) -> xr.Dataset:
     """Give multipliers and frequencies of small disturbances, and refuse those that grow."""
     scene, period = solved.scene, solved.scene.period
     values, rates = running_modes(solved.cycle, 2 * DISTURBANCES)
-    values, rates = values[:DISTURBANCES], rates[:DISTURBANCES]
+    turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[:DISTURBANCES]
+    values, rates = values[turning], rates[turning]  # both of a pair
+    second = np.append(False, turning[1:] == turning[:-1])
+    values = np.where(second, values.conj(), values)
+    limit = {"stability_limit": 2 / 3 * len(solved.cycle.tableau.c) / solved.cycle.path.h / (2 * np.pi)}  # Hz
     if not len(values):
-        return xr.Dataset()
+        return xr.Dataset(attrs=limit)
     if abs(values[0]) > 1 + UNSTABLE and not scene.analysis.allow_unstable:
         raise SolverError(
             f"the periodic motion is unstable: a small disturbance grows by {abs(values[0]):.6g} in each cycle "
@@ -231,6 +235,7 @@ def _stability(solved: Solved) -> xr.Dataset:
             "multiplier_frequency": (of_each, rates.imag / (2 * np.pi)),
         },
         {"disturbance": np.arange(1, len(values) + 1), "part": ["real", "imaginary"]},
+        limit,
     )
 
 
@@ -263,7 +268,11 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         "drive_effort_rms": (("drive",), np.sqrt(np.mean(each**2, axis=0))),
     }
     variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+    moments = found.joint_moments()
+    if moments:
+        variables["joint_moment"] = (("theta", "held"), np.stack(list(moments.values()), axis=1))
     labels = {
+        "held": list(moments),
         "theta": links.theta,
         "time": ("theta", links.time),
         "member": list(found.mesh.members),
@@ -280,7 +289,8 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
     machine = solved.made.machine
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
     attributes |= decisions(machine.n, len(found.mesh.cell), choices)
-    data = xr.Dataset(variables, labels, attributes)
+    used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
+    data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
     parts = [
         rigid_places(scene, links),
         motion_of_links(scene, links),

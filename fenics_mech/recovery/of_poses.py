@@ -23,7 +23,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.scene.joints import Joint, Weld
+from fenics_mech.scene.joints import Joint, Prismatic, Weld
 from fenics_mech.terms import Beams, Damper, PointLoad, Term
 
 GROUND = "ground"
@@ -183,6 +183,14 @@ class OfPoses:
         joints = self.made.scene.joints
         return {name: joint for name, joint in joints.items() if any(p.startswith("ground.") for p in joint.connect)}
 
+    def joint_moments(self) -> dict[str, Array]:
+        """Give the moment of the first body of every weld and prismatic joint on its second ``(instants,)`` (N m)."""
+        return {
+            name: self.held(name, joint, joint.connect[1].split(".")[0])[:, 2]
+            for name, joint in self.made.scene.joints.items()
+            if isinstance(joint, Weld | Prismatic)
+        }
+
     def frame(self) -> Variables:
         """Give forces and couples on the ground at every support, and their sums about its origin."""
         motion = self.motion
@@ -239,6 +247,8 @@ class OfPoses:
         poses = [end.pose for end in origins.values()]
         known = chart.machine.known.at(t)
         angle = np.unwrap(np.arctan2(axes[..., 1, 0], axes[..., 0, 0]), axis=0)
+        drawn = np.array([link.angle for link in scene.links.values()])  # whole turns count from the rough angles
+        angle += 2 * np.pi * np.round((drawn - angle[0]) / (2 * np.pi))
         omega, alpha = known.w[:, poses, 0], known.al[:, poses, 0]
         return LinkMotion(scene.cycle_rate * t, t, tuple(origins), r, v, a, angle, omega, alpha)
 

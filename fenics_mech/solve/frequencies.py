@@ -155,11 +155,13 @@ def _nearest(operator: Callable[[Array], Array], unit: Array, kept: Array, count
         How many.
     """
     size, values, vectors = np.where(kept, unit, 1.0), [], []  # type: ignore[var-annotated]
-    matrix = shell(len(size), lambda x: np.where(kept, operator(np.where(kept, size * x, 0.0)), 0.0) / size)
     rng, reach, failure = np.random.default_rng(0), 0.0, SolverError("natural modes: SLEPc finds none")
     for _ in range(STARTS):
         try:
-            found = _from_start(matrix, count, rng)
+            with shell(
+                len(size), lambda x: np.where(kept, operator(np.where(kept, size * x, 0.0)), 0.0) / size
+            ) as made:
+                found = _from_start(made, count, rng)
         except SolverError as error:
             failure = error
             continue
@@ -177,8 +179,9 @@ def _nearest(operator: Callable[[Array], Array], unit: Array, kept: Array, count
     raise failure
 
 
-def _from_start(matrix: Any, count: int, rng: np.random.Generator) -> list[tuple[complex, Array]]:
+def _from_start(shelled: tuple[Any, Any, Any], count: int, rng: np.random.Generator) -> list[tuple[complex, Array]]:
     """Give the largest eigenvalues and their vectors that SLEPc finds from a random start."""
+    matrix, real, imaginary = shelled
     eps = SLEPc.EPS().create(PETSc.COMM_SELF)
     eps.setOperators(matrix)
     eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
@@ -186,7 +189,6 @@ def _from_start(matrix: Any, count: int, rng: np.random.Generator) -> list[tuple
     eps.setTolerances(1e-12, 100)
     eps.setDimensions(count)
     with configured(eps, "fenics_mech_modes_", {}, {}):
-        real, imaginary = matrix.createVecs()
         real.setArray(rng.uniform(-1, 1, real.getSize()))
         eps.setInitialSpace([real])
         eps.solve()

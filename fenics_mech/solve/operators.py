@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 from fenics_mech._arrays import Array
@@ -17,8 +18,11 @@ class _Operator:
         y.setArray(self.apply(x.getArray(readonly=True)))  # type: ignore[attr-defined]
 
 
-def shell(size: int, apply: Callable[[Array], Array]) -> Any:
-    """Give the matrix whose product with a vector a function makes.
+@contextmanager
+def shell(size: int, apply: Callable[[Array], Array]) -> Iterator[tuple[Any, Any, Any]]:
+    """Give the matrix whose product with a vector a function makes, and two vectors that fit it.
+
+    Python alone does not destroy what PETSc holds, and the function holds the factors of all steps.
 
     Parameters
     ----------
@@ -29,4 +33,9 @@ def shell(size: int, apply: Callable[[Array], Array]) -> Any:
     """
     matrix = PETSc.Mat().createPython([size, size], _Operator(apply), comm=PETSc.COMM_SELF)
     matrix.setUp()
-    return matrix
+    right, left = matrix.createVecs()
+    try:
+        yield matrix, right, left
+    finally:
+        for thing in (right, left, matrix):
+            thing.destroy()

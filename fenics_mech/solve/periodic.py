@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import PETSc, SLEPc
+from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
@@ -111,7 +111,7 @@ class Cycle:
         return self.steps.multipliers(count)[0]
 
 
-SMALL = 300  # rows of a step's matrix: its inverse takes less time than sparse factors and their solutions
+SMALL = 200  # rows of a step's matrix: its inverse takes less time than sparse factors and their solutions
 
 
 class LinearSteps:
@@ -187,21 +187,21 @@ class LinearSteps:
 
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
-        operator = shell(len(right), lambda x: x - self.cycle(x))
         ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-        ksp.setOptionsPrefix("fenics_mech_closing_")
-        ksp.setOperators(operator)
         ksp.setType("gmres")
         ksp.setGMRESRestart(len(right))
         ksp.getPC().setType("none")
         ksp.setTolerances(rtol=1e-11, atol=1e-300, max_it=len(right) + 10)
-        ksp.setFromOptions()
-        b, x = operator.createVecs()
-        b.setArray(right)
-        ksp.solve(b, x)
-        if ksp.getConvergedReason() < 0:
-            raise SolverError("the cycle does not close: the linearised motion is at a resonance that nothing damps")
-        return np.array(x.getArray())
+        with shell(len(right), lambda x: x - self.cycle(x)) as (operator, b, x):
+            ksp.setOperators(operator)
+            b.setArray(right)
+            with configured(ksp, "fenics_mech_closing_", {}, {}):
+                ksp.solve(b, x)
+                if ksp.getConvergedReason() < 0:
+                    raise SolverError(
+                        "the cycle does not close: the linearised motion is at a resonance that nothing damps"
+                    )
+            return np.array(x.getArray())
 
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
@@ -209,23 +209,19 @@ class LinearSteps:
             whole = np.array([self.cycle(column) for column in np.eye(2 * self.n)]).T
             values, vectors = np.linalg.eig(whole)
         else:
-            operator = shell(2 * self.n, self.cycle)
-            solver = SLEPc.EPS().create(PETSc.COMM_SELF)
-            solver.setOptionsPrefix("fenics_mech_multipliers_")
-            solver.setOperators(operator)
-            solver.setProblemType(SLEPc.EPS.ProblemType.NHEP)
-            solver.setDimensions(count)
-            solver.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
-            solver.setFromOptions()
-            solver.solve()
-            real, imaginary = operator.createVecs()
-            values, vectors = (
-                np.zeros(solver.getConverged(), complex),
-                np.zeros((2 * self.n, solver.getConverged()), complex),
-            )
-            for i in range(len(values)):
-                values[i] = solver.getEigenpair(i, real, imaginary)
-                vectors[:, i] = real.getArray() + 1j * imaginary.getArray()
+            eps = SLEPc.EPS().create(PETSc.COMM_SELF)
+            eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
+            eps.setDimensions(count)
+            eps.setWhichEigenpairs(SLEPc.EPS.Which.LARGEST_MAGNITUDE)
+            with shell(2 * self.n, self.cycle) as (operator, real, imaginary):
+                eps.setOperators(operator)
+                with configured(eps, "fenics_mech_multipliers_", {}, {}):
+                    eps.solve()
+                    values = np.zeros(eps.getConverged(), complex)
+                    vectors = np.zeros((2 * self.n, len(values)), complex)
+                    for i in range(len(values)):
+                        values[i] = eps.getEigenpair(i, real, imaginary)
+                        vectors[:, i] = real.getArray() + 1j * imaginary.getArray()
         order = np.argsort(-np.abs(values))[:count]
         return values[order], vectors[:, order]
 
@@ -262,9 +258,10 @@ def periodic(
     SolverError
         When there is none near by, or it is at an undamped resonance.
     """
-    if isinstance(machine.known, Fourier) and not np.isclose(period % machine.known.period, 0, atol=1e-9 * period):
+    chart = machine.known
+    if isinstance(chart, Fourier) and abs((cycles := period / chart.period) - round(cycles)) > 1e-9:
         raise SolverError(
-            f"the period of {period:.6g} s is no multiple of that of the rigid motion, {machine.known.period:.6g} s"
+            f"the period of {period:.6g} s is no multiple of that of the rigid motion, {chart.period:.6g} s"
         )
     iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")

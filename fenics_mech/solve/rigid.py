@@ -10,8 +10,11 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
 from fenics_mech.solve.statics import equilibrium
 
+FEWEST, MOST = 64, 1024  # positions
+LEFT_OUT = 1e-11  # of the machine's extent, that harmonics of the highest quarter may have: rounding is 1e-12
 
-def rigid_cycle(machine: Machine, period: float, positions: int = 64) -> Fourier:
+
+def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -> Fourier:
     """Give the periodic motion of the machine whose members do not bend, as a chart.
 
     Parameters
@@ -21,13 +24,19 @@ def rigid_cycle(machine: Machine, period: float, positions: int = 64) -> Fourier
     period
         s.
     positions
-        Even positions; harmonics up to half of them are kept.
+        Even positions; harmonics up to half of them are kept. None for as many as there are harmonics.
 
     Raises
     ------
     SolverError
         When the machine cannot be assembled at a position, which is named, or does not come back after the period.
     """
+    if positions is None:
+        count, chart = FEWEST, rigid_cycle(machine, period, FEWEST)
+        while count < MOST and _highest(chart) > LEFT_OUT * machine.extent:
+            count *= 2
+            chart = rigid_cycle(machine, period, count)
+        return chart
     places, rotations = [], []
     machine.chart = None
     for k in range(positions + 1):
@@ -51,6 +60,12 @@ def rigid_cycle(machine: Machine, period: float, positions: int = 64) -> Fourier
     if off > CLOSED:
         raise SolverError(f"after {period:.6g} s the machine is not where it began: its drives have another period")
     return Fourier(machine.geometry, period, np.array(places[:-1]), np.array(rotations[:-1]))
+
+
+def _highest(chart: Fourier) -> float:
+    """Give the largest harmonic of any place in the highest quarter of those that are kept (m)."""
+    size = np.abs(np.fft.rfft(chart.r, axis=0)) / len(chart.r)
+    return float(size[-len(size) // 4 :].max())
 
 
 CLOSED = (
