@@ -137,6 +137,7 @@ def test_motions_in_time_against_exact_strains(demo, effects, speed, cycles):
 UNDAMPED = [pytest.param("four_bar", 16.0, id="seed"), pytest.param("slider_crank", 60.0, id="slider-crank")]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("demo", "speed"), UNDAMPED)
 def test_motions_in_time_whose_vibration_does_not_die_out(demo, speed):
@@ -147,6 +148,7 @@ def test_motions_in_time_whose_vibration_does_not_die_out(demo, speed):
     assert all((told[what] > 0.65).all() and (told[what] < 4.5).all() for what in ("strain", "joint_force"))
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("start", "count"), [("static", 120), ("rigid", 24), ("smooth", 120)])
 def test_motions_in_time_from_their_own_equilibrium_and_at_few_positions(start, count):
@@ -214,6 +216,7 @@ ANEW = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("change", list(ANEW.values()), ids=list(ANEW))
 def test_members_that_cannot_stretch_are_solved_anew(change):
@@ -226,6 +229,7 @@ def test_members_that_cannot_stretch_are_solved_anew(change):
     assert all((part > 0.9).all() and (part < 2.1).all() for part in shares_told(scene).values())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_reduced_members_on_the_shaft_of_a_motor():
     scene = load(DEMOS / "four_bar.toml").changed(drive__speed=16.0, drive__motor=MOTOR, damping={"material": 1.3e-4})
@@ -241,6 +245,7 @@ def test_quasi_static_members_with_few_coordinates(change):
     assert all((part > 0.99).all() and (part < 1.1).all() for part in told.values())
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_reduced_members_in_time():
     analysis = {
@@ -295,6 +300,7 @@ BLOWS = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("demo", "effects", "speed", "at", "size"), BLOWS)
 def test_blows_in_time_against_exact_strains(demo, effects, speed, at, size):

@@ -175,6 +175,7 @@ def vibrating_points(count):
     return np.linalg.norm(of_points, axis=-1).max(axis=0), told
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_accelerations_of_links_that_vibrate_are_told_of():
     """Against 720 positions: what halves of few positions see of vibration is half of the error, at the least.
@@ -250,6 +251,7 @@ def test_steps_that_are_too_long_name_the_positions_that_peaks_take_too():
     assert max(doubts(shown).values()) < 0.05
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_motor_has_peaks_by_its_own_rate():
     """On a shaft the crank's rate varies: 80 positions against 240, which see three times as many harmonics."""

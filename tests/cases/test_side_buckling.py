@@ -49,6 +49,7 @@ def said(scene):
     return verdict(judged), " ".join(one.text for one in judged)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_strips_on_edge_are_not_called_inside_the_theory():
     """24 kN against 3.4 kN with pinned ends and 13.8 kN with clamped ends."""
@@ -60,6 +61,7 @@ def test_strips_on_edge_are_not_called_inside_the_theory():
     assert f"buckles at {3450} N with pinned ends and {13800} N with clamped ends" in text
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("force", "level", "words"), [("8 kN", "warn", "is possible"), ("2.8 kN", "good", "inside")])
 def test_strips_are_told_from_their_lower_load_on(force, level, words):

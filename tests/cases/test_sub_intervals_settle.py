@@ -164,6 +164,7 @@ def test_errors_of_collocation_are_told(machine, ratio):
     assert (share < 3.5).all()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_sub_intervals_with_more_modes_settle_on_the_damping_of_strains():
     """With ten modes 0.16 % are left. From the answer whose damping acts on q', they are 0.6 % away."""

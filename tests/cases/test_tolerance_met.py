@@ -81,6 +81,7 @@ def test_a_tolerance_that_is_met_is_not_warned_of(missed):
     assert unmet(fm.Result(data)) == []
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_strict_fails_after_all_is_written(tmp_path):
     arguments = ["run", str(DEMOS / "four_bar.toml"), "--tol", "0.3%", "--no-plots", "--no-report", "-o"]
@@ -97,6 +98,7 @@ def test_strict_fails_after_all_is_written(tmp_path):
         assert "not met" in (tmp_path / folder / "warnings.txt").read_text()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_effects_left_out_do_not_add_up_beyond_the_tolerance():
     """The knuckle press: shear and rotary inertia were each below half of 1 %, and together 0.64 %."""
