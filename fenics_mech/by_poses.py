@@ -37,7 +37,16 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.meshing import with_halves
-from fenics_mech.solve import Cycle, damp_modes, followed_modes, periodic, quasi_static, rigid_cycle, running_modes
+from fenics_mech.solve import (
+    Cycle,
+    damp_modes,
+    followed_modes,
+    held_modes,
+    periodic,
+    quasi_static,
+    rigid_cycle,
+    running_modes,
+)
 
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
 DISTURBANCES = 6  # that are told
@@ -73,7 +82,8 @@ class Solved:
             When there is none near the rigid motion.
         """
         made = _built(scene)
-        return cls(scene, made, periodic(made.machine, scene.period, scene.analysis.sub_intervals))
+        steps, stages = scene.analysis.sub_intervals, scene.analysis.stages
+        return cls(scene, made, periodic(made.machine, scene.period, steps, stages=stages))
 
     def at(self, share: float = 0.0) -> OfPoses:
         """Give the motion at a share of every step."""
@@ -124,8 +134,9 @@ def by_poses(scene: Scene) -> Result:
     scene, choices = planned(scene)
     solved = Solved.of(scene)
     stability = _stability(solved) if scene.analysis.stability else xr.Dataset()
-    errors = estimated(solved) if scene.analysis.error_estimates else None
-    return collected(solved, errors, stability, choices)
+    finer = _built(with_halves(scene)) if scene.analysis.error_estimates else None
+    errors = estimated(solved, finer) if finer is not None else None
+    return collected(solved, errors, stability, choices, finer)
 
 
 EXACT = ("coupling", "large-rotations")  # what the equation of poses always has
@@ -144,8 +155,16 @@ def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
     Raises
     ------
     SceneError
-        When it lists effects that the equation has not yet.
+        When it lists effects that the equation has not yet, has a tolerance, or asks for other points in a step.
     """
+    if scene.tolerance is not None:
+        raise SceneError(
+            "solver = 'poses' does not choose mesh and steps for a tolerance yet",
+            place="tolerance",
+            hint="Leave it out, and read the errors that are told, or write solver = 'collocation'",
+        )
+    if scene.analysis.scheme != "radau":
+        raise SceneError("solver = 'poses' has the points 'radau' alone", place="analysis.scheme")
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(*EXACT, *(name for name in FREE if name not in lacking)))
@@ -177,10 +196,9 @@ def quantities(found: OfPoses) -> Quantities:
     )
 
 
-def estimated(solved: Solved) -> Errors:
+def estimated(solved: Solved, finer: SceneMachine) -> Errors:
     """Estimate the errors of a motion: by more stages, by halved elements, and by what lies between the positions."""
     here, scene = quantities(solved.positions), solved.scene
-    finer = _built(with_halves(scene))
     by_mesh = finer_mesh(solved.cycle, finer.machine)
     parts = {
         "time": (quantities(replace(solved, cycle=finer_steps(solved.cycle)).at()) - here).largest,
@@ -213,9 +231,9 @@ def _missed(solved: Solved, here: Quantities) -> dict[str, Array]:
 def _stability(solved: Solved) -> xr.Dataset:
     """Give multipliers and frequencies of small disturbances, and refuse those that grow."""
     scene, period = solved.scene, solved.scene.period
-    values, rates = running_modes(solved.cycle, 2 * DISTURBANCES)
+    values, rates, modes = running_modes(solved.cycle, 2 * DISTURBANCES)
     turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[:DISTURBANCES]
-    values, rates = values[turning], rates[turning]  # both of a pair
+    values, rates, modes = values[turning], rates[turning], modes[turning]  # both of a pair
     second = np.append(False, turning[1:] == turning[:-1])
     values = np.where(second, values.conj(), values)
     limit = {"stability_limit": 2 / 3 * len(solved.cycle.tableau.c) / solved.cycle.path.h / (2 * np.pi)}  # Hz
@@ -233,13 +251,30 @@ def _stability(solved: Solved) -> xr.Dataset:
             "multiplier": ((*of_each, "part"), np.stack([values.real, values.imag], axis=1)),
             "growth_rate": (of_each, np.log(np.abs(values)) / period),
             "multiplier_frequency": (of_each, rates.imag / (2 * np.pi)),
+            "multiplier_link": (of_each, [_link_of(solved, mode) for mode in modes]),
+            "multiplier_mode": (of_each, modes + 1),
         },
         {"disturbance": np.arange(1, len(values) + 1), "part": ["real", "imaginary"]},
         limit,
     )
 
 
-def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choices: Sequence[Choice]) -> Result:
+def _link_of(solved: Solved, mode: int) -> str:
+    """Name the link whose members move most in a mode where the machine is held at the start of the cycle."""
+    made, machine, mesh = solved.made, solved.made.machine, solved.positions.mesh
+    shape = np.append(held_modes(machine, 0.0)[1][:, mode], 0.0)
+    moved = shape[machine.places[machine.groups[0].pose, :2]].mean(axis=1)  # of the middles of elements
+    of_links = np.bincount(mesh.member_link[mesh.cell_member], mesh.cell_length * np.sum(moved**2, axis=1))
+    return str(list(made.scene.links)[int(of_links.argmax())])
+
+
+def collected(
+    solved: Solved,
+    errors: Errors | None,
+    stability: xr.Dataset,
+    choices: Sequence[Choice],
+    finer: SceneMachine | None,
+) -> Result:
     """Label what was found.
 
     Parameters
@@ -252,6 +287,8 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         What is known of disturbances.
     choices
         What was decided about effects.
+    finer
+        The machine with halved elements, by which frequencies have their errors; None where it is not made.
     """
     scene, found = solved.scene, solved.positions
     links = found.links()
@@ -295,7 +332,7 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         rigid_places(scene, links),
         motion_of_links(scene, links),
         _power(solved, errors),
-        _modes(solved),
+        _modes(solved, finer),
         _without_vibration(solved),
         stability,
         *([] if errors is None else [of_errors(errors).dataset()]),
@@ -330,15 +367,20 @@ def _power(solved: Solved, errors: Errors | None) -> xr.Dataset:
     return found.assign_attrs(energy_fluctuation=float(np.ptp(stored)))
 
 
-def _modes(solved: Solved) -> xr.Dataset:
+def _modes(solved: Solved, finer: SceneMachine | None) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
     scene, machine = solved.scene, solved.made.machine
     found = followed_modes(machine, solved.positions.motion.t)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
+    error = np.full(count, np.nan)
+    if finer is not None:
+        start = held_modes(finer.machine, 0.0)[0][:count]
+        error = np.abs(found.omega[0, :count] / start - 1)
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
+            "frequency_error": (("mode",), error),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},

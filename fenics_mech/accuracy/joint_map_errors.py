@@ -100,9 +100,11 @@ class LeftByJoints:
         what = f"about {percent(self.share)} of the answer"
         if self.buckling >= 1:
             what, at = "so much of the stiffness that the mechanism buckles", "under this load"
+        cycle = scene.analysis.method == "periodic" and bool(scene.drives)
+        exact = "Take analysis.solver = 'poses', which leaves nothing out there. Else: " if cycle else ""
         raise SolverError(
             f"{self.place} turns elastically by {self.turn:.3g} rad {at}. The moment of the forces by this turn is "
-            f"left out of rigid arms and guides, which is {what}. {remedy(self.place)}; "
+            f"left out of rigid arms and guides, which is {what}. {exact}{remedy(self.place)}; "
             "analysis.allow_large lets it pass"
         )
 

@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.solve.held_modes import followed_modes
 from fenics_mech.solve.periodic import Cycle
 
 LEAST = 1e-4  # multipliers below: what has died away in a cycle has no turns that the steps could count
 
 
-def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
+class RunningModes(NamedTuple):
+    """Vibrations beside a periodic motion.
+
+    Parameters
+    ----------
+    multipliers
+        One of each conjugate pair, the largest first.
+    rates
+        Growth, and frequency, 0 or more, as the imaginary part (1/s).
+    modes
+        Number, from 0, of the held mode that has the largest part of each.
+    """
+
+    multipliers: Array
+    rates: Array
+    modes: Index
+
+
+def running_modes(cycle: Cycle, count: int = 6) -> RunningModes:
     """Give the largest multipliers and the rates of their vibrations, whose frequencies do not alias.
 
     A multiplier mu tells of a rate log(mu)/T + i k Omega with any whole k. Here k is the number of turns that the
@@ -26,8 +46,8 @@ def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
 
     Returns
     -------
-    tuple
-        Multipliers above 1e-4, one of each conjugate pair, and rates (1/s): growth, and frequency (rad/s), 0 or more.
+    RunningModes
+        Of multipliers above 1e-4.
     """
     steps, machine = cycle.steps, cycle.machine
     period, n = steps.h * steps.count, machine.n
@@ -36,7 +56,7 @@ def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
     values, states = values[kept], states[:, kept]
     rates = np.log(values) / period
     if not len(values):
-        return values, rates
+        return RunningModes(values, rates, np.zeros(0, dtype=int))
     coordinates = []
     followed = followed_modes(machine, steps.h * np.arange(1, steps.count + 1))
     for k, momenta in enumerate(followed.momenta):
@@ -48,4 +68,4 @@ def running_modes(cycle: Cycle, count: int = 6) -> tuple[Array, Array]:
     led = moving[:, largest, np.arange(len(values))]
     turns = np.round(np.angle(np.roll(led, -1, axis=0) / led).sum(axis=0) / (2 * np.pi))
     rates = rates + 2j * np.pi / period * turns
-    return values, np.where(rates.imag < 0, rates.conj(), rates)
+    return RunningModes(values, np.where(rates.imag < 0, rates.conj(), rates), largest)
