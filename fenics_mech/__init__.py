@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.notebook import interactive
+    from fenics_mech.views.outlines import write_outlines
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
@@ -66,6 +67,7 @@ if TYPE_CHECKING:
     from fenics_mech.views.result_figures import plot_all
     from fenics_mech.views.summary import summary
     from fenics_mech.views.vector_plots import plot_force_path, plot_point_path
+    from fenics_mech.views.workbook import write_workbook
 
 __all__ = [
     "AirDrag",
@@ -205,7 +207,9 @@ __all__ = [
     "summary",
     "sweep",
     "synthesise",
+    "write_outlines",
     "write_scene",
+    "write_workbook",
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
@@ -251,6 +255,8 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "summary": "views.summary",
     "sweep": "studies.sweep",
     "synthesise": "studies.synthesis.synthesise",
+    "write_outlines": "views.outlines",
+    "write_workbook": "views.workbook",
 }
 
 
