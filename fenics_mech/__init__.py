@@ -65,6 +65,7 @@ if TYPE_CHECKING:
         plot_strain_map,
     )
     from fenics_mech.views.result_figures import plot_all
+    from fenics_mech.views.section_plots import plot_section_forces
     from fenics_mech.views.summary import summary
     from fenics_mech.views.vector_plots import plot_force_path, plot_point_path
     from fenics_mech.views.workbook import write_workbook
@@ -195,6 +196,7 @@ __all__ = [
     "plot_mode_shapes",
     "plot_point_path",
     "plot_scene",
+    "plot_section_forces",
     "plot_spectrum",
     "plot_strain",
     "plot_strain_map",
@@ -246,6 +248,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_mode_shapes": "views.mode_plots",
     "plot_point_path": "views.vector_plots",
     "plot_scene": "views.model_plots",
+    "plot_section_forces": "views.section_plots",
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",

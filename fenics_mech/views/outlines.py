@@ -24,6 +24,15 @@ PINS = "pins"  # layer beside those of the links
 STATIONS = 65  # along an outline that varies
 PIN = 0.01  # of the distance over all pins, the radius of one whose radius is not stated; m where there is one pin
 AXIS = {"linetype": "CENTER"}
+COLOURS = (
+    7,
+    1,
+    5,
+    3,
+    6,
+    30,
+    140,
+)  # of layers by the numbers of AutoCAD, seen on white and on black; pins have the first
 VERSION = "R2010"  # which all programs of draughtsmen of the last years read
 
 
@@ -200,8 +209,8 @@ def _document(lines: list[Outline], circles: list[Pin], layers: dict[str, str]) 
     except ImportError as error:
         raise ViewError(INSTALL) from error
     document = ezdxf.new(VERSION, setup=["linetypes"], units=MM)
-    for number, layer in enumerate([*layers.values(), PINS]):
-        document.layers.add(layer, color=1 + number % 7)
+    for number, layer in enumerate([PINS, *layers.values()]):
+        document.layers.add(layer, color=COLOURS[number % len(COLOURS)])
     space = document.modelspace()
     for line in lines:
         look = {"layer": layers[line.link]} | (AXIS if line.is_axis else {})
