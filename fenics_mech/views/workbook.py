@@ -25,7 +25,7 @@ from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading, rea
 
 Row = Sequence[str | float]
 INSTALL = "an .xlsx needs the library openpyxl, which is not installed: pip install 'fenics_mech[tables]'"
-MOST_CELLS = 2_000_000  # which openpyxl takes some ten seconds to write; a sheet of the format has 1 048 576 rows
+MOST_CELLS = 5_000_000  # which openpyxl takes half a minute to write; a sheet of the format has 1 048 576 rows
 MOST_COLUMNS = 16_384  # of a sheet of the format
 WIDEST = 60  # letters of a column
 GROUPS = {  # sheets of curves that are of no places along members, by the dimension that they have
@@ -193,7 +193,7 @@ def _members(reading: Reading) -> Sheet:
     (at, places), units, data = _at(reading), reading.units, reading.result.data
     stress, strain, length = (units.label(kind) for kind in ("stress", "strain", "length"))
     head = ["member", f"peak stress ({stress})", f"strain there ({strain})", f"distance ({length})", "from", "side", at]
-    more: dict[str, Array] = {}
+    more: dict[str, Any] = {}
     if "stress_range" in data:
         more[f"stress range ({stress})"] = data["stress_range"].max(("s", "fibre")).to_numpy() / units.size("stress")
     if "utilisation" in data:
