@@ -167,6 +167,11 @@ def test_section_forces_are_shown_at_the_place_and_beside_another_member(window,
     assert window.text("#curve-title") == "Bending moment at its largest"
     assert window.text("#curve-where") == "crank, at O"
     moment = result.data["moment"].sel(member="crank").isel(s=0)
+    follower = abs(result.data["moment"].sel(member="follower")).max("theta")
+    window.choose("#member", 2)
+    at = 1e3 * result.scene.links["follower"].points["B"][0] * float(follower["s"][int(follower.argmax())])
+    assert window.text("#curve-where") == f"follower, {at:.0f} mm from C"
+    window.choose("#member", 0)
     window.choose("#position", 90)
     text = window.run(HOVER, "#along", 53, 0.5).split("\n")[1]
     told = float(text.split(",")[0].replace("\N{MINUS SIGN}", "-"))
