@@ -48,27 +48,18 @@ def export(
         from fenics_mech.scene import load  # noqa: PLC0415
 
     files = files or []
-    if not files and matrices is None:
-        raise MechanismError("name a file to write, such as motion.pvd or stress_range.csv, or --matrices matrices.mat")
-    if matrices is not None and matrices.suffix not in OF_MATRICES:
-        raise MechanismError(f"{matrices}: matrices are written as {' or '.join(OF_MATRICES)}")
-    if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
-        known = ".pvd (ParaView), .mat (MATLAB), .xlsx (spreadsheets), .dxf (outlines), .py (Exudyn), .mbd (MBDyn)"
-        raise MechanismError(f"{unknown[0]}: exported are {known} and .csv (table of a variable, by its name)")
-    of_scene = source.suffix == ".toml"
-    if of_scene and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
-        raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
-    names = [] if units is None else unit_names(units)
+    _refuse_unfit(source, files, matrices)
+    names, radians = [] if units is None else unit_names(units), None if angle is None else _radians(angle)
     if names and (in_si := [path for path in (*files, *filter(None, [matrices])) if path.suffix not in IN_UNITS]):
         raise MechanismError(f"{in_si[0]}: --units is for tables (.csv, .xlsx); files for other programs are in SI")
     if angle is not None and not any(path.suffix == ".dxf" for path in files):
         raise MechanismError("--angle is for the outlines of the links: name a .dxf to write")
-    result = None if of_scene else Result.load(source)
+    result = None if source.suffix == ".toml" else Result.load(source)
     scene = load(source) if result is None else result.scene
     for path in files:
         make_folder(path.parent)
         if result is None or path.suffix in OF_SCENES:
-            _write_model(scene, path, angle)
+            _write_model(scene, path, radians)
         else:
             _write_result(result, path, every, names)
         tell(f"Wrote {path}")
@@ -76,6 +67,19 @@ def export(
         make_folder(matrices.parent)
         _write_matrices(scene, matrices)
         tell(f"Wrote {matrices}")
+
+
+def _refuse_unfit(source: Path, files: list[Path], matrices: Path | None) -> None:
+    """Raise where no file is named, or one that cannot be written of a result or of a scene."""
+    if not files and matrices is None:
+        raise MechanismError("name a file to write, such as motion.pvd or stress_range.csv, or --matrices matrices.mat")
+    if matrices is not None and matrices.suffix not in OF_MATRICES:
+        raise MechanismError(f"{matrices}: matrices are written as {' or '.join(OF_MATRICES)}")
+    if unknown := [path for path in files if path.suffix not in OF_RESULTS + OF_SCENES]:
+        known = ".pvd (ParaView), .mat (MATLAB), .xlsx (spreadsheets), .dxf (outlines), .py (Exudyn), .mbd (MBDyn)"
+        raise MechanismError(f"{unknown[0]}: exported are {known} and .csv (table of a variable, by its name)")
+    if source.suffix == ".toml" and (lacking := [path for path in files if path.suffix in OF_RESULTS]):
+        raise MechanismError(f"{lacking[0]}: {source} is a scene, and this file shows a result. Run the scene first")
 
 
 def _write_result(result: Result, path: Path, every: int, units: list[str]) -> None:
@@ -122,13 +126,13 @@ def _write_matrices(scene: Scene, path: Path) -> None:
         found.save(path)
 
 
-def _write_model(scene: Scene, path: Path, angle: str | None) -> None:
+def _write_model(scene: Scene, path: Path, angle: float | None) -> None:
     """Write a scene as a script for Exudyn or an input file of MBDyn, or the outlines of its links at an angle."""
     if path.suffix == ".dxf":
         with loading():
             from fenics_mech.views.outlines import write_outlines  # noqa: PLC0415
 
-        write_outlines(scene, path, None if angle is None else _radians(angle))
+        write_outlines(scene, path, angle)
         return
     with loading():
         from fenics_mech._files import write_whole  # noqa: PLC0415

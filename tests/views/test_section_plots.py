@@ -6,8 +6,10 @@ import pytest
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.views.page.acting import member_mass
 from fenics_mech.views.reading import SECTION_FORCES, reading_of_members
 from fenics_mech.views.section_plots import plot_section_forces, section_force_figure
+from tests.views.test_page import free_result
 
 
 def drawn(axes):
@@ -38,6 +40,16 @@ def test_shear_is_the_slope_of_the_moment(result):
     _, shear, *_ = drawn(plot_section_forces(result, "crank", force="shear_force", at=at))
     slope = np.gradient(moment, x / 1e3)
     assert slope[1:-1] == pytest.approx(shear[1:-1], rel=1e-2)
+
+
+@pytest.mark.slow
+def test_a_bar_let_fall_from_the_level_has_its_textbook_shear():
+    """V = m g (1 - 4 s + 3 s^2)/4 of a uniform bar on a pin, released at rest (Beer and Johnston, plane motion)."""
+    result = free_result()
+    scene, (mass, _) = result.scene, member_mass(result.scene, "bar")
+    _, shear, *_ = drawn(plot_section_forces(result, "bar", force="shear_force", at=0.0))
+    weight, s = mass * abs(scene.gravity[1]), result.data["s"].to_numpy()
+    assert shear == pytest.approx(weight * (1 - 4 * s + 3 * s**2) / 4, abs=2e-3 * weight)
 
 
 def test_it_is_drawn_at_the_peak_of_the_member_unless_told_otherwise(result):
