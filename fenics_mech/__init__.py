@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.notebook import interactive
+    from fenics_mech.views.outlines import write_outlines
     from fenics_mech.views.page.report import report
     from fenics_mech.views.plots import (
         plot_deflection,
@@ -64,8 +65,10 @@ if TYPE_CHECKING:
         plot_strain_map,
     )
     from fenics_mech.views.result_figures import plot_all
+    from fenics_mech.views.section_plots import plot_section_forces
     from fenics_mech.views.summary import summary
     from fenics_mech.views.vector_plots import plot_force_path, plot_point_path
+    from fenics_mech.views.workbook import write_workbook
 
 __all__ = [
     "AirDrag",
@@ -193,6 +196,7 @@ __all__ = [
     "plot_mode_shapes",
     "plot_point_path",
     "plot_scene",
+    "plot_section_forces",
     "plot_spectrum",
     "plot_strain",
     "plot_strain_map",
@@ -205,7 +209,9 @@ __all__ = [
     "summary",
     "sweep",
     "synthesise",
+    "write_outlines",
     "write_scene",
+    "write_workbook",
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
@@ -242,6 +248,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_mode_shapes": "views.mode_plots",
     "plot_point_path": "views.vector_plots",
     "plot_scene": "views.model_plots",
+    "plot_section_forces": "views.section_plots",
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",
@@ -251,6 +258,8 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "summary": "views.summary",
     "sweep": "studies.sweep",
     "synthesise": "studies.synthesis.synthesise",
+    "write_outlines": "views.outlines",
+    "write_workbook": "views.workbook",
 }
 
 

@@ -17,8 +17,8 @@ def plot(
     only: Annotated[
         list[str] | None,
         typer.Option(
-            help="Plot to make: strain, strain_map, deflection, joint_forces, force_paths, point_paths, spectrum or "
-            "frequencies."
+            help="Plot to make: strain, strain_map, deflection, section_forces, joint_forces, force_paths, "
+            "point_paths, spectrum or frequencies."
         ),
     ] = None,
     ending: Annotated[str, typer.Option("--as", help="Kind of the files: png, pdf or svg.")] = "png",

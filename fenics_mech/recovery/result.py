@@ -24,7 +24,7 @@ from fenics_mech.scene import Scene
 Made = TypeVar("Made")
 About = TypeVarTuple("About")
 PLOTS = (  # functions of the top level, which draw a result
-    *("strain", "strain_map", "spectrum", "deflection"),
+    *("strain", "strain_map", "spectrum", "deflection", "section_forces"),
     *("joint_forces", "force_path", "point_path", "drive", "frequencies"),
 )
 
@@ -94,8 +94,8 @@ class Result(OfScene):
         Parameters
         ----------
         what
-            What is drawn: "strain", "strain_map", "spectrum" (each of a member), "deflection", "joint_forces",
-            "force_path", "point_path", "drive" or "frequencies".
+            What is drawn: "strain", "strain_map", "spectrum", "section_forces" (each of a member), "deflection",
+            "joint_forces", "force_path", "point_path", "drive" or "frequencies".
         names
             The member, joint or points that are drawn.
         axes

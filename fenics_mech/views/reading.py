@@ -14,7 +14,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import ResultError, shortened
-from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.peaks import between_positions, smoothed
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
@@ -22,6 +22,11 @@ from fenics_mech.views.nothing import least_moment
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.words import MINUS, in_degrees, short
 
+SECTION_FORCES = {  # what each is, and its kind of unit
+    "axial_force": ("axial force", "force"),
+    "shear_force": ("shear force", "force"),
+    "moment": ("bending moment", "moment"),
+}
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
 
 
@@ -200,6 +205,17 @@ class Reading(ForceReading):
         """Magnitude of the deflection (mm), ``(angles, members, stations, 1)``."""
         deflection = self.of("deflection", "member", "s", "component")
         return np.linalg.norm(deflection, axis=-1, keepdims=True) / self.units.size("length")
+
+    def section_force(self, name: str) -> Array:
+        """Give a force in the sections (N) or their moment (N m), ``(angles, members, stations)``.
+
+        Parameters
+        ----------
+        name
+            One of `SECTION_FORCES`.
+        """
+        values = self.result.data[name].transpose("theta", "member", "s").to_numpy()
+        return smoothed(self.result, values, name)[1] / self.units.size(SECTION_FORCES[name][1])
 
     def peak(self, curves: Array, i: int) -> Peak:
         """Find where the largest value of a member is.

@@ -31,7 +31,8 @@ from fenics_mech.views.plots import (
     plot_strain,
     plot_strain_map,
 )
-from fenics_mech.views.reading import Peak, Reading, reading_of, reading_of_a_file, reading_of_members
+from fenics_mech.views.reading import SECTION_FORCES, Peak, Reading, reading_of, reading_of_a_file, reading_of_members
+from fenics_mech.views.section_plots import section_force_figure
 from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
 MOST_ROWS = 6  # of a figure, one a member: more do not fit a page
@@ -58,9 +59,9 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     -------
     list of Path
         The files, none where there is only one position: strains where they are largest, strains by angle and place,
-        deflections, joint forces by size and by direction, paths of points, freedoms with their section, spectrum
-        and disturbances where a scene asks for these. A periodic motion has the
-        spectrum of the strains, and modes have their frequencies. Each place that was measured has a plot of its own.
+        deflections, section forces along members, joint forces by size and by direction, paths of points, freedoms
+        with their section, spectrum and disturbances where a scene asks for these. A periodic motion has the spectrum
+        of the strains, and modes have their frequencies. Each place that was measured has a plot of its own.
 
     Raises
     ------
@@ -240,6 +241,10 @@ FIGURES: dict[str, Build] = {
     "strain": (_bends, strain_figure),
     "strain_map": (_bends, map_figure),
     "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),
+    "section_forces": (
+        lambda result: _bends(result) and set(SECTION_FORCES) <= set(result.data),
+        section_force_figure,
+    ),
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
     "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
     "point_paths": (lambda result: bool(path_points(result)), point_path_figure),

@@ -8,6 +8,7 @@ import pytest
 
 from fenics_mech.recovery import Result
 from fenics_mech.scene import parse
+from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views.notebook import interactive
 from fenics_mech.views.page.report import report
 from tests.common import analysed
@@ -129,6 +130,77 @@ def test_members_and_units_are_chosen(window, file):
     assert window.text("#along-where").startswith("coupler")
 
 
+HOVER = (
+    "const e = document.querySelector(arguments[0] + ' svg'), r = e.getBoundingClientRect(); "
+    "const w = e.viewBox.baseVal.width, box = arguments[1]; "
+    "e.dispatchEvent(new PointerEvent('pointermove', { clientX: r.left + r.width * box / w, "
+    "clientY: r.top + r.height * arguments[2], bubbles: true })); "
+    "return e.parentElement.querySelector('.tip').innerText"
+)
+WIDTH = "return document.querySelector(arguments[0] + ' svg').viewBox.baseVal.width"
+
+
+def test_the_pointer_reads_the_curves(window, file, result):
+    """The axes of the angle reach from 52 to 12 before the end of a plot: half way between is 180 degrees."""
+    window.open(file)
+    middle = (52 + window.run(WIDTH, "#effort") - 12) / 2
+    angle, value = window.run(HOVER, "#effort", middle, 0.5).split("\n")
+    assert angle == "180°"
+    known = float(result.data["input_torque"].sel(theta=math.pi, method="nearest"))
+    assert float(value.removesuffix(" N m").replace("\N{MINUS SIGN}", "-")) == pytest.approx(known, rel=5e-3)
+    modes = window.run(HOVER, "#frequency", (52 + window.run(WIDTH, "#frequency") - 64) / 2, 0.5).split("\n")
+    lowest = result.data["frequency"].sel(theta=math.pi, method="nearest").to_numpy()[0]
+    assert modes[0] == "180°"
+    assert float(modes[1].removeprefix("mode 1 ").removesuffix(" Hz")) == pytest.approx(lowest, rel=5e-3)
+    assert "times the drive" in window.run(HOVER, "#spectrum", middle, 0.5)
+    assert " mm from O: " in window.run(HOVER, "#map", middle, 0.5)
+    assert re.match(r"\d+°: [\d.]+ N ", window.run(HOVER, "#forces figure", 0, 0.5))
+    gone = "const e = document.querySelector('#effort svg'); e.dispatchEvent(new PointerEvent('pointerleave')); "
+    assert window.run(gone + "return e.parentElement.querySelector('.tip').hidden")
+    assert window.ask("se/log", type="browser") == []
+
+
+def test_section_forces_are_shown_at_the_place_and_beside_another_member(window, file, result):
+    window.open(file)
+    assert window.run("return document.querySelectorAll('#sections svg').length") == 3
+    window.choose("#unit", "moment")
+    assert window.text("#curve-title") == "Bending moment at its largest"
+    assert window.text("#curve-where") == "crank, at O"
+    moment = result.data["moment"].sel(member="crank").isel(s=0)
+    follower = abs(result.data["moment"].sel(member="follower")).max("theta")
+    window.choose("#member", 2)
+    at = 1e3 * result.scene.links["follower"].points["B"][0] * float(follower["s"][int(follower.argmax())])
+    assert window.text("#curve-where") == f"follower, {at:.0f} mm from C"
+    window.choose("#member", 0)
+    window.choose("#position", 90)
+    text = window.run(HOVER, "#along", 53, 0.5).split("\n")[1]
+    told = float(text.split(",")[0].replace("\N{MINUS SIGN}", "-"))
+    assert told == pytest.approx(float(moment.sel(theta=math.pi / 2, method="nearest")), rel=0.02)  # a pixel beside O
+    window.choose("#other", 1)
+    assert "orange: coupler" in window.text("#along-where")
+    assert window.run("return document.querySelectorAll('#along .curve').length") == 2
+    assert window.run("return document.querySelectorAll('#sections .curve').length") == 6
+    lines = window.run(HOVER, "#along", 53, 0.5).split("\n")
+    assert [line.split()[0] for line in lines[1:]] == ["crank", "coupler"]
+    window.choose("#other", -1)
+    assert window.run("return document.querySelectorAll('#along .curve').length") == 1
+
+
+def test_loads_and_weight_are_drawn(window, tmp_path):
+    scene = seed_four_bar(
+        analysis={"method": "quasi-static", "sub_intervals": 24},
+        gravity=(0.0, -9.81),
+        loads={"push": {"at": "coupler.B", "force": (30.0, -40.0)}},
+    )
+    window.open(report(analysed(scene), tmp_path / "report.html"))
+    before = picture(window)
+    window.click("#acting")
+    assert picture(window) != before
+    window.click("#acting")
+    assert picture(window) == before
+    assert window.ask("se/log", type="browser") == []
+
+
 def test_clicks_in_the_drawing_choose_members(window, file):
     """Clicks all over it meet each member; far from all of them the choice stays."""
     window.open(file)
@@ -197,6 +269,8 @@ def test_dark_and_light(window, file):
 def test_a_phone_scrolls_downwards_only_and_has_its_controls_at_the_edge(window, file):
     window.open(file, PHONE)
     assert window.run(SIDEWAYS) == 0
+    wider = "return [...document.querySelectorAll('.scroll')].map(e => e.scrollWidth - e.clientWidth)"
+    assert set(window.run(wider)) == {0}  # tables are seen whole
     assert window.run("return getComputedStyle(document.querySelector('.dock')).display") == "flex"
     window.choose("#dock-position", 90)
     assert window.text("#told") == window.text("#dock-told") == "90°"

@@ -291,6 +291,7 @@ def test_all_plots_are_written_and_none_is_blank(result, tmp_path):
         "strain",
         "strain_map",
         "deflection",
+        "section_forces",
         "joint_forces",
         "force_paths",
         "point_paths",

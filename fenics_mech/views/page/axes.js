@@ -35,7 +35,46 @@ function axes(host, { x, y, xName, yName, xTicks, height = 190, left = 52, right
   draw("line", { x1: box.left, x2: box.right, y1: box.bottom, y2: box.bottom, class: "axis" }, svg);
   draw("text", { x: (box.left + box.right) / 2, y: height - 3, "text-anchor": "middle" }, svg, xName);
   draw("text", { x: 0, y: 11 }, svg, yName);
-  return { svg, X, Y, box, width };
+  const plot = { host, svg, X, Y, box, width, x, y, read: [], where: v => number(v) };
+  readOut(plot);
+  return plot;
+}
+// The values of all curves of a plot at the pointer: each entry of `read` gives a text, and where its point is.
+function readOut(plot) {
+  const { host, svg, box, width } = plot;
+  host.classList.add("plot");
+  const hair = draw("line", { y1: box.top, y2: box.bottom, class: "hair", visibility: "hidden" }, svg);
+  const dots = draw("g", {}, svg), tip = document.createElement("div");
+  tip.className = "tip";
+  tip.hidden = true;
+  host.append(tip);
+  const leave = () => { tip.hidden = true; dots.textContent = ""; hair.setAttribute("visibility", "hidden"); };
+  svg.addEventListener("pointerleave", leave);
+  svg.addEventListener("pointercancel", leave);
+  svg.addEventListener("pointermove", event => {
+    const frame = svg.getBoundingClientRect(), scale = width / frame.width;
+    const px = (event.clientX - frame.left) * scale, py = (event.clientY - frame.top) * scale;
+    if (!plot.read.length || px < box.left || px > box.right) return leave();
+    const share = (px - box.left) / (box.right - box.left), v = plot.x[0] + share * (plot.x[1] - plot.x[0]);
+    const high = plot.y[0] + (box.bottom - py) / (box.bottom - box.top) * (plot.y[1] - plot.y[0]);
+    const lines = plot.read.map(read => read(v, high)).filter(Boolean);
+    if (!lines.length) return leave();
+    for (const end of ["x1", "x2"]) hair.setAttribute(end, px);
+    hair.setAttribute("visibility", "visible");
+    dots.textContent = "";
+    tip.textContent = plot.where(v);
+    for (const { text, y, colour = 0 } of lines) {
+      if (y !== undefined) draw("circle", { cx: px, cy: plot.Y(y), r: 3.5, class: `f${colour % 6}` }, dots);
+      const line = document.createElement("div");
+      line.textContent = text;
+      line.className = `t${colour % 6}`;
+      tip.append(line);
+    }
+    tip.hidden = false;
+    tip.style.left = `${Math.max(0, Math.min(px / scale + 12, frame.width - tip.offsetWidth))}px`;
+    if (px / scale + 12 + tip.offsetWidth > frame.width) tip.style.left = `${Math.max(0, px / scale - 12 - tip.offsetWidth)}px`;
+    tip.style.top = `${box.top / scale}px`;
+  });
 }
 function ring(plot, x, y, text) {
   draw("circle", { cx: plot.X(x), cy: plot.Y(y), r: 6, class: "ring" }, plot.svg);
@@ -54,6 +93,7 @@ function overMotion(host, options) {
   const degrees = host.clientWidth < 440 ? [0, 90, 180, 270, 360] : [0, 45, 90, 135, 180, 225, 270, 315, 360];
   const plot = axes(host, { x: [FROM, TO], xName: TURNS ? "drive angle (°)" : "time (s)", xTicks: TURNS ? degrees : undefined, ...options });
   const { svg, box, width } = plot;
+  plot.where = v => TURNS ? `${v.toFixed(0) % 360}°` : `${number(v)} s`;
   const line = draw("line", { y1: box.top, y2: box.bottom, class: "now" }, svg);
   views.push(place => { for (const end of ["x1", "x2"]) line.setAttribute(end, plot.X(along(place))); });
   const drag = event => {
@@ -67,16 +107,21 @@ function overMotion(host, options) {
   return plot;
 }
 // A curve over the motion, with a point at the place that is shown.
-function curve(plot, values, { still = false, colour = 0, point = !still, tell } = {}) {
+function curve(plot, values, { still = false, colour = 0, point = !still, tell, name = "", unit = tell ?? "" } = {}) {
   const points = values.map((v, k) => [plot.X(D.axis[k]), plot.Y(v)]);
   if (TURNS) points.unshift([plot.X(D.axis[N - 1] - 360), plot.Y(values[N - 1])]), points.push([plot.X(360 + D.axis[0]), plot.Y(values[0])]);
   const inside = points.filter(([x]) => x >= plot.box.left - .01 && x <= plot.box.right + .01);
   draw("path", { d: path(inside), class: still ? "still" : `curve s${colour % 6}` }, plot.svg);
+  const between = place => {
+    const k = Math.floor(place), share = place - k;
+    return values[k % N] * (1 - share) + values[(k + 1) % N] * share;
+  };
+  plot.read.push(v => ({ text: [name, number(between(placeOf(v))), unit].filter(Boolean).join(" "), y: between(placeOf(v)), colour }));
   if (!point) return;
   const dot = draw("circle", { r: 4.5, class: "point" }, plot.svg);
   const text = tell && draw("text", { class: "value", y: 11, "text-anchor": "end", x: plot.box.right }, plot.svg);
   views.push(place => {
-    const k = Math.floor(place), share = place - k, v = values[k % N] * (1 - share) + values[(k + 1) % N] * share;
+    const v = between(place);
     dot.setAttribute("cx", plot.X(along(place)));
     dot.setAttribute("cy", plot.Y(v));
     if (text) text.textContent = `${number(v)} ${tell} at ${told(place)}`;

@@ -30,6 +30,10 @@ function paint() {
   fit();
   plots();
 }
+function compare(member) {
+  shown.other = +member;
+  plots();
+}
 function choose(member) {
   shown.member = $("member").value = member;
   plots();
@@ -60,8 +64,8 @@ function play() {
 }
 // The shown curve as a table; a text that a spreadsheet would take for a formula is made none.
 function csv() {
-  const m = shown.member, [, j, f] = D.peaks[m], quoted = text => `"${text.replace(/^[=+\-@\t\r]/, "'$&").replaceAll('"', '""')}"`;
-  const head = [TURNS ? "drive angle (deg)" : "time (s)", `${D.members[m]}, ${stationOf(m, j)}, ${D.fibres[f]} side (${unitName()})`];
+  const m = shown.member, [, j, f] = peakOf(m), quoted = text => `"${text.replace(/^[=+\-@\t\r]/, "'$&").replaceAll('"', '""')}"`;
+  const head = [TURNS ? "drive angle (deg)" : "time (s)", `${D.members[m]}, ${stationOf(m, j)}${sideOf(f)} (${unitName()})`];
   const rows = D.axis.map((v, k) => `${v},${+value(k, m, j, f).toPrecision(6)}`);
   const link = document.createElement("a");
   link.href = URL.createObjectURL(new Blob([`${head.map(quoted).join()}\n${rows.join("\n")}\n`], { type: "text/csv" }));
@@ -75,9 +79,10 @@ for (const slider of sliders) {
   slider.oninput = event => { stop(); go(placeOf(+event.target.value)); };
 }
 for (const button of plays) button.onclick = play;
-if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(BENDS ? D.peaks[shown.member][0] : MOST_FORCE); };
+if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(BENDS ? peakOf(shown.member)[0] : MOST_FORCE); };
 if ($("csv")) $("csv").onclick = csv;
 $("arrows").onchange = show;
+if ($("acting")) $("acting").onchange = show;
 if (BENDS) {
   $("magnify").max = steps.length - 1;
   $("magnify").value = steps.indexOf(D.magnify);
@@ -85,6 +90,7 @@ if (BENDS) {
   magnify(steps.indexOf(D.magnify));
   $("member").value = shown.member;
   $("member").onchange = event => choose(+event.target.value);
+  if ($("other")) $("other").onchange = event => compare(event.target.value);
   $("unit").onchange = event => { shown.unit = event.target.value; plots(); };
   $("least").textContent = `\u2212${number(LIMIT)} ${D.units.stress}`;
   $("most").textContent = `+${number(LIMIT)} ${D.units.stress}`;

@@ -18,7 +18,8 @@ from fenics_mech.views.frames import default_magnification
 from fenics_mech.views.geometry import ends_of, motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moving_points import moving_guides, places_of
-from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.page.acting import acting_of
+from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading
 from fenics_mech.views.words import DEGREE
 
 STEPS = 32767  # of a 16-bit number
@@ -37,7 +38,8 @@ def payload(reading: ForceReading) -> dict[str, Any]:
         The result.
     """
     shown = _shown(reading)
-    arrays = {**_curves(reading), **_places(reading)}
+    acts, moved = acting_of(reading)
+    arrays = {**_curves(reading), **_places(reading), **moved}
     return {
         "title": reading.scene.name,
         "units": {kind: reading.units.label(kind) for kind in KINDS},
@@ -50,6 +52,7 @@ def payload(reading: ForceReading) -> dict[str, Any]:
         "effort": list(reading.effort_name) if reading.effort is not None else None,
         "freedoms": _freedoms(reading),
         **_fixed(reading),
+        "acts": acts,
         "arrays": {name: packed(values[shown], DRAWN if name == "bent" else STEPS) for name, values in arrays.items()},
     }
 
@@ -57,7 +60,8 @@ def payload(reading: ForceReading) -> dict[str, Any]:
 def _members(reading: ForceReading, shown: Index) -> dict[str, Any]:
     """What there is of each member: none where no link bends."""
     if not isinstance(reading, Reading):
-        return {"members": [], "fibres": [], "ends": [], "s": [], "lengths": [], "peaks": [], "magnify": 1.0}
+        none = dict.fromkeys(("members", "fibres", "ends", "s", "lengths", "peaks"), ())
+        return {**none, "magnify": 1.0, "sections": {}}
     return {
         "members": reading.members,
         "fibres": reading.fibres,
@@ -66,7 +70,20 @@ def _members(reading: ForceReading, shown: Index) -> dict[str, Any]:
         "lengths": (reading.lengths / reading.units.size("length")).tolist(),
         "peaks": [[int(np.flatnonzero(shown == peak.k)[0]), peak.j, peak.f] for peak in reading.peaks],
         "magnify": default_magnification(reading.result),
+        "sections": sections_of(reading),
     }
+
+
+def sections_of(reading: Reading) -> dict[str, list[str]]:
+    """Name of each section force that the result has, and its unit.
+
+    Parameters
+    ----------
+    reading
+        The result.
+    """
+    known = {name: [said, reading.units.label(kind)] for name, (said, kind) in SECTION_FORCES.items()}
+    return {name: known[name] for name in known if name in reading.result.data}
 
 
 def _pins(reading: ForceReading) -> list[int]:
@@ -156,6 +173,7 @@ def _curves(reading: ForceReading) -> dict[str, Array]:
     if not isinstance(reading, Reading):
         return found
     found |= {"stress": reading.stress, "strain": reading.strain}
+    found |= {name: reading.section_force(name) for name in sections_of(reading)}
     for name in ("strain", "stress"):
         if (still := f"{name}_quasi_static") in data:
             curves = data[still].transpose("theta", "member", "s", "fibre").to_numpy() / reading.units.size(name)

@@ -58,6 +58,23 @@ const stationOf = (m, j) => j === 0 || j === S - 1 ? `at ${D.ends[m][j ? 1 : 0]}
 // What is shown now.
 const peakStress = D.peaks.map(([k, j, f], m) => Math.abs(at(A.stress, k, cell(m, j, f))));
 const BENDS = D.members.length > 0, LIMIT = Math.max(...peakStress, 0) || 1, WORST = peakStress.indexOf(Math.max(...peakStress));
-const shown = { place: BENDS ? D.peaks[WORST][0] : 0, member: WORST, unit: "stress", magnify: D.magnify, playing: false };
-const unitName = () => D.units[shown.unit];
-const value = (place, m, j, f) => at(A[shown.unit], place, cell(m, j, f));
+const shown = { place: BENDS ? D.peaks[WORST][0] : 0, member: WORST, unit: "stress", other: -1, magnify: D.magnify, playing: false };
+// What is shown of a member: stress or strain of a side, or a force in its sections.
+const sentence = text => text[0].toUpperCase() + text.slice(1);
+const whatOf = name => sentence(D.sections[name]?.[0] ?? name), unitOf = name => D.sections[name]?.[1] ?? D.units[name];
+const unitName = () => unitOf(shown.unit), sided = name => !(name in D.sections);
+const valueOf = (name, place, m, j, f) => at(A[name], place, sided(name) ? cell(m, j, f) : m * S + j);
+const value = (place, m, j, f) => valueOf(shown.unit, place, m, j, f);
+// Position, station and side where it is largest: of stresses and strains those of the peak stress.
+const found = {};
+function peakOf(m, name = shown.unit) {
+  if (sided(name)) return D.peaks[m];
+  return found[`${name} ${m}`] ??= (() => {
+    let best = [0, 0, 0], most = -1;
+    for (let k = 0; k < N; k++) for (let j = 0; j < S; j++) {
+      const size = Math.abs(valueOf(name, k, m, j));
+      if (size > most) [most, best] = [size, [k, j, 0]];
+    }
+    return best;
+  })();
+}

@@ -159,6 +159,36 @@ function arrows(place) {
     pen.fill();
   });
 }
+// Loads end where they act; weights begin at centres of mass. Each kind has its own scale, its largest is named.
+function arrow([x, y], [fx, fy], pixels, colour, ends) {
+  const size = Math.hypot(fx, fy) * pixels;
+  if (size < 2) return null;
+  const angle = Math.atan2(-fy, fx), along = [Math.cos(angle), Math.sin(angle)], back = ends ? size : 0, head = Math.min(9, size);
+  const tail = [x - back * along[0], y - back * along[1]], tip = [tail[0] + size * along[0], tail[1] + size * along[1]];
+  Object.assign(pen, { strokeStyle: colour, fillStyle: colour, lineWidth: 2 });
+  pen.beginPath();
+  pen.moveTo(...tail);
+  pen.lineTo(...tip);
+  pen.stroke();
+  pen.beginPath();
+  pen.moveTo(...tip);
+  for (const turn of [2.7, -2.7]) pen.lineTo(tip[0] + head * Math.cos(angle + turn), tip[1] + head * Math.sin(angle + turn));
+  pen.fill();
+  return ends ? tail : tip;
+}
+function acting(place) {
+  const names = D.acts.loads ?? [], weights = D.acts.weights ?? [], heaviest = weights.length && D.acts.weight_sizes.indexOf(1);
+  const where = (rigid, bent, column) => frame.to([0, 1].map(c => at(rigid, place, column + c) + shown.magnify * at(bent, place, 2 * Math.floor(column / 4) + c)));
+  names.forEach((name, n) => {
+    const force = [0, 1].map(c => at(A.loads, place, 4 * n + 2 + c)), end = arrow(where(A.loads, A.loads_bent, 4 * n), force, 60, inks.c1, true);
+    if (end && name) label(name, end[0], Math.max(10, end[1] - 10), "center");
+  });
+  weights.forEach((text, n) => {
+    const at_ = [0, 1].map(c => at(A.weights, place, 2 * n + c) + shown.magnify * at(A.weights_bent, place, 2 * n + c));
+    const end = arrow(frame.to(at_), D.acts.down.map(part => part * D.acts.weight_sizes[n]), 50, inks.soft, false);
+    if (end && n === heaviest) label(text, end[0] + 8, end[1], "left");
+  });
+}
 function mechanism(place) {
   const w = frame.half;
   pen.setTransform(frame.sharp, 0, 0, frame.sharp, 0, 0);
@@ -174,6 +204,7 @@ function mechanism(place) {
   [...D.members.keys()].sort((a, b) => (a === shown.member) - (b === shown.member)).forEach(m => ribbon(place, m));
   D.names.forEach((_, n) => disc(frame.to(pin(place, n)), w * .95, inks.card, inks.ink));
   traced(place);
+  if ($("acting")?.checked) acting(place);
   if ($("arrows").checked) arrows(place);
   const taken = [];  // a name that would cover another is left out: at another angle it has room
   D.names.forEach((name, n) => {

@@ -22,7 +22,17 @@ function polar() {
     draw("path", { class: "curve s0", d: path(Array.from({ length: TURNS ? N + 1 : N }, (_, i) => tip(i % N))) }, svg);
     const arrow = draw("line", { class: "arrow" }, svg), dot = draw("circle", { r: 5, class: "point" }, svg);
     draw("circle", { cx: tip(k)[0], cy: tip(k)[1], r: 7, class: "ring" }, svg);
-    figure.append(caption);
+    const hover = document.createElement("div");
+    hover.className = "tip";
+    hover.hidden = true;
+    figure.append(hover, caption);
+    svg.addEventListener("pointerleave", () => { hover.hidden = true; });
+    svg.addEventListener("pointermove", event => { // of the point of the path that is nearest
+      const frame = svg.getBoundingClientRect(), [px, py] = [(event.clientX - frame.left) / frame.width * 232 - 116, (event.clientY - frame.top) / frame.height * 232 - 116];
+      const far = history(place => { const [x, y] = tip(place); return Math.hypot(x - px, y - py); }), near = far.indexOf(Math.min(...far)), [x, y] = of(near);
+      hover.textContent = `${told(near)}: ${number(Math.hypot(x, y))} ${D.units.force} (${number(x)}, ${number(y)})`;
+      hover.hidden = false;
+    });
     const now = document.createElement("span"), strong = document.createElement("b"), rest = document.createElement("b");
     strong.textContent = name;
     rest.textContent = `${number(most)} ${D.units.force}`;
@@ -56,7 +66,7 @@ function frequencies() {
   if (!$("frequency")) return;
   const modes = Array.from({ length: A.frequency.row }, (_, n) => history(place => at(A.frequency, place, n)));
   const plot = overMotion($("frequency"), { y: [0, range(modes)[1]], yName: "Hz", right: 64 });
-  modes.forEach((values, n) => curve(plot, values, { colour: n }));
+  modes.forEach((values, n) => curve(plot, values, { colour: n, name: `mode ${n + 1}`, unit: "Hz" }));
   const places = modes.map((values, n) => ({ n, y: plot.Y(values[N - 1]) + 4 })).sort((a, b) => b.y - a.y);
   places.reduce((below, text) => { text.y = Math.min(text.y, below - 14); return text.y; }, Infinity);
   for (const { n, y } of places) draw("text", { x: plot.box.right + 6, y, class: `named f${n % 6}` }, plot.svg, `mode ${n + 1}`);
@@ -81,9 +91,10 @@ function spectrum() {
   $("spectrum-where").textContent = `of the strain of ${D.members[shown.member]} where it is largest; drive ${number(drive)} Hz${modes}`;
   for (let n = 1; n <= last; n++) {
     const width = Math.max(2, .7 * (X(2) - X(1)));
-    const bar = draw("rect", { x: X(n) - width / 2, width, y: Y(heights[n]), height: box.bottom - Y(heights[n]), class: "f0" }, svg);
-    draw("title", {}, bar, `${n} times the drive, ${number(n * drive)} Hz: ${number(heights[n])} ${D.units.strain}`);
+    draw("rect", { x: X(n) - width / 2, width, y: Y(heights[n]), height: box.bottom - Y(heights[n]), class: "f0" }, svg);
   }
+  plot.where = v => `${Math.round(v)} times the drive, ${number(Math.round(v) * drive)} Hz`;
+  plot.read.push(v => heights[Math.round(v)] === undefined ? null : { text: `${number(heights[Math.round(v)])} ${D.units.strain}`, y: heights[Math.round(v)] });
 }
 function stability() {
   const host = $("stability");

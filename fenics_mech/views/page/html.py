@@ -14,6 +14,7 @@ class Html(str):
 
 
 EMPTY = Html()
+MANY = 5  # columns of a table that a narrow screen shows beside one another
 VOID = ("meta", "input", "br")
 
 
@@ -54,7 +55,7 @@ def join(parts: Iterable[str]) -> Html:
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str) -> Html:
-    """Make a table that scrolls by itself where it is wide; the first cell of a row is its head.
+    """Make a table; the first cell of a row is its head. On a narrow screen the rows of one of many columns are lists.
 
     Parameters
     ----------
@@ -69,12 +70,15 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str)
     heads = [
         tag("th", text.removesuffix("<"), scope="col", class_="t" if left[i] else None) for i, text in enumerate(head)
     ]
-    body = [row if isinstance(row, Html) else line(row, left) for row in rows]
-    whole = tag("table", tag("thead", tag("tr", *heads)) if any(head[1:]) else EMPTY, tag("tbody", *body), **attributes)
+    body = [row if isinstance(row, Html) else line(row, left, head) for row in rows]
+    many = {"class_": " ".join(filter(None, [attributes.pop("class_", ""), "many"]))} if len(head) > MANY else {}
+    whole = tag(
+        "table", tag("thead", tag("tr", *heads)) if any(head[1:]) else EMPTY, tag("tbody", *body), **attributes, **many
+    )
     return tag("div", whole, class_="scroll")
 
 
-def line(cells: Sequence[str], left: Sequence[bool], **attributes: str | float) -> Html:
+def line(cells: Sequence[str], left: Sequence[bool], head: Sequence[str], **attributes: str | float) -> Html:
     """Make a row of a table.
 
     Parameters
@@ -83,11 +87,14 @@ def line(cells: Sequence[str], left: Sequence[bool], **attributes: str | float) 
         Its cells, the first of which is its head.
     left
         Which of them stand to the left.
+    head
+        Heads of the columns, which stand beside the cells where rows are lists.
     attributes
         Attributes of the row.
     """
     first, *rest = cells
-    others = [tag("td", cell, class_="t" if left[i] else None) for i, cell in enumerate(rest, 1)]
+    heads = [text.removesuffix("<") if len(head) > MANY else None for text in head]
+    others = [tag("td", cell, class_="t" if left[i] else None, data_head=heads[i]) for i, cell in enumerate(rest, 1)]
     return tag("tr", tag("th", first, scope="row", class_="t"), *others, **attributes)
 
 

@@ -54,7 +54,7 @@ def members(reading: Reading) -> Html:
             reading.place(bent),
             _error_of(reading, i),
         ]
-        rows.append(line(cells, left, data_member=i))
+        rows.append(line(cells, left, head, data_member=i))
     return table(head, rows, id="members")
 
 

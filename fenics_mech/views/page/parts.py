@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech.views.judgements import headline, judgements, verdict
+from fenics_mech.views.page.acting import kinds_of
+from fenics_mech.views.page.curves import sections_of
 from fenics_mech.views.page.html import EMPTY, Html, join, tag
 from fenics_mech.views.page.page_tables import frequencies, joints
 from fenics_mech.views.reading import ForceReading, Reading
@@ -125,7 +127,7 @@ def _drawing(reading: ForceReading) -> Html:
     to_peak = tag("button", "peak", id="to-peak", type="button")
     bends, arrows = isinstance(reading, Reading), tag("input", type="checkbox", id="arrows")
     magnify = tag("label", "deflection magnified ", tag("output", id="times"), _slider("magnify", "1"), class_="grow")
-    sizes = (magnify if bends else EMPTY, tag("label", arrows, " joint forces", class_="check"))
+    sizes = (magnify if bends else EMPTY, tag("label", arrows, " joint forces", class_="check"), _acting(reading))
     steps = tag("div", play, position, to_peak, class_="row") if len(reading.theta) > 1 else EMPTY
     label = "The mechanism at the chosen position" + (", its members coloured by stress" if bends else "")
     moves = (steps, tag("div", *sizes, class_="row"), tag("p", id="hint", class_="hint"))
@@ -136,6 +138,12 @@ def _drawing(reading: ForceReading) -> Html:
         tag("div", *moves, class_="controls"),
         class_="card drawing live",
     )
+
+
+def _acting(reading: ForceReading) -> Html:
+    """Let loads and weights be drawn, where there are some."""
+    kinds, box = kinds_of(reading), tag("input", type="checkbox", id="acting")
+    return tag("label", box, f" {' and '.join(kinds)}", class_="check") if kinds else EMPTY
 
 
 def _colours() -> Html:
@@ -158,9 +166,12 @@ def _slider(name: str, step: str) -> Html:
 def _curves(reading: Reading) -> Html:
     """Make the frames of the curves, and the choice of member and unit."""
     members = [tag("option", name, value=i) for i, name in enumerate(reading.members)]
-    units = [tag("option", f"{kind}, {reading.units.label(kind)}", value=kind) for kind in ("stress", "strain")]
+    shown = {kind: [kind, reading.units.label(kind)] for kind in ("stress", "strain")} | sections_of(reading)
+    units = [tag("option", f"{name}, {unit}", value=kind) for kind, (name, unit) in shown.items()]
+    none = tag("option", "none", value=-1)
     choice = (
         tag("label", "member ", tag("select", *members, id="member")),
+        tag("label", "beside ", tag("select", none, *members, id="other")) if len(members) > 1 else EMPTY,
         tag("label", "show ", tag("select", *units, id="unit")),
         tag("button", "CSV", id="csv", type="button") if len(reading.theta) > 1 else EMPTY,
     )
@@ -183,6 +194,8 @@ def dynamics(reading: ForceReading) -> Html:
         The result.
     """
     data, cards = reading.result.data, []
+    if isinstance(reading, Reading) and sections_of(reading):
+        cards.append(_card("Section forces", "sections-where", "sections"))
     if reading.effort is not None and len(reading.theta) > 1:
         cards.append(_card(sentence(reading.effort_name[0]), "", "effort"))
     if "freedom_place" in data:
