@@ -34,6 +34,7 @@ def test_pendulum_has_the_period_of_its_comment():
     assert 2 * np.pi * np.sqrt(2 / (3 * G)) == pytest.approx(1.638, abs=5e-4)
 
 
+@pytest.mark.long
 @pytest.mark.slow  # 150 periods of a chaotic motion
 def test_driven_pendulum_is_chaotic_as_its_comment_says():
     scene = fm.load(DEMOS / "free_motion/driven_pendulum.toml")
@@ -68,6 +69,7 @@ def test_door_shuts_when_and_as_fast_as_its_comment_says():
     assert data.attrs["contacts_closed"] >= 1
 
 
+@pytest.mark.long
 @pytest.mark.slow  # each blow takes some short steps
 def test_hammer_rebounds_and_hits_as_its_comment_says():
     mass, speed, contact = (
@@ -144,6 +146,7 @@ def test_press_slows_its_flywheel_as_an_independent_program_finds():
     assert data.attrs["power_balance_error"] < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.slow  # it lifts off and bounces
 def test_valve_lifts_off_above_the_speed_of_its_comment():
     mass, preload, spring, lift = 0.12, 150.0, 3e4, 9e-3
@@ -155,6 +158,7 @@ def test_valve_lifts_off_above_the_speed_of_its_comment():
     assert float(slower["indentation"].min()) > 0
 
 
+@pytest.mark.long
 @pytest.mark.slow  # twelve links over 4 s
 def test_legs_walk_with_the_mean_speed_of_their_comment():
     _, place, rate, data = moved("free_motion/walking_legs")
@@ -167,6 +171,7 @@ def test_legs_walk_with_the_mean_speed_of_their_comment():
     assert data.attrs["power_balance_error"] < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.slow  # a bending arm over a cycle
 def test_gripper_swings_on_as_its_comment_says():
     scene = fm.load(DEMOS / "free_motion/pick_and_place.toml").changed({"analysis.error_estimates": False})

@@ -106,6 +106,7 @@ def test_damping_of_the_seed_is_within_its_interval_in_95_of_100_records():
     assert 90 <= held <= 99
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_damping_and_stiffness_of_the_seed_are_found_from_a_noisy_strain(tmp_path):
     truth = fm.analyse(four_bar(damping=DAMPING).changed({"damping.ratio": 0.025, "materials.aluminium.modulus": 69e9}))
@@ -218,6 +219,7 @@ def test_a_search_that_does_not_end_is_told(monkeypatch):
     assert not linear(matrix, x).converged
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_records_at_two_speeds_are_fitted_together(tmp_path):
     density = {"numbers": ["materials.aluminium.density"], "between": [2000, 3500]}
@@ -241,6 +243,7 @@ def test_records_at_two_speeds_are_fitted_together(tmp_path):
     assert len(plot_identified(found, tmp_path)) == 4
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_clearance_and_friction_are_found_from_the_push_and_the_torque():
     law = {"kind": "friction", "joint": "A", "coefficient": 0.1, "radius": "10 mm"}

@@ -117,6 +117,7 @@ def test_the_height_of_least_peak_strain_at_fixed_mass_is_that_of_a_scan(tmp_pat
     assert fm.load(tmp_path / "best.toml").sections["coupler"].height == pytest.approx(found.best.values[0])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_sections_of_least_peak_strain_at_fixed_mass_are_those_of_a_scan():
     """The machine of Sadler and Sandor's kind: mass is moved between coupler and follower; both bend."""
@@ -380,6 +381,7 @@ def test_rounding_of_a_drives_power_is_not_in_its_derivative(monkeypatch):
     assert found[1] == pytest.approx(found[0], rel=1e-6)  # 1e-7 here, and 3e-6 where the equation gives accelerations
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("demo", "number", "value", "effects"),

@@ -30,6 +30,7 @@ def table(path):
     return [{k: v for k, v in row.items() if k != "seconds"} for row in csv.DictReader(path.read_text().splitlines())]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @with_mpirun
 @pytest.mark.parametrize(
@@ -52,6 +53,7 @@ def test_processes_of_mpirun_find_what_one_finds(words, name, ranks, tmp_path):
     assert shared == alone
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @with_mpirun
 def test_all_processes_get_the_result_and_the_first_one_writes(tmp_path):
