@@ -32,8 +32,10 @@ class CriticalSpeed:
         By which share of the present speed it is above that; negative below.
     order
         Multiple of the drive's rate.
+    mode
+        Number of the mode, from 1.
     modes
-        Number of the mode, and of those with which it veers, from 1.
+        That of the mode, and of those with which it veers, ascending.
     link
         Link that has the largest part of the mode.
     share
@@ -45,6 +47,7 @@ class CriticalSpeed:
     speed: float
     distance: float
     order: float
+    mode: int
     modes: tuple[int, ...]
     link: str
     share: float
@@ -126,6 +129,7 @@ def critical_speeds(result: Result) -> list[CriticalSpeed]:
             speed=float(speed[m, n]),
             distance=float(speed[m, n]) / rate - 1,
             order=float(order[m, n]),
+            mode=int(numbers[m]),
             modes=tuple(int(mode) for mode in numbers[group == group[m]]),
             link=str(links[shares[m].argmax()]),
             share=float(load[m, n]),

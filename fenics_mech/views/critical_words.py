@@ -57,9 +57,21 @@ def band_of(result: Result, one: CriticalSpeed) -> str:
     one
         The critical speed.
     """
+    return turns(result, *(one.band or (one.speed, one.speed))) + (", where it runs" if runs_in(result, one) else "")
+
+
+def runs_in(result: Result, one: CriticalSpeed) -> bool:
+    """Say whether the present speed is in the range of a speed to avoid.
+
+    Parameters
+    ----------
+    result
+        The result.
+    one
+        The critical speed.
+    """
     low, high = one.band or (one.speed, one.speed)
-    here = low <= abs(result.scene.cycle_rate) <= high
-    return turns(result, low, high) + (", where it runs" if here else "")
+    return low <= abs(result.scene.cycle_rate) <= high
 
 
 def cause_of(one: CriticalSpeed) -> str:
