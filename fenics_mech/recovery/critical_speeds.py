@@ -5,7 +5,9 @@ result has the same answer, a quasi-static one too. A mode ``y'' + 2 zeta omega 
 changes slowly over the cycle vibrates as ``y = Re a exp(i phi)/sqrt(omega)`` with ``phi' = omega`` (WKB). It repeats in
 itself where its mean frequency is a whole multiple of the drive's. Averaged over the cycle it has there
 
-    ``a = 2 <f exp(-i phi)/sqrt(omega)> / (2 zeta <omega>)``.
+    ``a = 2 <f exp(-i phi)/sqrt(omega)> / (2 zeta <omega>)``,
+
+which is 1/(2 zeta) times its answer without vibration.
 
 Spin and stiffening go with the square of the rate of the drive: ``omega^2 = omega_0^2 + c Omega^2`` (Southwell), so
 that ``k Omega = omega`` is at ``Omega = omega_0/sqrt(k^2 - c)``.
@@ -243,7 +245,8 @@ class ModesOfCycle:
                 load = push_0 + square * (push_1 - push_0)
                 waves = load * np.exp(-1j * self.orders[m, n] * phase) / np.sqrt(omega)
                 peak = np.abs(applied + square * (whole - applied)).max()
-                size = 2 * abs(waves.mean()) / omega.mean() * strained.max()
+                running = self.orders[m, n] * self.speeds[m, n]  # whose square is the stiffness about the motion
+                size = 2 * abs(waves.mean()) * omega.mean() / running**2 * strained.max()
                 found[m, n] = size / peak if peak else np.nan
         return found
 
