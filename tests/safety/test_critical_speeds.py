@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from fenics_mech import analyse, load, summary
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.critical_speeds import critical_speeds as found_of
+from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.safety.critical_speeds import (
     STRONG,
     CriticalSpeed,
@@ -49,7 +49,7 @@ def test_one_mode_under_a_harmonic_load():
     speeds = np.array([slow / math.sqrt(order**2 - 0.2) for order in range(1, 13)])
     of_weight = mass * G * length * (height / 2) / bending
     pull = mass * (speeds[0] ** 2 * length + G) / stretching  # nearly at the same angle
-    result = Result(found_of(arm(5.0)))
+    result = Result(mode_speeds(arm(5.0)))
     found = result.data
     assert found["critical_speed"].to_numpy()[0] == pytest.approx(speeds, rel=2e-3)  # the beam's mass, its mesh
     share = found["critical_share"].to_numpy()[0]
@@ -91,7 +91,7 @@ def test_the_arm_in_motion_vibrates_as_told():
 def test_spin_and_pull_of_turning_beams(speed, hub):
     """By Ritz' method: ``k Omega = omega(Omega)``, whatever speed they are told from. Southwell's is a bound of 1 %."""
     beam = {key: value for key, value in ARM.items() if key != "mass"} | {"hub": hub}
-    found = found_of(turning_beam(speed, **beam).changed({"analysis.modes": 2}))
+    found = mode_speeds(turning_beam(speed, **beam).changed({"analysis.modes": 2}))
     for mode, order in ((0, 2), (0, 5), (1, 3), (1, 12)):
 
         def left(omega, mode=mode, order=order):
@@ -165,9 +165,9 @@ def test_quasi_static_and_periodic_runs_tell_the_same():
 @pytest.mark.parametrize("positions", [48, 72, 144])
 def test_modes_that_veer_are_named_together(monkeypatch, positions):
     """Modes 1 and 2 of the seed, 4 Hz apart, turn into each other; at no number of positions does mode 3."""
-    monkeypatch.setattr("fenics_mech.recovery.critical_speeds.POSITIONS", positions)
+    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.POSITIONS", positions)
     seed = seed_four_bar(analysis={"modes": 3})
-    found = found_of(seed)
+    found = mode_speeds(seed)
     assert found["mode_group"].to_numpy().tolist() == [1, 1, 3]
 
 
@@ -213,8 +213,8 @@ def test_what_has_no_critical_speeds(monkeypatch):
 
     seed = seed_four_bar(analysis={"sub_intervals": 24, "modes": 2})
     still = seed.changed(analysis__method="static")
-    assert not found_of(still).variables
-    monkeypatch.setattr("fenics_mech.recovery.critical_speeds.mechanism", fails)
+    assert not mode_speeds(still).variables
+    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.mechanism", fails)
     off = seed.changed({"analysis.method": "quasi-static", "analysis.critical_speeds": False})
     result = analysed(off)
     assert critical_speeds(result) == speeds_to_avoid(result) == []
@@ -224,10 +224,11 @@ def test_what_has_no_critical_speeds(monkeypatch):
 
 def test_modes_that_come_back_with_the_other_sign_or_as_others():
     """Those of the quick return come back swapped after a cycle; their mean is met at each half of the drive's rate."""
-    found = found_of(load(DEMOS / "quick_return.toml").changed({"analysis.modes": 4}))
+    found = mode_speeds(load(DEMOS / "quick_return.toml").changed({"analysis.modes": 4}))
     held = 2 * np.pi * found["mode_frequency"].sel(limit="mean").to_numpy()
     orders = found["critical_order"].to_numpy()
     assert orders[0, :12].tolist() == list(range(1, 13))
+    assert orders[1, :3].tolist() == [0.25, 0.75, 1.25]  # with the other sign after two cycles
     assert np.diff(orders[1][np.isfinite(orders[1])]) == pytest.approx(0.5)
     assert np.diff(orders[2][np.isfinite(orders[2])]) == pytest.approx(0.5)
     swapped = held[1:3].mean() / orders[1, 20:]

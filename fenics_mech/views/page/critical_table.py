@@ -62,7 +62,7 @@ def _by_mode(reading: ForceReading) -> Html:
         ["veers with", *(" ".join(str(other) for other in one.modes if other != one.mode) for one in of_modes)],
         ["held, Hz", *(short(float(value)) for value in frequency.sel(limit="mean"))],
         ["running, Hz", *(short(float(value)) for value in frequency.sel(limit="running"))],
-        ["damping", *(percent(one.damping) for one in of_modes)],
+        ["damping ratio", *(percent(one.damping) for one in of_modes)],
         [f"|1 {MINUS} \N{GREEK SMALL LETTER MU}|", *(short(near.get(mode, np.nan)) for mode in modes)],
     ]
     rows = [row for row in rows if any(text.strip("\N{EN DASH}") for text in row[1:])]

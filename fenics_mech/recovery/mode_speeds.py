@@ -46,7 +46,7 @@ POSITIONS = 72  # of the cycle: six in a period of the fastest of these harmonic
 VEERS = np.pi / 4  # turn of two modes into each other, from which each is as much the other as itself
 
 
-def critical_speeds(scene: Scene) -> xr.Dataset:
+def mode_speeds(scene: Scene) -> xr.Dataset:
     """Give the critical speeds of a driven machine, and what decides how strong they are.
 
     Parameters
