@@ -26,6 +26,7 @@ from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.link_motion import link_motion
+from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
@@ -136,6 +137,7 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
         link_motion(forces),
         *_of_kind(solution, fields.system),
         *([] if errors is None else [of_errors(errors).dataset()]),
+        mode_speeds(scene),
     )
     data = _joined(data, *parts)
     data = _joined(data, residual_vibration(scene, data))

@@ -118,6 +118,20 @@ ATTRIBUTES = {
         "relative error of the frequency by the mesh, but for pins that travel; "
         f"{FREQUENCY.largest_known:g}: that or more",
     ),
+    "mode_frequency": (
+        "Hz",
+        "natural frequency over the cycle, held at each position: lowest, mean and highest; running: its mean about "
+        "the motion, with spin and axial forces",
+    ),
+    "mode_damping": ("1", "damping ratio of the mode, its mean over the cycle"),
+    "mode_share": ("1", "share of each link in the mode, by mass"),
+    "mode_group": ("1", "first of the modes that turn into this one over the cycle, as they veer; or itself"),
+    "critical_speed": ("rad/s", "rate of the drive's cycle at which the harmonic meets the mode"),
+    "critical_order": ("1", "multiple of the drive's rate that meets the mode there"),
+    "critical_share": (
+        "1",
+        "amplitude of the strain that the harmonic makes on the mode at rest, over the peak strain without vibration",
+    ),
     "euler_ratio": ("1", "largest axial force over the Euler load of the member on two pins"),
     "bow": ("1", "largest distance of the member's axis from its chord, over its length"),
     "rotation": ("rad", "largest rotation of the member's axis from its rigid position"),

@@ -41,6 +41,8 @@ class Analysis(Part):
         Estimate the errors of the answer, which takes about half of the time. Without it nothing tells whether mesh,
         steps and theory suffice, and nothing is refused because they do not: for sweeps whose worst points are known.
         "contacts" also estimates the error of time steps where contacts open, from a motion with half their tolerance.
+    critical_speeds
+        Find the critical speeds of a machine that its drives lead: which harmonic of the drive meets which mode.
     allow_unstable
         Accept a periodic motion or an equilibrium of freedoms that is unstable: small disturbances grow.
     start
@@ -114,6 +116,7 @@ class Analysis(Part):
     harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60
     stability: bool = True
     error_estimates: bool | Literal["contacts"] = True
+    critical_speeds: bool = True
     allow_unstable: bool = False
     start: str = "rigid"
     start_time: Annotated[Time, Field(ge=0)] | None = None

@@ -9,6 +9,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.safety.critical_speeds import CriticalSpeed, critical_speeds, speeds_to_avoid
+from fenics_mech.views.critical_words import frequency_ranges
 from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import acting, judgements, verdict
 
@@ -56,16 +58,33 @@ def key_figures(result: Result) -> dict[str, Any]:
     for name in ("input_torque", "shaking_force", "shaking_moment"):
         if name in closer.data:
             found[name] = _largest(closer, _size(closer, name))
-    if "frequency" in data:
-        frequency = values_of(result, "frequency", "theta", "mode")
+    if ranges := frequency_ranges(result):
         found["frequencies"] = [
-            {"mode": mode, "lowest": float(curve.min()), "highest": float(curve.max())}
-            for mode, curve in enumerate(frequency.T, 1)
+            {"mode": mode, "lowest": low, "highest": high} for mode, (low, high) in enumerate(ranges, 1)
         ]
+    if "critical_speed" in data:
+        near = speeds_to_avoid(result)
+        found["speeds_to_avoid"] = [_critical(one) for one in near]
+        found["critical_speeds"] = [_critical(one) for one in critical_speeds(result) if one.band]
     attributes = {name: data.attrs[name] for name in (*FIGURES, *ESTIMATES) if name in data.attrs}
     if scene.members() and not any(effect.couples for effect in acting(result)):
         attributes.pop("power_balance_error", None)  # the equation leaves out power: it is no error
     return _plain(found | attributes)
+
+
+def _critical(one: CriticalSpeed) -> dict[str, Any]:
+    """Give a critical speed in plain data: rates in rad/s, distance and rise as shares."""
+    low, high = one.band or (one.speed, one.speed)
+    return {
+        "speed": one.speed,
+        "lowest": low,
+        "highest": high,
+        "distance": one.distance,
+        "order": one.order,
+        "modes": list(one.modes),
+        "link": one.link,
+        "rise": one.rise,
+    }
 
 
 def _members(result: Result) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
 from fenics_mech.views.beyond_theory import across_plane
+from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
@@ -194,6 +195,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     others = {"strength used": _used(result), "vibrates": _vibrates(result, reading.units)}
     others["across plane"] = across_plane(result)
     others["frequencies"] = _frequencies(result)
+    others["avoid"] = speeds_in_words(result)
     rows |= {name: text for name, text in others.items() if text}
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
     rows |= motion_rows(result, reading.units)
@@ -245,13 +247,12 @@ def _vibrates(result: Result, units: AnswerUnits) -> str:
 
 def _frequencies(result: Result) -> str:
     """Write the range over the cycle of each natural frequency, which knows no speed."""
-    if "frequency" not in result.data:
-        return ""
-    frequency = result.data["frequency"].transpose("theta", "mode").to_numpy()
     ranges = [
         short(low) if short(low) == short(high) else f"{short(low)}\N{EN DASH}{short(high)}"
-        for low, high in zip(frequency.min(axis=0), frequency.max(axis=0))
+        for low, high in frequency_ranges(result)
     ]
+    if not ranges:
+        return ""
     more = f" and {len(ranges) - MOST_MODES} more" if len(ranges) > MOST_MODES else ""
     return f"{', '.join(ranges[:MOST_MODES])} Hz{more}, held at each position"
 

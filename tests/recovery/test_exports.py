@@ -96,7 +96,7 @@ def test_tables_tell_strains_in_the_unit_that_is_asked_for(result, tmp_path, nam
 
 def test_every_variable_that_is_a_strain_is_known_as_one():
     """Described as strains, and neither shares of them nor places, phases and numbers of harmonics."""
-    other = {"relative_error", "utilisation", "vibration_harmonic"}
+    other = {"relative_error", "utilisation", "vibration_harmonic", "critical_share"}
     assert (
         set(STRAINS)
         == {name for name, (unit, meaning) in ATTRIBUTES.items() if unit == "1" and "strain" in meaning} - other

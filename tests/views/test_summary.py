@@ -88,4 +88,4 @@ def test_warnings_are_counted_and_results_without_vibration_have_fewer_rows(resu
     scene = result.scene.changed(analysis__method="quasi-static", analysis__sub_intervals=24)
     still = "\n".join(lines(analyse(scene), monkeypatch))
     assert "vibrates" not in still
-    assert "frequencies" not in still
+    assert "frequencies" in still  # of the few positions at which critical speeds are sought

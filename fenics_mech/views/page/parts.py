@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from fenics_mech.views.critical_words import frequency_ranges
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.page.acting import kinds_of
+from fenics_mech.views.page.critical_table import critical
 from fenics_mech.views.page.curves import sections_of
 from fenics_mech.views.page.html import EMPTY, Html, join, tag
 from fenics_mech.views.page.page_tables import frequencies, joints
@@ -83,9 +85,8 @@ def figures(reading: ForceReading) -> Html:
         turning = f"{short(float(moment[m]))} {reading.units.label('moment')} at {reading.at(m)}"
         where = f"{reading.at(k)}; moment {turning}"
         found.append(_tile("shaking force on the frame", float(force[k]), reading.units.label("force"), where))
-    if "frequency" in reading.result.data:
-        frequency = reading.result.data["frequency"].to_numpy()
-        least = float(frequency[frequency > 0].min(initial=np.inf))
+    if ranges := frequency_ranges(reading.result):
+        least = min((low for low, _ in ranges if low > 0), default=np.inf)
         found.append(
             _tile("lowest natural frequency", least, "Hz", f"{short(least * reading.scene.period)} times the drive's")
         )
@@ -204,6 +205,8 @@ def dynamics(reading: ForceReading) -> Html:
         cards.append(_card("Spectrum", "spectrum-where", "spectrum"))
     if "frequency" in data:
         cards.append(_card("Natural frequencies", "", "frequency", frequencies(reading)))
+    if "critical_speed" in data:
+        cards.append(_card("Critical speeds", "", "", critical(reading)))
     if "multiplier" in data:
         said = (
             "Each point is what one cycle leaves of a small disturbance (a Floquet multiplier). "
@@ -216,4 +219,5 @@ def dynamics(reading: ForceReading) -> Html:
 def _card(title: str, where: str, plot: str, more: Html = EMPTY) -> Html:
     head = tag("h2", title, " ", tag("small", id=where) if where else EMPTY)
     live_only = "" if more else " live"
-    return tag("section", head, tag("div", id=plot, class_="plot live"), more, class_=f"card{live_only}")
+    drawn = tag("div", id=plot, class_="plot live") if plot else EMPTY
+    return tag("section", head, drawn, more, class_=f"card{live_only}")
