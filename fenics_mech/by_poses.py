@@ -38,7 +38,13 @@ from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, S
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
 DISTURBANCES = 6  # that are told
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
-ORDERS = {"time": 5.0, "mesh": 4.0, BETWEEN: 2.0, "stations": 2.0, "theory": 0.0}  # of errors, in the numbers that they fall by
+ORDERS = {
+    "time": 5.0,
+    "mesh": 4.0,
+    BETWEEN: 2.0,
+    "stations": 2.0,
+    "theory": 0.0,
+}  # of errors, in the numbers that they fall by
 
 
 def by_poses(scene: Scene) -> Result:
@@ -143,7 +149,7 @@ def _suffices(solved: LinearCycle | AtRest) -> bool:
 
 
 def _choices(scene: Scene, errors: Errors | None) -> tuple[Choice, ...]:
-    """Say which effects acted, what was missing for others, and what exact strains would change, where that is known."""
+    """Say which effects acted, what others lack, and what exact strains would change, where that is known."""
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
     sizes = {} if errors is None else {EXACT: errors.relative("strain").get("theory")}
@@ -297,7 +303,7 @@ def _joined(*parts: xr.Dataset) -> xr.Dataset:
 
 
 def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
-    """Give the mean power of every cause, how far the energy fluctuates that the drives give, and the mean of efforts."""
+    """Give the mean power of every cause, the mean of efforts, and how far the energy fluctuates that drives give."""
     instants, weights = solved.weighed
     powers, efforts = instants.powers(), np.stack(list(solved.positions.efforts().values()), axis=1)
     given = next(iter(solved.positions.powers().values()))

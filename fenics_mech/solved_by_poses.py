@@ -1,4 +1,4 @@
-"""Answers of the equation of poses to a scene: a cycle, exact or linear beside the rigid motion, and positions at rest."""
+"""Answers of the equation of poses to a scene: a cycle, exact or linear beside the rigid one, and positions at rest."""
 
 from __future__ import annotations
 
@@ -81,15 +81,14 @@ class Solved:
         made = built(scene)
         return cls(scene, made, periodic(made.machine, scene.period, scene.analysis.sub_intervals))
 
-    def _read(self, *motion: Array) -> OfPoses:
-        """Read off a motion: instants, coordinates, rates and accelerations."""
-        return OfPoses(self.made, Motion(self.made.machine, *motion))
+    def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
+        return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
 
-    def _at(self, share: float) -> tuple[Array, ...]:
+    def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
         """Give instants, coordinates, rates and accelerations at a share of every step."""
         t, q, v, a = (x[:, 0] for x in self.cycle.path.at(np.array([share or 1.0])))
-        if not share:
-            t, q, v, a = map(_from_start, (t, q, v, a))
+        if not share:  # the end of the last step is the start of the cycle
+            t, q, v, a = (np.roll(x, 1, axis=0) for x in (t, q, v, a))
             t[0] = 0.0
         return t, q, v, a
 
@@ -100,8 +99,8 @@ class Solved:
     @property
     def at_stages(self) -> OfPoses:
         """Give the motion at the stages of all steps, over which a mean is of the order of the steps."""
-        states = (x.reshape(len(self.cycle.t.ravel()), -1) for x in (self.cycle.q, self.cycle.v, self.cycle.a))
-        return self._read(self.cycle.t.ravel(), *states)
+        q, v, a = (x.reshape(self.cycle.t.size, -1) for x in (self.cycle.q, self.cycle.v, self.cycle.a))
+        return self._read(self.cycle.t.ravel(), q, v, a)
 
     @property
     def weighed(self) -> tuple[OfPoses, Array]:
@@ -119,11 +118,6 @@ class Solved:
         yield "time", replace(self, cycle=finer_steps(self.cycle)).at(0.0)
         finer = built(with_halves(self.scene))
         yield "mesh", Solved(self.scene, finer, finer_mesh(self.cycle, finer.machine)).at(0.0)
-
-
-def _from_start(x: Array) -> Array:
-    """Give what is known at the ends of steps at their starts: the end of the last one is the start of the cycle."""
-    return np.roll(x, 1, axis=0)
 
 
 @dataclass(frozen=True)
@@ -160,11 +154,9 @@ class LinearCycle(Solved):
         assert step.stresses is not None
         return cls(scene, made, Cycle(made.machine, step.path, step.found, 1, step.size), list(step.stresses))
 
-    def _read(self, *motion: Array) -> OfPoses:
-        t, *change = motion
-        rigid = Motion(self.made.machine, t, *(0 * x for x in change))
-        stiff = stiffening(self.scene, self.made.machine, t)
-        return OfLinear.by(self.made, LinearMotion(rigid, tuple(change), stiff))  # type: ignore[arg-type]
+    def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
+        rigid = Motion(self.made.machine, t, 0 * q, 0 * v, 0 * a)
+        return OfLinear.by(self.made, LinearMotion(rigid, (q, v, a), stiffening(self.scene, self.made.machine, t)))
 
     @cached_property
     def _next(self) -> Iteration:
@@ -176,11 +168,10 @@ class LinearCycle(Solved):
     @cached_property
     def corrected(self) -> OfPoses:
         """The motion at the positions after one more step."""
-        ends = slice(len(self.cycle.tableau.c) - 1, None, len(self.cycle.tableau.c))
-        change = tuple(_from_start(x[ends]) for x in self._next.change)
+        stages = len(self.cycle.tableau.c)
+        dq, dv, da, *stiff = (np.roll(x[stages - 1 :: stages], 1, axis=0) for x in (*self._next.change, *self.stresses))
         here = Motion(self.made.machine, *self._at(0.0))
-        stiff = [_from_start(x[ends]) for x in self.stresses]
-        return OfLinear.by(self.made, LinearMotion(here, change, stiff))  # type: ignore[arg-type]
+        return OfLinear.by(self.made, LinearMotion(here, (dq, dv, da), stiff))
 
     def exact(self, scene: Scene) -> Solved:
         """Go on from here to the motion that leaves nothing out.
@@ -195,7 +186,7 @@ class LinearCycle(Solved):
         SolverError
             When there is none near.
         """
-        return Solved(scene, replace(self.made, scene=scene), converged(self._next))
+        return Solved(scene, replace(self.made, scene=scene), converged(copy(self._next)))
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
@@ -269,7 +260,8 @@ class AtRest:
         SolverError
             When there are none near.
         """
-        return AtRest._by(scene, replace(self.made, scene=self.made.scene.changed(effects=scene.effects)), _instants(scene))
+        made = replace(self.made, scene=self.made.scene.changed(effects=scene.effects))
+        return AtRest._by(scene, made, _instants(scene))
 
     @property
     def untold(self) -> tuple[str, ...]:

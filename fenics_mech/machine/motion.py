@@ -103,5 +103,5 @@ class LinearMotion:
         if self.stiffening is not None:
             present = (here.response.stress for here in base.found.terms)
             added = [(1 - share) * (stress - own) for stress, own in zip(self.stiffening, present)]
-        moved = (x + share * change for x, change in zip((base.q, base.v, base.a), self.change))
-        return Motion(base.machine, base.t, *moved, base.moving and (self.moving or share in (0, 1)), added)
+        q, v, a = (x + share * change for x, change in zip((base.q, base.v, base.a), self.change))
+        return Motion(base.machine, base.t, q, v, a, base.moving and (self.moving or share in (0, 1)), added)

@@ -16,7 +16,6 @@ from fenics_mech.machine.motion import SMALL, LinearMotion
 from fenics_mech.machine.section_forces import Sections
 from fenics_mech.recovery.of_poses import OfPoses, Variables
 from fenics_mech.scene.joints import Joint
-from fenics_mech.terms import Response
 
 
 @dataclass(frozen=True)
@@ -84,11 +83,15 @@ class OfLinear(OfPoses):
     @cached_property
     def measured(self) -> Sequence[Measured]:
         """Measures and stresses of every term."""
-        made = []
-        for one, here in enumerate(self._beside[0].measured):
-            x, rate, stress = (
-                self._linear(lambda of, read=read: read(of.measured[one]))  # type: ignore[misc]
-                for read in (lambda m: m.x, lambda m: m.rate, lambda m: m.response.stress)
+        return [
+            replace(
+                here,
+                x=self._linear(lambda of, k=k: of.measured[k].x),  # type: ignore[misc]
+                rate=self._linear(lambda of, k=k: of.measured[k].rate),  # type: ignore[misc]
+                response=replace(
+                    here.response,
+                    stress=self._linear(lambda of, k=k: of.measured[k].response.stress),  # type: ignore[misc]
+                ),
             )
-            made.append(replace(here, x=x, rate=rate, response=Response(stress, modes=here.response.modes)))
-        return made
+            for k, here in enumerate(self._beside[0].measured)
+        ]
