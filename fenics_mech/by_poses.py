@@ -38,6 +38,7 @@ from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, S
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
 DISTURBANCES = 6  # that are told
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
+STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
     "time": 5.0,
     "mesh": 4.0,
@@ -167,7 +168,7 @@ def quantities(found: OfPoses) -> Quantities:
         bending=bending,
         deflection=found.members()["deflection"][1],
         force=np.stack(forces, axis=1),
-        effort=np.stack(efforts, axis=1),
+        effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
     )
 
 
@@ -194,6 +195,8 @@ def estimated(solved: Solved | AtRest) -> Errors:
         parts[BETWEEN] = _missed(solved, here)
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
     parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
+    if not largest["strain"].max(initial=0.0) > STRAINED:
+        parts = {source: {} for source in parts}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
@@ -253,16 +256,16 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
     scene, found = solved.scene, solved.positions
     links = found.links()
     efforts = found.efforts()
-    each = np.stack(list(efforts.values()), axis=1)
     forces = found.joint_forces()
     variables: dict[str, Any] = {
         **found.members(),
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
         **found.frame(),
         **found.points(),
-        "input_torque": (("theta",), each[:, 0]),
-        "drive_effort": (("theta", "drive"), each),
     }
+    if efforts:
+        variables["input_torque"] = (("theta",), next(iter(efforts.values())))
+        variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
     variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
     labels = {
         "theta": links.theta,
@@ -283,7 +286,7 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
     attributes |= decisions(machine.n, len(found.mesh.cell), _choices(scene, errors))
     data = xr.Dataset(variables, labels, attributes).drop_vars(solved.untold, errors="ignore")
     parts = [rigid_places(scene, links), motion_of_links(scene, links), stability]
-    if scene.analysis.method != "static":
+    if efforts and scene.analysis.method != "static":
         parts.append(_power(solved, errors))
     if isinstance(solved, Solved):
         parts += [_modes(solved), _without_vibration(solved)]

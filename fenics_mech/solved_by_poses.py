@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
 from fenics_mech.estimate import finer_mesh, finer_steps
 from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
@@ -39,7 +40,8 @@ Stresses = list[Array]  # of every term
 def built(scene: Scene) -> SceneMachine:
     """Build a machine that is damped, with the motion of its rigid links as chart."""
     made = machine_of(scene)
-    made.machine.chart = rigid_cycle(made.machine, scene.period)
+    if scene.drives:
+        made.machine.chart = rigid_cycle(made.machine, scene.period)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
@@ -242,8 +244,10 @@ class AtRest:
         still = np.zeros_like(steps.q)
         if exact:
             newton(steps.step, TIGHT, MOST, "the static answer")
+            _refuse_buckled(scene, steps)
             return cls(scene, made, OfPoses(made, Motion(machine, t, steps.q, still, steps.a, moving)), None)
         steps.step()
+        _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
         return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
 
@@ -303,8 +307,20 @@ def _undamped(scene: Scene) -> SceneMachine:
     return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}))
 
 
+def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
+    """Raise `SolverError` where the stiffness about a static answer is not positive."""
+    yielding = steps.yielding
+    if yielding.any():
+        worst = int(np.argmax(yielding))
+        raise SolverError(
+            f"the mechanism buckles at drive angle {np.degrees(scene.cycle_rate * steps.t[worst]):.6g} deg: under its "
+            f"axial forces its stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the "
+            "speed, or take stiffer members"
+        )
+
+
 def _instants(scene: Scene) -> Array:
     """Give the instants at which the positions of a result are (s)."""
     if scene.analysis.method == "static":
-        return np.array([scene.analysis.position / scene.cycle_rate])
+        return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
     return scene.period / scene.analysis.sub_intervals * np.arange(scene.analysis.sub_intervals)

@@ -55,6 +55,7 @@ class StaticIteration:
     """
 
     found: Evaluation
+    values: Array  # of the stiffness with the rows, of which the last step was taken (instants, entries)
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations (instants, size)
 
     def __init__(
@@ -68,12 +69,12 @@ class StaticIteration:
         machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
         self.found = machine.residual(self.t, self.q, zero, self.a, moving=self.moving, tangents=False)
         held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False)
-        values = np.where(machine.pattern.indices >= n, held.M, held.K)
+        self.values = np.where(machine.pattern.indices >= n, held.M, held.K)
         blocks = blocks_of(machine.pattern, 1)
         x = np.array(
             [
                 Factors(blocks, value[:, None, None], "the static answer").solve(-force)
-                for value, force in zip(values, self.found.force)
+                for value, force in zip(self.values, self.found.force)
             ]
         )
         dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)
@@ -81,6 +82,20 @@ class StaticIteration:
         self.stresses = predicted(machine, held, *self.change)
         self.q, self.a = self.q + dq, self.a + da
         return float(np.abs(dq).max(initial=0.0) / max(np.abs(self.q).max(initial=0.0), 1.0))
+
+    @property
+    def yielding(self) -> Array:
+        """Independent ways in which every answer gives way to a push, ``(instants,)``: none, where it is stable.
+
+        A stiffness that is positive along the rows has as many negative eigenvalues with them as there are rows.
+        """
+        machine, found = self.machine, []
+        for value in self.values:
+            matrix = machine.pattern.matrix(value).toarray()
+            scale = 1 / np.sqrt(np.abs(matrix).max(axis=1))
+            both = scale[:, None] * (matrix + matrix.T) / 2 * scale
+            found.append(int((np.linalg.eigvalsh(both) < 0).sum()) - machine.held)
+        return np.array(found)
 
     @property
     def iterate(self) -> Iterate:
