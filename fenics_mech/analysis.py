@@ -99,7 +99,7 @@ def analyse(
     if not scene.members():
         progress("response")
         result = rigid_result(scene, state_to_go_on_from(scene, 0), stated)
-    elif scene.analysis.solver == "poses" and scene.analysis.method == "periodic":
+    elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
         result = by_poses(scene)
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)

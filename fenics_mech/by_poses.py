@@ -1,10 +1,8 @@
-"""Analysis of a driven cycle by the equation of poses: build, solve, estimate, collect."""
+"""Analysis of a driven machine by the equation of poses: plan, build, solve, estimate, collect."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,15 +17,14 @@ from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.estimate import finer_mesh, finer_steps
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
-from fenics_mech.machine.from_scene import SceneMachine, machine_of
-from fenics_mech.machine.motion import Motion
+from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import decisions, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
+from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
@@ -36,86 +33,24 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.scene.meshing import with_halves
-from fenics_mech.solve import (
-    Cycle,
-    damp_modes,
-    followed_modes,
-    held_modes,
-    periodic,
-    quasi_static,
-    rigid_cycle,
-    running_modes,
-)
+from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
+from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
 
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
 DISTURBANCES = 6  # that are told
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
-ORDERS = {"time": 5.0, "mesh": 4.0, BETWEEN: 2.0, "stations": 2.0}  # of errors, in the numbers that they fall by
-
-
-@dataclass(frozen=True)
-class Solved:
-    """A periodic motion of a scene's machine.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made
-        Its machine.
-    cycle
-        The motion.
-    """
-
-    scene: Scene
-    made: SceneMachine
-    cycle: Cycle
-
-    @classmethod
-    def of(cls, scene: Scene) -> Solved:
-        """Build the machine of a scene, and find its periodic motion.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion.
-        """
-        made = _built(scene)
-        steps, stages = scene.analysis.sub_intervals, scene.analysis.stages
-        return cls(scene, made, periodic(made.machine, scene.period, steps, stages=stages))
-
-    def at(self, share: float = 0.0) -> OfPoses:
-        """Give the motion at a share of every step."""
-        t, q, v, a = (x[:, 0] for x in self.cycle.path.at(np.array([share or 1.0])))
-        if not share:  # the end of the last step is the start of the cycle
-            t, q, v, a = (np.roll(x, 1, axis=0) for x in (t, q, v, a))
-            t[0] = 0.0
-        return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
-
-    @property
-    def at_stages(self) -> OfPoses:
-        """Give the motion at the stages of all steps, over which a mean is of the order of the steps."""
-        states = (x.reshape(len(self.cycle.t.ravel()), -1) for x in (self.cycle.q, self.cycle.v, self.cycle.a))
-        return OfPoses(self.made, Motion(self.made.machine, self.cycle.t.ravel(), *states))
-
-    @cached_property
-    def positions(self) -> OfPoses:
-        """The motion at the positions of the result."""
-        return self.at()
-
-
-def _built(scene: Scene) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart."""
-    made = machine_of(scene)
-    made.machine.chart = rigid_cycle(made.machine, scene.period)
-    if np.any(scene.damping.ratio):
-        damp_modes(made.machine, scene.period, scene.damping.ratio)
-    return made
+STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
+ORDERS = {
+    "time": 5.0,
+    "mesh": 4.0,
+    BETWEEN: 2.0,
+    "stations": 2.0,
+    "theory": 0.0,
+}  # of errors, in the numbers that they fall by
 
 
 def by_poses(scene: Scene) -> Result:
-    """Analyse a driven cycle.
+    """Analyse a driven machine over its cycle, or at rest.
 
     Parameters
     ----------
@@ -127,25 +62,25 @@ def by_poses(scene: Scene) -> Result:
     SceneError
         When it has what no term or joint of poses states yet.
     SolverError
-        When there is no periodic motion, or it is unstable.
+        When there is no motion or equilibrium, or a motion is unstable.
     UnresolvedError
         When an error is too large.
     """
-    scene, choices = planned(scene)
-    solved = Solved.of(scene)
-    stability = _stability(solved) if scene.analysis.stability else xr.Dataset()
-    finer = _built(with_halves(scene)) if scene.analysis.error_estimates else None
-    errors = estimated(solved, finer) if finer is not None else None
-    return collected(solved, errors, stability, choices, finer)
+    solved = solution(planned(scene), choosing=scene.effects == "auto")
+    stability = xr.Dataset()
+    if isinstance(solved, Solved) and scene.analysis.stability:
+        stability = _stability(solved)
+    errors = estimated(solved) if scene.analysis.error_estimates else None
+    return collected(solved, errors, stability)
 
 
-EXACT = ("coupling", "large-rotations")  # what the equation of poses always has
-FREE = ("shear", "rotary-inertia")  # what it has at no cost, where the scene lets the program choose
+COUPLED = "coupling"  # effect that acts in every motion of poses
+FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
 NOT_YET = ("inextensible", "lumped-mass", "motor", "air-drag")
 
 
-def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
-    """Choose the effects of a scene for the equation of poses, and say what was decided about each.
+def planned(scene: Scene) -> Scene:
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
 
     Parameters
     ----------
@@ -155,7 +90,8 @@ def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
     Raises
     ------
     SceneError
-        When it lists effects that the equation has not yet, has a tolerance, or asks for other points in a step.
+        When it lists effects that the equation has not yet, or leaves out those that it always has. When it has a
+        tolerance, or asks for other points in a step.
     """
     if scene.tolerance is not None:
         raise SceneError(
@@ -167,9 +103,7 @@ def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
         raise SceneError("solver = 'poses' has the points 'radau' alone", place="analysis.scheme")
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
-        scene = scene.changed(effects=(*EXACT, *(name for name in FREE if name not in lacking)))
-    elif not set(EXACT) <= set(scene.named_effects):
-        scene = scene.changed(effects=tuple({*scene.effects, *EXACT} - {"geometric-stiffness"}))
+        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
     acting = {effect.name for effect in active(scene)}
     if refused := [name for name in NOT_YET if name in acting]:
         raise SceneError(
@@ -177,9 +111,61 @@ def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
             place="analysis.solver",
             hint="Write solver = 'collocation'",
         )
-    return scene, tuple(
-        Choice(effect, None, name in acting, effect.missing_data(scene) if name in FREE and name not in acting else "")
-        for name, effect in EFFECTS.items()
+    if scene.analysis.method == "periodic" and COUPLED not in acting:
+        raise SceneError(
+            "without 'coupling' the motion is that of equation (5.1), which the equation of poses does not hold",
+            place="effects",
+            hint="Add 'coupling', or write solver = 'sub-intervals'",
+        )
+    if STIFFENED in acting and scene.analysis.tension == "settled":
+        raise SceneError(
+            "the axial forces of the equation of poses are those of the static answer, or exact",
+            place="analysis.tension",
+            hint=f"Replace {STIFFENED!r} by {EXACT!r}, which holds settled forces",
+        )
+    return scene
+
+
+def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
+    """Solve for the answer to a scene in the theory of its effects.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its effects.
+    choosing
+        Whether a linear theory may answer, where Newton's next correction is below what the scene may neglect.
+
+    Raises
+    ------
+    SolverError
+        When there is none.
+    """
+    kind: type[LinearCycle | AtRest] = LinearCycle if scene.analysis.method == "periodic" else AtRest
+    if not choosing:
+        return Solved.of(scene) if kind is LinearCycle and EXACT in scene.named_effects else kind.of(scene)
+    linear = kind.of(scene.changed(effects=tuple(STIFFENED if name == EXACT else name for name in scene.effects)))
+    return linear if _suffices(linear) else linear.exact(scene)
+
+
+def _suffices(solved: LinearCycle | AtRest) -> bool:
+    """Say whether what a linear theory leaves out is little enough for its scene."""
+    scene, here = solved.scene, quantities(solved.positions)
+    left_out, size = (quantities(solved.corrected) - here).largest, measures(scene, here.largest)
+    limits = {what: CHOICE.share * most for what, most in scene.tolerances.items()} or {
+        "strain": scene.neglected / 2,
+        "deflection": CHOICE.deflection,
+    }
+    return all(float((left_out[what] / size[what]).max(initial=0.0)) <= most for what, most in limits.items())
+
+
+def _choices(scene: Scene, errors: Errors | None) -> tuple[Choice, ...]:
+    """Say which effects acted, what others lack, and what exact strains would change, where that is known."""
+    acting = {effect.name for effect in active(scene)}
+    lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
+    sizes = {} if errors is None else {EXACT: errors.relative("strain").get("theory")}
+    return tuple(
+        Choice(effect, sizes.get(name), name in acting, lacking.get(name, "")) for name, effect in EFFECTS.items()
     )
 
 
@@ -192,33 +178,46 @@ def quantities(found: OfPoses) -> Quantities:
         bending=bending,
         deflection=found.members()["deflection"][1],
         force=np.stack(forces, axis=1),
-        effort=np.stack(efforts, axis=1),
+        effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
     )
 
 
-def estimated(solved: Solved, finer: SceneMachine) -> Errors:
-    """Estimate the errors of a motion: by more stages, by halved elements, and by what lies between the positions."""
+def estimated(solved: Solved | AtRest) -> Errors:
+    """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations.
+
+    Parameters
+    ----------
+    solved
+        The answer.
+
+    Raises
+    ------
+    UnresolvedError
+        When one is too large.
+    """
     here, scene = quantities(solved.positions), solved.scene
-    by_mesh = finer_mesh(solved.cycle, finer.machine)
-    parts = {
-        "time": (quantities(replace(solved, cycle=finer_steps(solved.cycle)).at()) - here).largest,
-        "mesh": (quantities(Solved(scene, finer, by_mesh).at()) - here).largest,
-    }
-    parts[BETWEEN] = _missed(solved, here)
     largest = here.largest
+    measure = measures(scene, largest)
+    parts = {source: (quantities(other) - here).largest for source, other in solved.better()}
+    if "theory" in parts:  # beyond its measure a quantity is not known at all
+        parts["theory"] = {name: np.minimum(error, measure[name]) for name, error in parts["theory"].items()}
+    if len(here.axial) > 1:
+        parts[BETWEEN] = _missed(solved, here)
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
     parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
+    if not largest["strain"].max(initial=0.0) > STRAINED:
+        parts = {source: {} for source in parts}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
     }
     order = {source: ORDERS[source] for source in parts}
-    errors = Errors(by_quantity, order, measures(scene, largest), (), largest)
+    errors = Errors(by_quantity, order, measure, (), largest)
     errors.judge(scene)
     return errors
 
 
-def _missed(solved: Solved, here: Quantities) -> dict[str, Array]:
+def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
     """Give by how much peaks between the positions surpass those of the Fourier series through the positions."""
     through = here.at_more_angles(BETWEEN_SHARES).sizes
     most = here.largest
@@ -268,42 +267,31 @@ def _link_of(solved: Solved, mode: int) -> str:
     return str(list(made.scene.links)[int(of_links.argmax())])
 
 
-def collected(
-    solved: Solved,
-    errors: Errors | None,
-    stability: xr.Dataset,
-    choices: Sequence[Choice],
-    finer: SceneMachine | None,
-) -> Result:
+def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
     """Label what was found.
 
     Parameters
     ----------
     solved
-        The motion.
+        The answer.
     errors
         Its errors; None where they are not estimated.
     stability
         What is known of disturbances.
-    choices
-        What was decided about effects.
-    finer
-        The machine with halved elements, by which frequencies have their errors; None where it is not made.
     """
     scene, found = solved.scene, solved.positions
     links = found.links()
     efforts = found.efforts()
-    each = np.stack(list(efforts.values()), axis=1)
     forces = found.joint_forces()
     variables: dict[str, Any] = {
         **found.members(),
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
         **found.frame(),
         **found.points(),
-        "input_torque": (("theta",), each[:, 0]),
-        "drive_effort": (("theta", "drive"), each),
-        "drive_effort_rms": (("drive",), np.sqrt(np.mean(each**2, axis=0))),
     }
+    if efforts:
+        variables["input_torque"] = (("theta",), next(iter(efforts.values())))
+        variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
     variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
     moments = found.joint_moments()
     if moments:
@@ -325,23 +313,22 @@ def collected(
     }
     machine = solved.made.machine
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
-    attributes |= decisions(machine.n, len(found.mesh.cell), choices)
+    attributes |= decisions(machine.n, len(found.mesh.cell), _choices(scene, errors))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
-    parts = [
-        rigid_places(scene, links),
-        motion_of_links(scene, links),
-        _power(solved, errors),
-        _modes(solved, finer),
-        _without_vibration(solved),
-        stability,
-        *([] if errors is None else [of_errors(errors).dataset()]),
-    ]
+    data = data.drop_vars(solved.untold, errors="ignore")
+    parts = [rigid_places(scene, links), motion_of_links(scene, links), stability, mode_speeds(scene)]
+    if efforts and scene.analysis.method != "static":
+        parts.append(_power(solved, errors))
+    if isinstance(solved, Solved):
+        parts += [_modes(solved), _without_vibration(solved)]
+    if errors is not None:
+        parts.append(of_errors(errors).dataset())
     data = _joined(data, *parts)
     cycle = last_cycle(scene.analysis, scene.drives, data)
     data = _joined(data, stress_figures(scene, data, cycle))
     if cycle is not None:
-        data = _joined(data, of_cycle(data, cycle, scene.period, data["strain_quasi_static"]))
+        data = _joined(data, of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
 
@@ -350,11 +337,11 @@ def _joined(*parts: xr.Dataset) -> xr.Dataset:
     return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 
 
-def _power(solved: Solved, errors: Errors | None) -> xr.Dataset:
-    """Give the mean power of every cause, and how far the energy fluctuates that the drives give."""
-    powers, steps = solved.at_stages.powers(), len(solved.cycle.t)
+def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
+    """Give the mean power of every cause, the mean of efforts, and how far the energy fluctuates that drives give."""
+    instants, weights = solved.weighed
+    powers, efforts = instants.powers(), np.stack(list(solved.positions.efforts().values()), axis=1)
     given = next(iter(solved.positions.powers().values()))
-    weights = np.tile(solved.cycle.tableau.A[-1] / steps, steps)
     passed = max(float(np.abs(power).mean()) for power in powers.values())
     bound = np.nan
     if errors is not None:
@@ -362,19 +349,20 @@ def _power(solved: Solved, errors: Errors | None) -> xr.Dataset:
         bound = float(uncertain @ np.abs(solved.positions.drive_rates()).mean(axis=0))
     mean = {cause: float(weights @ power) for cause, power in powers.items()}
     found = balance_of(mean, MEASURE.small_power * passed, bound)
+    found["drive_effort_rms"] = (("drive",), np.sqrt(np.mean(efforts**2, axis=0)))
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
     return found.assign_attrs(energy_fluctuation=float(np.ptp(stored)))
 
 
-def _modes(solved: Solved, finer: SceneMachine | None) -> xr.Dataset:
+def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
     scene, machine = solved.scene, solved.made.machine
     found = followed_modes(machine, solved.positions.motion.t)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
     error = np.full(count, np.nan)
-    if finer is not None:
-        start = held_modes(finer.machine, 0.0)[0][:count]
+    if scene.analysis.error_estimates:
+        start = held_modes(solved.finer.machine, 0.0)[0][:count]
         error = np.abs(found.omega[0, :count] / start - 1)
     along = ("theta", "mode")
     return xr.Dataset(

@@ -54,7 +54,7 @@ def test_a_pin_that_rides_along_a_member_is_felt_inside_it():
 
 
 def test_power_balances_to_the_order_of_the_steps():
-    changes = {"analysis.solver": "poses", "analysis.stability": False, "analysis.error_estimates": False}
+    changes = {**EXACT, "analysis.solver": "poses", "analysis.stability": False, "analysis.error_estimates": False}
     scene = fm.load(DEMOS / "slider_crank.toml").changed({**changes, "analysis.sub_intervals": 40})
     scenes = (scene.changed(analysis__sub_intervals=count) for count in (40, 120))
     coarse, fine = (fm.analyse(one).data.attrs["power_balance_error"] for one in scenes)
@@ -63,7 +63,7 @@ def test_power_balances_to_the_order_of_the_steps():
 
 
 def test_joint_forces_of_a_support_are_its_force_on_the_frame():
-    changes = {"analysis.solver": "poses", "analysis.stability": False, "analysis.error_estimates": False}
+    changes = {**EXACT, "analysis.solver": "poses", "analysis.stability": False, "analysis.error_estimates": False}
     data = fm.analyse(fm.load(DEMOS / "slider_crank.toml").changed({**changes, "analysis.sub_intervals": 24})).data
     bearing = data["joint_force"].sel(joint="O").to_numpy()
     np.testing.assert_allclose(data["support_force"].sel(support="O").to_numpy(), -bearing, rtol=1e-12)

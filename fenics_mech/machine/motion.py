@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -25,6 +26,10 @@ class Motion:
         Instants ``(instants,)`` (s).
     q, v, a
         Coordinates, rates and accelerations ``(instants, size)``; multipliers stand in the last of `a`.
+    moving
+        Whether the chart moves; else only its places count.
+    added
+        Stresses of every term beside those by its measures; None where there are none.
     """
 
     machine: Machine
@@ -32,16 +37,25 @@ class Motion:
     q: Array
     v: Array
     a: Array
+    moving: bool = True
+    added: Sequence[Array] | None = None
 
     @cached_property
     def found(self) -> Evaluation:
-        """The residual, with tangents."""
-        return self.machine.residual(self.t, self.q, self.v, self.a)
+        """The residual, with tangents; the added stresses are those of its terms, and no forces."""
+        found = self.machine.residual(self.t, self.q, self.v, self.a, moving=self.moving)
+        if self.added is None:
+            return found
+        stressed = [
+            here.with_response(replace(here.response, stress=here.response.stress + stress))
+            for here, stress in zip(found.terms, self.added)
+        ]
+        return replace(found, terms=stressed)
 
     @cached_property
     def chart(self) -> Motion:
         """The motion of the chart."""
-        return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a)
+        return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a, self.moving)
 
     def of_end(self, end: End) -> tuple[Array, ...]:
         """Give place (m), velocity and acceleration of an end, ``(instants, d)`` each."""
@@ -55,3 +69,39 @@ class Motion:
     def axes(self, end: End) -> Array:
         """Give the axes of an end ``(instants, d, d)``."""
         return np.asarray(self.found.at.R[:, end.pose] @ end.turn)
+
+
+SMALL = 1e-3  # of a change, by which differences are taken: its cube, and rounding over it, are 1e-9 of what bends
+
+
+@dataclass(frozen=True)
+class LinearMotion:
+    """A motion that is linear beside another: a step of Newton's method.
+
+    What is read off it is the derivative of what is read off exact motions, so every quantity is linear in the change.
+
+    Parameters
+    ----------
+    base
+        The motion beside which it is linear.
+    change
+        What it adds to the coordinates, rates and accelerations ``(instants, size)`` each.
+    stiffening
+        Stresses of every term that act as the change turns them; None for those of the base.
+    moving
+        Whether the change feels the chart's motion.
+    """
+
+    base: Motion
+    change: tuple[Array, Array, Array]
+    stiffening: Sequence[Array] | None = None
+    moving: bool = True
+
+    def beside(self, share: float) -> Motion:
+        """Give the exact motion by a share of the change; the stiffening stresses give way to those by its measures."""
+        base, added = self.base, None
+        if self.stiffening is not None:
+            present = (here.response.stress for here in base.found.terms)
+            added = [(1 - share) * (stress - own) for stress, own in zip(self.stiffening, present)]
+        q, v, a = (x + share * change for x, change in zip((base.q, base.v, base.a), self.change))
+        return Motion(base.machine, base.t, q, v, a, base.moving and (self.moving or share in (0, 1)), added)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -57,12 +57,18 @@ class OfPoses:
         return along_members(self.made, self.motion.found, self.motion.a, self.stations)
 
     @cached_property
+    def bare(self) -> Sections:
+        """Forces in sections without what damps modes, which is no strain."""
+        motion = self.motion
+        if self.made.machine.beams.modal is None:
+            return self.sections
+        elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
+        return along_members(self.made, elastic, motion.a, self.stations)
+
+    @cached_property
     def strains(self) -> tuple[Array, Array]:
         """Strains of the axes ``(instants, members, stations)``, and by bending of both fibres ``(..., 2)``."""
-        scene, motion, bare = self.made.scene, self.motion, self.sections
-        if self.made.machine.beams.modal is not None:  # what damps modes is no strain
-            elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
-            bare = along_members(self.made, elastic, motion.a, self.stations)
+        scene, bare = self.made.scene, self.bare
         parts = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
         stretch, bending = (elastic_strain(scene, part) for part in parts)
         return stretch, bending
@@ -216,12 +222,14 @@ class OfPoses:
     def points(self) -> Variables:
         """Give place, velocity and acceleration of all points, with links that do not bend and with bent ones."""
         found: Variables = {}
-        for suffix, motion in (("", self.motion.chart), ("_bent", self.motion)):
-            for name, values in zip(
-                ("position", "velocity", "acceleration"), zip(*(motion.of_end(end) for end in self.traced.values()))
-            ):
+        for suffix, moved in (("", self.motion.chart.of_end), ("_bent", self.moved)):
+            for name, values in zip(("position", "velocity", "acceleration"), zip(*map(moved, self.traced.values()))):
                 found[f"point_{name}{suffix}"] = (("theta", "point", "component"), np.stack(values, axis=1))
         return found
+
+    def moved(self, end: End) -> tuple[Array, ...]:
+        """Give place (m), velocity and acceleration of an end, ``(instants, 2)`` each."""
+        return self.motion.of_end(end)
 
     @cached_property
     def traced(self) -> dict[str, End]:
@@ -249,7 +257,7 @@ class OfPoses:
         angle = np.unwrap(np.arctan2(axes[..., 1, 0], axes[..., 0, 0]), axis=0)
         drawn = np.array([link.angle for link in scene.links.values()])  # whole turns count from the rough angles
         angle += 2 * np.pi * np.round((drawn - angle[0]) / (2 * np.pi))
-        omega, alpha = known.w[:, poses, 0], known.al[:, poses, 0]
+        omega, alpha = (chart.moving * x[:, poses, 0] for x in (known.w, known.al))
         return LinkMotion(scene.cycle_rate * t, t, tuple(origins), r, v, a, angle, omega, alpha)
 
     # ---- power ----
@@ -260,11 +268,16 @@ class OfPoses:
         measured = motion.machine.row_group.measure(motion.found.at, np.stack(value, axis=1)[..., None])
         return measured.rate[:, self.made.driven, 0]
 
+    @property
+    def measured(self) -> Sequence[Measured]:
+        """Measures and stresses of every term."""
+        return self.motion.found.terms
+
     def powers(self) -> dict[str, Array]:
         """Give what drives, loads and damping give to the machine ``(instants,)`` (W)."""
         efforts = np.stack(list(self.efforts().values()), axis=1)
         found = {cause_of_efforts(self.made.scene): np.sum(efforts * self.drive_rates(), axis=1)}
-        for term, here in zip(self.motion.machine.terms, self.motion.found.terms):
+        for term, here in zip(self.motion.machine.terms, self.measured):
             for cause, power in _taken(term, here):
                 if power.any():
                     found[cause] = found.get(cause, 0.0) - power

@@ -214,8 +214,8 @@ class Scene(Part):
     @property
     def cycle_rate(self) -> float:
         """Rate of the drive coordinate theta (rad/s); where nothing is driven, of a phase that turns once in all."""
-        if not self.drives and self.analysis.duration is not None:
-            return 2 * math.pi / self.analysis.duration
+        if not self.drives:
+            return 2 * math.pi / (self.analysis.duration or 1.0)
         return common_rate(self.drives)
 
     @property

@@ -3,8 +3,8 @@
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
 from fenics_mech.solve.in_time import Course, march
-from fenics_mech.solve.linear import Iterate, axial_forces, iterates, quasi_static
-from fenics_mech.solve.periodic import Cycle, Path, periodic
+from fenics_mech.solve.linear import Iterate, StaticIteration, axial_forces, iterates, quasi_static
+from fenics_mech.solve.periodic import Cycle, Iteration, Path, converged, periodic
 from fenics_mech.solve.rigid import rigid_cycle
 from fenics_mech.solve.stability import running_modes
 from fenics_mech.solve.statics import equilibrium
@@ -13,8 +13,11 @@ __all__ = [
     "Course",
     "Cycle",
     "Iterate",
+    "Iteration",
     "Path",
+    "StaticIteration",
     "axial_forces",
+    "converged",
     "damp_modes",
     "equilibrium",
     "followed_modes",

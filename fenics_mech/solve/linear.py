@@ -36,6 +36,74 @@ class Iterate:
     stresses: Sequence[Array]
 
 
+class StaticIteration:
+    """Newton's method for the static answers at some instants, step by step, from the rigid motion.
+
+    Their coordinates have no rates beside the chart. Tangents are those at rest: what inertia changes as sections turn
+    is left for the next step.
+
+    Parameters
+    ----------
+    machine
+        The machine; its chart is the rigid motion.
+    t
+        Instants ``(instants,)`` (s).
+    moving
+        Whether the inertia of the chart's motion acts, and what goes with its rates.
+    stresses
+        Those of every term that make the geometric stiffness of the first step; None for the present ones.
+    """
+
+    found: Evaluation
+    values: Array  # of the stiffness with the rows, of which the last step was taken (instants, entries)
+    change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations (instants, size)
+
+    def __init__(
+        self, machine: Machine, t: Array, moving: bool = True, stresses: Sequence[Array] | None = None
+    ) -> None:
+        self.machine, self.t, self.moving, self.stresses = machine, t, moving, stresses
+        self.q, self.a = np.zeros((2, len(t), machine.size))
+
+    def step(self) -> float:
+        """Take a step, and give the size of its change."""
+        machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
+        self.found = machine.residual(self.t, self.q, zero, self.a, moving=self.moving, tangents=False)
+        held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False)
+        self.values = np.where(machine.pattern.indices >= n, held.M, held.K)
+        blocks = blocks_of(machine.pattern, 1)
+        x = np.array(
+            [
+                Factors(blocks, value[:, None, None], "the static answer").solve(-force)
+                for value, force in zip(self.values, self.found.force)
+            ]
+        )
+        dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)
+        self.change = dq, zero, da
+        self.stresses = predicted(machine, held, *self.change)
+        self.q, self.a = self.q + dq, self.a + da
+        return float(np.abs(dq).max(initial=0.0) / max(np.abs(self.q).max(initial=0.0), 1.0))
+
+    @property
+    def yielding(self) -> Array:
+        """Independent ways in which every answer gives way to a push, ``(instants,)``: none, where it is stable.
+
+        A stiffness that is positive along the rows has as many negative eigenvalues with them as there are rows.
+        """
+        machine, found = self.machine, []
+        for value in self.values:
+            matrix = machine.pattern.matrix(value).toarray()
+            scale = 1 / np.sqrt(np.abs(matrix).max(axis=1))
+            both = scale[:, None] * (matrix + matrix.T) / 2 * scale
+            found.append(int((np.linalg.eigvalsh(both) < 0).sum()) - machine.held)
+        return np.array(found)
+
+    @property
+    def iterate(self) -> Iterate:
+        """The last step."""
+        assert self.stresses is not None
+        return Iterate(self.t, self.found, self.change, self.stresses)
+
+
 def quasi_static(machine: Machine, t: Array) -> Iterate:
     """Give the static answer to the inertia of the chart's motion and to the loads, with the stiffness at its places.
 
@@ -46,19 +114,9 @@ def quasi_static(machine: Machine, t: Array) -> Iterate:
     t
         Instants ``(instants,)`` (s).
     """
-    n, zero = machine.n, np.zeros((len(t), machine.size))
-    found = machine.residual(t, zero, zero, zero)
-    held = machine.residual(t, zero, zero, zero, moving=False)
-    values = np.where(machine.pattern.indices >= n, held.M, held.K)
-    blocks = blocks_of(machine.pattern, 1)
-    x = np.array(
-        [
-            Factors(blocks, value[:, None, None], "the static answer").solve(-force)
-            for value, force in zip(values, found.force)
-        ]
-    )
-    dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)
-    return Iterate(t, found, (dq, zero, da), predicted(machine, held, dq, zero, da))
+    iteration = StaticIteration(machine, t)
+    iteration.step()
+    return iteration.iterate
 
 
 def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:

@@ -264,8 +264,21 @@ def periodic(
             f"the period of {period:.6g} s is no multiple of that of the rigid motion, {chart.period:.6g} s"
         )
     iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
+    return converged(iteration, tolerance, most)
+
+
+def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> Cycle:
+    """Go on with Newton's method over a cycle until it has converged.
+
+    Parameters
+    ----------
+    iteration
+        Where it is.
+    tolerance, most
+        As of `periodic`.
+    """
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
+    return Cycle(iteration.machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance

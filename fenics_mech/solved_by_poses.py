@@ -1,0 +1,331 @@
+"""Answers of the equation of poses to a scene: a cycle, exact or linear beside the rigid one, and positions at rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
+from fenics_mech.estimate import finer_mesh, finer_steps
+from fenics_mech.machine import Machine
+from fenics_mech.machine.from_scene import SceneMachine, machine_of
+from fenics_mech.machine.motion import LinearMotion, Motion
+from fenics_mech.recovery.of_linear import OfLinear
+from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.scene import Scene
+from fenics_mech.scene.meshing import with_halves
+from fenics_mech.solve import (
+    Cycle,
+    Iteration,
+    Path,
+    StaticIteration,
+    axial_forces,
+    converged,
+    damp_modes,
+    periodic,
+    quasi_static,
+    rigid_cycle,
+)
+from fenics_mech.solve.newton import newton
+
+EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
+Stresses = list[Array]  # of every term
+
+
+def built(scene: Scene) -> SceneMachine:
+    """Build a machine that is damped, with the motion of its rigid links as chart."""
+    made = machine_of(scene)
+    if scene.drives:
+        made.machine.chart = rigid_cycle(made.machine, scene.period)
+    if np.any(scene.damping.ratio):
+        damp_modes(made.machine, scene.period, scene.damping.ratio)
+    return made
+
+
+def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
+    """Give the axial forces of the static answer at some instants, where they act in the scene's linear theory."""
+    return axial_forces(machine, quasi_static(machine, t)) if STIFFENED in scene.named_effects else None
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A periodic motion of a scene's machine.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    made
+        Its machine.
+    cycle
+        The motion.
+    """
+
+    scene: Scene
+    made: SceneMachine
+    cycle: Cycle
+    untold = ()  # variables that it has not
+
+    @classmethod
+    def of(cls, scene: Scene) -> Solved:
+        """Build the machine of a scene, and find its periodic motion.
+
+        Raises
+        ------
+        SolverError
+            When there is none near the rigid motion.
+        """
+        made = built(scene)
+        steps, stages = scene.analysis.sub_intervals, scene.analysis.stages
+        return cls(scene, made, periodic(made.machine, scene.period, steps, stages=stages))
+
+    def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
+        return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
+
+    def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
+        """Give instants, coordinates, rates and accelerations at a share of every step."""
+        t, q, v, a = (x[:, 0] for x in self.cycle.path.at(np.array([share or 1.0])))
+        if not share:  # the end of the last step is the start of the cycle
+            t, q, v, a = (np.roll(x, 1, axis=0) for x in (t, q, v, a))
+            t[0] = 0.0
+        return t, q, v, a
+
+    def at(self, share: float) -> OfPoses:
+        """Give the motion at a share of every step."""
+        return self._read(*self._at(share))
+
+    @property
+    def at_stages(self) -> OfPoses:
+        """Give the motion at the stages of all steps, over which a mean is of the order of the steps."""
+        q, v, a = (x.reshape(self.cycle.t.size, -1) for x in (self.cycle.q, self.cycle.v, self.cycle.a))
+        return self._read(self.cycle.t.ravel(), q, v, a)
+
+    @property
+    def weighed(self) -> tuple[OfPoses, Array]:
+        """Instants by which means over the cycle are taken, and their shares of it."""
+        steps = len(self.cycle.t)
+        return self.at_stages, np.tile(self.cycle.tableau.A[-1] / steps, steps)
+
+    @cached_property
+    def positions(self) -> OfPoses:
+        """The motion at the positions of the result."""
+        return self.at(0.0)
+
+    def better(self) -> Iterator[tuple[str, OfPoses]]:
+        """Give the same at the positions without most of the error of a source, which is named."""
+        yield "time", replace(self, cycle=finer_steps(self.cycle)).at(0.0)
+        yield "mesh", Solved(self.scene, self.finer, finer_mesh(self.cycle, self.finer.machine)).at(0.0)
+
+    @cached_property
+    def finer(self) -> SceneMachine:
+        """The machine with halved elements."""
+        return built(with_halves(self.scene))
+
+
+@dataclass(frozen=True)
+class LinearCycle(Solved):
+    """A periodic motion that is linear beside the rigid one: the first step of Newton's method.
+
+    Its cycle holds the tangents of that step.
+
+    Parameters
+    ----------
+    stresses
+        Those of every term at all stages after the step.
+    """
+
+    stresses: Stresses
+
+    @classmethod
+    def of(cls, scene: Scene) -> LinearCycle:
+        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
+
+        Raises
+        ------
+        SolverError
+            When it is at an undamped resonance.
+        """
+        return cls._by(scene, built(scene), scene.analysis.stages)
+
+    @classmethod
+    def _by(cls, scene: Scene, made: SceneMachine, stages: int) -> LinearCycle:
+        path = Path.of_rest(made.machine, scene.period, scene.analysis.sub_intervals, stages)
+        stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
+        step = Iteration(made.machine, path, stiff)
+        step.step()
+        assert step.stresses is not None
+        return cls(scene, made, Cycle(made.machine, step.path, step.found, 1, step.size), list(step.stresses))
+
+    def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
+        rigid = Motion(self.made.machine, t, 0 * q, 0 * v, 0 * a)
+        return OfLinear.by(self.made, LinearMotion(rigid, (q, v, a), stiffening(self.scene, self.made.machine, t)))
+
+    @cached_property
+    def _next(self) -> Iteration:
+        """Newton's method after one more step, whose change is what the linear theory leaves out."""
+        iteration = Iteration(self.made.machine, self.cycle.path, self.stresses)
+        iteration.step()
+        return iteration
+
+    @cached_property
+    def corrected(self) -> OfPoses:
+        """The motion at the positions after one more step."""
+        stages = len(self.cycle.tableau.c)
+        dq, dv, da, *stiff = (np.roll(x[stages - 1 :: stages], 1, axis=0) for x in (*self._next.change, *self.stresses))
+        here = Motion(self.made.machine, *self._at(0.0))
+        return OfLinear.by(self.made, LinearMotion(here, (dq, dv, da), stiff))
+
+    def exact(self, scene: Scene) -> Solved:
+        """Go on from here to the motion that leaves nothing out.
+
+        Parameters
+        ----------
+        scene
+            The same scene with exact strains.
+
+        Raises
+        ------
+        SolverError
+            When there is none near.
+        """
+        return Solved(scene, replace(self.made, scene=scene), converged(copy(self._next)))
+
+    def better(self) -> Iterator[tuple[str, OfPoses]]:
+        """Give the same at the positions without most of the error of a source, which is named."""
+        yield "time", LinearCycle._by(self.scene, self.made, len(self.cycle.tableau.c) + 1).positions
+        yield "mesh", LinearCycle._by(self.scene, self.finer, len(self.cycle.tableau.c)).positions
+        yield "theory", self.corrected
+
+
+TIGHT, MOST = 1e-11, 40  # Newton's change of coordinates (m, rad), and its steps, as of `equilibrium`
+
+
+@dataclass(frozen=True)
+class AtRest:
+    """Static answers of a scene's machine at its positions, without rates beside the rigid motion.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    made
+        Its machine, without damping of its links: they do not vibrate.
+    positions
+        What is read off it.
+    following
+        Newton's method after the first step; None of an exact answer.
+    """
+
+    scene: Scene
+    made: SceneMachine
+    positions: OfPoses
+    following: StaticIteration | None
+
+    @classmethod
+    def of(cls, scene: Scene) -> AtRest:
+        """Build the machine of a scene, and find its static answers.
+
+        Raises
+        ------
+        SolverError
+            When there is none near the rigid motion at a position.
+        """
+        return cls._by(scene, _undamped(scene), _instants(scene))
+
+    @classmethod
+    def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
+        machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT in scene.named_effects
+        stiff = None
+        if STIFFENED in scene.named_effects:
+            first = StaticIteration(machine, t, moving)
+            first.step()
+            stiff = axial_forces(machine, first.iterate)
+        steps = StaticIteration(machine, t, moving, stiff)
+        still = np.zeros_like(steps.q)
+        if exact:
+            newton(steps.step, TIGHT, MOST, "the static answer")
+            _refuse_buckled(scene, steps)
+            return cls(scene, made, OfPoses(made, Motion(machine, t, steps.q, still, steps.a, moving)), None)
+        steps.step()
+        _refuse_buckled(scene, steps)
+        rigid = Motion(machine, t, still, still, still, moving)
+        return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
+
+    def exact(self, scene: Scene) -> AtRest:
+        """Give the answers that leave nothing out.
+
+        Parameters
+        ----------
+        scene
+            The same scene with exact strains.
+
+        Raises
+        ------
+        SolverError
+            When there are none near.
+        """
+        made = replace(self.made, scene=self.made.scene.changed(effects=scene.effects))
+        return AtRest._by(scene, made, _instants(scene))
+
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """Variables that it has not: rates of bent links, and where the links rest, of all."""
+        rates = ("velocity", "acceleration")
+        bent = tuple(f"point_{rate}_bent" for rate in rates)
+        return bent if self.positions.motion.moving else (*bent, *(f"point_{rate}" for rate in rates))
+
+    def at(self, share: float) -> OfPoses:
+        """Give the answers at a share of the way from each position to the next."""
+        t = _instants(self.scene) + share * self.scene.period / self.scene.analysis.sub_intervals
+        return AtRest._by(self.scene, self.made, t).positions
+
+    @property
+    def weighed(self) -> tuple[OfPoses, Array]:
+        """Instants by which means over the cycle are taken, and their shares of it."""
+        count = len(self.positions.motion.t)
+        return self.positions, np.full(count, 1 / count)
+
+    def better(self) -> Iterator[tuple[str, OfPoses]]:
+        """Give the same without most of the error of a source, which is named."""
+        yield "mesh", AtRest._by(self.scene, _undamped(with_halves(self.scene)), _instants(self.scene)).positions
+        if self.following is not None:
+            yield "theory", self.corrected
+
+    @cached_property
+    def corrected(self) -> OfPoses:
+        """The answers after one more step of Newton's method."""
+        first = self.following
+        assert first is not None
+        second = copy(first)
+        second.step()
+        here = Motion(first.machine, first.t, first.q, 0 * first.q, first.a, first.moving)
+        return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
+
+
+def _undamped(scene: Scene) -> SceneMachine:
+    """Build a machine whose links are not damped."""
+    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}))
+
+
+def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
+    """Raise `SolverError` where the stiffness about a static answer is not positive."""
+    yielding = steps.yielding
+    if yielding.any():
+        worst = int(np.argmax(yielding))
+        raise SolverError(
+            f"the mechanism buckles at drive angle {np.degrees(scene.cycle_rate * steps.t[worst]):.6g} deg: under its "
+            f"axial forces its stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the "
+            "speed, or take stiffer members"
+        )
+
+
+def _instants(scene: Scene) -> Array:
+    """Give the instants at which the positions of a result are (s)."""
+    if scene.analysis.method == "static":
+        return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
+    return scene.period / scene.analysis.sub_intervals * np.arange(scene.analysis.sub_intervals)

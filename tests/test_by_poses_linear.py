@@ -1,0 +1,177 @@
+"""Linear theories and static answers by the equation of poses: against textbooks, link frames, and the exact answer."""
+
+import numpy as np
+import pytest
+
+import fenics_mech as fm
+from fenics_mech.accuracy.quantities import measures
+from fenics_mech.by_poses import quantities
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.scene import Scene
+from fenics_mech.solved_by_poses import AtRest, LinearCycle
+from tests.common import DEMOS
+from tests.test_by_poses import apart
+
+E, EI, A, L = 71e9, 71e9 * 8.67e-12, 4.06e-5, 0.4
+STIFFENED = ("coupling", "geometric-stiffness")
+EXACT = ("coupling", "large-rotations")
+DERIVED = ("_phase", "vibration_", "gauge_", "stress_ratio", "stress_mean", "_error", "error_", "multiplier", "growth")
+WITHIN = {"axial_force", "strain_axial", "shear_force", "euler_ratio"}
+UNLIKE = {"assurance", "link_angle", "mean_power"}  # of another definition, or small differences
+
+
+def cantilever(force, effects=(), elements=4):
+    return Scene.read(
+        {
+            "effects": effects,
+            "materials": {"aluminium": {"modulus": E, "density": 2714}},
+            "sections": {"strip": {"area": A, "inertia": EI / E, "fibre": 8e-4}},
+            "mesh": {"elements": elements},
+            "ground": {"points": {"O": (0, 0)}},
+            "links": {
+                "beam": {
+                    "points": {"O": (0, 0), "B": (L, 0)},
+                    "members": {"OB": {"ends": ("O", "B"), "section": "strip", "material": "aluminium"}},
+                }
+            },
+            "joints": {"O": {"kind": "weld", "connect": ("ground.O", "beam.O")}},
+            "loads": {"tip": {"at": "beam.B", "force": force}},
+            "analysis": {"method": "static", "solver": "poses", "allow_coarse": True, "allow_large": True},
+        }
+    )
+
+
+def slider_crank(steps=24, **changes):
+    made = {"analysis.solver": "poses", "analysis.sub_intervals": steps, "analysis.stations": 5}
+    made |= {"analysis.stability": False, "analysis.allow_coarse": True, "analysis.reduction": "none"}
+    return fm.load(DEMOS / "slider_crank.toml").changed(made, **changes)
+
+
+def tip(scene):
+    return fm.analyse(scene).data["deflection"].isel(theta=0, member=0, s=-1).to_numpy()
+
+
+def test_a_cantilever_bends_by_the_textbook():
+    """P L^3/(3 EI) and N L/(EA), which neither axial forces nor the shortening by bending change."""
+    x, y = tip(cantilever((3.0, -0.5)))
+    assert x == pytest.approx(3.0 * L / (E * A), rel=1e-6)
+    assert y == pytest.approx(-0.5 * L**3 / (3 * EI), rel=1e-7)
+
+
+@pytest.mark.parametrize("axial", [-3.0, 3.0])
+def test_an_axial_force_stiffens_a_cantilever_by_the_textbook(axial):
+    """Timoshenko and Gere, Theory of Elastic Stability, 2nd ed., article 1.11: 3 (tan u - u)/u^3 of the deflection."""
+    u = np.sqrt(complex(-axial * L**2 / EI))
+    _, y = tip(cantilever((axial, -0.5), ("geometric-stiffness",), 16))
+    share = (3 * (np.tan(u) - u) / u**3).real
+    assert y == pytest.approx(-0.5 * L**3 / (3 * EI) * share, rel=1e-5)
+
+
+def test_a_cantilever_bends_far_by_the_elastica():
+    """Bisshopp and Drucker, Q. Appl. Math. 3 (1945) 272: with P L^2/(EI) = 1 it moves by 0.30172 L and 0.05643 L."""
+    x, y = tip(cantilever((0.0, -EI / L**2), EXACT, 16))
+    assert -y / L == pytest.approx(0.30172, abs=2e-5)
+    assert -x / L == pytest.approx(0.05643, abs=2e-5)
+
+
+@pytest.mark.parametrize("effects", [("geometric-stiffness",), EXACT])
+def test_a_column_beyond_its_buckling_load_is_refused(effects):
+    """Euler: pi^2 EI/(4 L^2)."""
+    load = np.pi**2 * EI / (4 * L**2)
+    fm.analyse(cantilever((-0.999 * load, 0.0), effects))
+    with pytest.raises(SolverError, match="buckles at drive angle 0 deg"):
+        fm.analyse(cantilever((-1.001 * load, 0.0), effects))
+
+
+def test_the_next_correction_of_a_static_answer_is_its_error():
+    """With P L^2/(EI) = 0.4 a linear deflection is 3 % too large."""
+    scene = cantilever((0.0, -0.4 * EI / L**2))
+    data = fm.analyse(scene).data.sel(source="theory")
+    linear, exact = (tip(scene.changed(effects=effects)) for effects in ((), EXACT))
+    true = np.linalg.norm(exact - linear)
+    assert data["deflection_error"].item() == pytest.approx(true, rel=0.02)
+    assert true > 0.05 * np.linalg.norm(linear)
+
+
+@pytest.mark.parametrize(("method", "effects"), [("quasi-static", ()), ("static", ()), ("static", STIFFENED)])
+def test_static_answers_without_inertia_inside_are_those_of_link_frames(method, effects):
+    """But for the shape of deflections between nodes, and the weight within elements, which turns with them."""
+    scene = slider_crank(effects=effects, analysis__method=method, analysis__position=1.0, gravity=(0, -9.81))
+    poses, frames = (fm.analyse(scene.changed(analysis__solver=solver)).data for solver in ("poses", "auto"))
+    compared = 0
+    for name in frames.data_vars:
+        if frames[name].dtype.kind != "f" or name in UNLIKE or any(part in name for part in DERIVED):
+            continue
+        assert apart(poses, frames, name) < (2e-3 if name in WITHIN else 2e-5), name
+        compared += 1
+    assert compared >= 25
+
+
+@pytest.mark.parametrize(
+    ("method", "effects"),
+    [
+        ("quasi-static", STIFFENED),
+        ("quasi-static", EXACT),
+        pytest.param("periodic", ("coupling",), marks=pytest.mark.slow),
+        pytest.param("periodic", STIFFENED, marks=pytest.mark.slow),
+    ],
+)
+def test_every_variable_is_that_of_link_frames_within_the_told_errors(method, effects):
+    """Of the shaking moment link frames take the places of a slider that does not bend the links, at rest."""
+    scene = slider_crank(60, effects=effects, analysis__method=method)
+    poses, frames = (fm.analyse(scene.changed(analysis__solver=solver)).data for solver in ("poses", "auto"))
+    compared = 0
+    for name in frames.data_vars:
+        if frames[name].dtype.kind != "f" or name in UNLIKE or any(part in name for part in DERIVED):
+            continue
+        bound = {"frequency": 4e-3, "rotation": 4e-3, "shaking_moment": 4e-3}.get(name, 2e-3)
+        assert apart(poses, frames, name) < bound, name
+        compared += 1
+    assert compared > 30
+
+
+@pytest.mark.parametrize("kind", [LinearCycle, AtRest])
+@pytest.mark.parametrize("effects", [("coupling",), STIFFENED])
+def test_the_next_correction_is_the_error_of_a_linear_theory(kind, effects):
+    """Of every quantity, against the exact answer by Newton's method."""
+    method = "periodic" if kind is LinearCycle else "quasi-static"
+    scene = slider_crank(24, effects=effects, analysis__method=method)
+    linear = kind.of(scene)
+    here, next_one = (quantities(x) for x in (linear.positions, linear.corrected))
+    exact = quantities(linear.exact(scene.changed(effects=EXACT)).positions)
+    size = measures(scene, here.largest)
+    for what in size:
+        told, true = (float(((x - here).largest[what] / size[what]).max()) for x in (next_one, exact))
+        assert told == pytest.approx(true, rel=0.03), what
+
+
+@pytest.mark.slow
+def test_the_program_goes_on_where_the_next_correction_is_too_large():
+    slow, fast = (
+        fm.analyse(slider_crank(24, effects="auto", drive__speed=speed)).data for speed in ("20 rad/s", "120 rad/s")
+    )
+    assert "theory" in slow["source"]
+    assert slow["relative_error"].sel(source="theory") < 0.005
+    assert '"name": "large-rotations", "size": null, "acts": true' in fast.attrs["effects"]
+    assert "theory" not in fast["source"]
+
+
+def test_going_on_from_a_linear_theory_leads_where_newton_leads():
+    scene = slider_crank(24, effects=STIFFENED)
+    exact = scene.changed(effects=EXACT)
+    on = LinearCycle.of(scene).exact(exact).positions
+    data = fm.analyse(exact).data
+    np.testing.assert_allclose(on.sections.moment, data["moment"].to_numpy(), rtol=0, atol=1e-6)
+
+
+def test_what_the_equation_does_not_hold_is_refused_with_advice():
+    with pytest.raises(SceneError, match="Add 'coupling', or write solver = 'sub-intervals'"):
+        fm.analyse(slider_crank(effects=()))
+    with pytest.raises(SceneError, match="'large-rotations', which holds settled forces"):
+        fm.analyse(slider_crank(effects=STIFFENED, analysis__tension="settled"))
+
+
+def test_a_machine_that_nothing_loads_is_not_refused():
+    data = fm.analyse(slider_crank(effects=(), analysis__method="static", analysis__allow_coarse=False)).data
+    assert np.abs(data["strain"]).max() < 1e-14
+    assert data.attrs["error_estimate"] == 0
