@@ -130,14 +130,17 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
     """Add to the fields all else that is computed."""
     scene = solution.scene
     efforts = forces.efforts() if scene.moved_joints else {}
+    of_kind, of_modes = _of_kind(solution, fields.system), mode_speeds(scene)
+    if of_modes.sizes and (numbers := [part["mode"] for part in of_kind if "mode" in part]):
+        of_modes = of_modes.reindex(mode=numbers[0])  # axial forces may hold what is a rigid body without them
     parts = (
         rigid_places(scene, fields.system.motion),
         _of_drives(solution, forces, efforts, errors),
         frame_forces(forces, fields, efforts),
         link_motion(forces),
-        *_of_kind(solution, fields.system),
+        *of_kind,
         *([] if errors is None else [of_errors(errors).dataset()]),
-        mode_speeds(scene),
+        of_modes,
     )
     data = _joined(data, *parts)
     data = _joined(data, residual_vibration(scene, data))

@@ -239,7 +239,7 @@ class ModesOfCycle:
             omega = self.modes.omega[:, of_course].T.ravel()
             push_0, push_1 = ((signs[:, None] * part[:, of_course].T).ravel() for part in (push_applied, push))
             strained = np.concatenate([by_mode[mode] for mode in of_course]) / np.sqrt(omega)
-            phase = 2 * np.pi / len(self.modes.theta) / omega.mean() * (np.cumsum(omega) - omega)
+            phase = 2 * np.pi / len(self.modes.theta) / omega.mean() * (np.cumsum(omega) - omega / 2)  # by trapezia
             for n in np.flatnonzero(np.isfinite(self.speeds[m])):
                 square = (self.speeds[m, n] / self.rate) ** 2
                 load = push_0 + square * (push_1 - push_0)

@@ -171,8 +171,21 @@ def resonance_margin(result: Result) -> Nearest | None:
     nearest = min(speeds_to_avoid(result), key=lambda one: abs(one.distance), default=None)
     if nearest is None:
         return None
-    words = f"{nearest.name}, at {nearest.order:g} times the drive: {turns(result, nearest.speed)}"
+    words = f"{cause_of(result, nearest)}: {turns(result, nearest.speed)}"
     return Nearest(abs(nearest.distance), words, nearest.link)
+
+
+def cause_of(result: Result, one: CriticalSpeed) -> str:
+    """Say which multiple of the drive, or of the cycle that drives have in common, meets which mode.
+
+    Parameters
+    ----------
+    result
+        The result.
+    one
+        A critical speed of it.
+    """
+    return f"{one.name}, at {one.order:g} times the {'drive' if len(result.scene.drives) == 1 else 'cycle'}"
 
 
 def multiplier_distances(result: Result) -> dict[int, float]:

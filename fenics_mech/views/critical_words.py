@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech.recovery import Result
-from fenics_mech.safety.critical_speeds import STRONG, CriticalSpeed, critical_speeds, speeds_to_avoid, turns
+from fenics_mech.safety.critical_speeds import STRONG, CriticalSpeed, cause_of, critical_speeds, speeds_to_avoid, turns
 from fenics_mech.views.words import share, short
 
 
@@ -42,8 +42,10 @@ def speeds_in_words(result: Result) -> str:
         return f"not known: {why}"
     if not critical_speeds(result):
         return ""
-    said = [f"{band_of(result, one)} ({cause_of(one)}: about {rise_of(one)})" for one in speeds_to_avoid(result, 1)]
-    none = f"no speed: no harmonic of the drive makes a mode add {share(STRONG)} to the peak strain"
+    near = speeds_to_avoid(result, 1)
+    said = [f"{band_of(result, one)} ({cause_of(result, one)}: {rise_of(one)})" for one in near]
+    orders = float(result.data["critical_order"].max())
+    none = f"none: up to {orders:g} times the drive no harmonic makes a mode add {share(STRONG)} to the peak strain"
     return "; ".join(said) or none
 
 
@@ -74,17 +76,6 @@ def runs_in(result: Result, one: CriticalSpeed) -> bool:
     return low <= abs(result.scene.cycle_rate) <= high
 
 
-def cause_of(one: CriticalSpeed) -> str:
-    """Say which harmonic meets which mode.
-
-    Parameters
-    ----------
-    one
-        The critical speed.
-    """
-    return f"{one.name}, at {one.order:g} times the drive"
-
-
 def rise_of(one: CriticalSpeed) -> str:
     """Write what the mode's vibration adds to the peak strain.
 
@@ -95,4 +86,4 @@ def rise_of(one: CriticalSpeed) -> str:
     """
     if not np.isfinite(one.rise):
         return "any strain, as nothing damps it"
-    return f"+{share(one.rise)} strain" if one.rise < 1 else f"{short(1 + one.rise, 2)} times the strain"
+    return f"about +{share(one.rise)} strain" if one.rise < 1 else f"about {short(1 + one.rise, 2)} times the strain"

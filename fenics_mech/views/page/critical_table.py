@@ -6,12 +6,13 @@ import numpy as np
 
 from fenics_mech.safety.critical_speeds import (
     CriticalSpeed,
+    cause_of,
     critical_speeds,
     multiplier_distances,
     speeds_to_avoid,
 )
 from fenics_mech.safety.critical_speeds import turns as speed_of
-from fenics_mech.views.critical_words import band_of, cause_of, rise_of, runs_in, speeds_in_words
+from fenics_mech.views.critical_words import band_of, rise_of, runs_in, speeds_in_words
 from fenics_mech.views.page.html import EMPTY, Html, join, table, tag
 from fenics_mech.views.reading import ForceReading
 from fenics_mech.views.words import MINUS, percent, short
@@ -36,7 +37,7 @@ def critical(reading: ForceReading) -> Html:
     for one in speeds_to_avoid(result):
         level = "warn" if runs_in(result, one) else "note"
         near.append(tag("li", tag("b", band_of(result, one)), _about(reading, one), class_=level))
-    nearest = tag("ul", *near, class_="reasons") if near else tag("p", f"Avoid {speeds_in_words(result)}.")
+    nearest = tag("ul", *near, class_="reasons") if near else tag("p", f"To be avoided: {speeds_in_words(result)}.")
     unit = speed_of(result, 1.0).split()[1]
     return join([nearest, tag("p", MEANING.format(unit), class_="hint"), _by_mode(reading)])
 
@@ -45,7 +46,7 @@ def _about(reading: ForceReading, one: CriticalSpeed) -> Html:
     """Say of a critical speed where it is, which mode it is of, and how strong it is."""
     side = "above" if one.distance >= 0 else "below"
     where = f"{speed_of(reading.result, one.speed)}, {percent(abs(one.distance))} {side} the present speed"
-    return tag("span", f"Critical at {where}: {cause_of(one)}; about {rise_of(one)}.")
+    return tag("span", f"Critical at {where}: {cause_of(reading.result, one)}; {rise_of(one)}.")
 
 
 def _by_mode(reading: ForceReading) -> Html:
