@@ -130,7 +130,7 @@ def by_poses(scene: Scene) -> Result:
 
 EXACT = ("coupling", "large-rotations")  # what the equation of poses always has
 FREE = ("shear", "rotary-inertia")  # what it has at no cost, where the scene lets the program choose
-NOT_YET = ("inextensible", "lumped-mass", "motor", "air-drag")
+NOT_YET = ("inextensible", "lumped-mass", "motor")
 
 
 def planned(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
@@ -257,6 +257,7 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         **found.members(),
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
         **found.frame(),
+        **found.springs(),
         **found.points(),
         "input_torque": (("theta",), each[:, 0]),
         "drive_effort": (("theta", "drive"), each),
@@ -272,11 +273,11 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         "joint": list(forces),
         "component": ["x", "y"],
         "drive": list(efforts),
-        "support": [
-            name for name, joint in scene.joints.items() if any(p.startswith("ground.") for p in joint.connect)
-        ],
+        "support": list(found.supports),
         "point": list(found.traced),
     }
+    for kind, parts in (("spring", scene.springs), ("damper", scene.dampers)):
+        labels |= {kind: list(parts)} if parts else {}
     machine = solved.made.machine
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
     attributes |= decisions(machine.n, len(found.mesh.cell), choices)
