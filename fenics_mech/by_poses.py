@@ -11,11 +11,13 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, norms
+from fenics_mech._constants import TURN
 from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, SolverError
@@ -37,6 +39,7 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.meshing import with_halves
+from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import Cycle, damp_modes, followed_modes, periodic, quasi_static, rigid_cycle, running_modes
 
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
@@ -73,15 +76,13 @@ class Solved:
             When there is none near the rigid motion.
         """
         made = _built(scene)
-        return cls(scene, made, periodic(made.machine, scene.period, scene.analysis.sub_intervals))
+        return cls(scene, made, periodic(made.machine, scene.period, steps_of(scene)))
 
     def at(self, share: float = 0.0) -> OfPoses:
-        """Give the motion at a share of every step."""
-        t, q, v, a = (x[:, 0] for x in self.cycle.path.at(np.array([share or 1.0])))
-        if not share:  # the end of the last step is the start of the cycle
-            t, q, v, a = (np.roll(x, 1, axis=0) for x in (t, q, v, a))
-            t[0] = 0.0
-        return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
+        """Give the motion at a share of every sub-interval."""
+        count = self.scene.analysis.sub_intervals
+        t = (np.arange(count) + share) / count * self.scene.period
+        return OfPoses(self.made, Motion(self.made.machine, t, *self.cycle.path.when(t)))
 
     @property
     def at_stages(self) -> OfPoses:
@@ -93,6 +94,21 @@ class Solved:
     def positions(self) -> OfPoses:
         """The motion at the positions of the result."""
         return self.at()
+
+
+def steps_of(scene: Scene) -> Array:
+    """Give the instants at which steps of a cycle begin (s): evenly, and where loads jump and impulses act.
+
+    A jump counts to the step after it, which begins by a rounding before it.
+    """
+    count, rate = scene.analysis.sub_intervals, scene.cycle_rate
+    even = np.arange(count) / count * TURN
+    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
+    jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
+    turned = np.mod(np.sign(rate) * np.array(jumps, dtype=float), TURN)
+    near = np.abs(np.mod(even[:, None] - turned + np.pi, TURN) - np.pi).min(axis=1, initial=TURN) < SAMPLING.same
+    cut = np.concatenate([even[~near], np.unique(turned) - 2 * SAMPLING.same])
+    return np.sort(cut) / abs(rate)
 
 
 def _built(scene: Scene) -> SceneMachine:
@@ -261,8 +277,9 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         **found.points(),
         "input_torque": (("theta",), each[:, 0]),
         "drive_effort": (("theta", "drive"), each),
-        "drive_effort_rms": (("drive",), np.sqrt(np.mean(each**2, axis=0))),
     }
+    if not scene.impulses:
+        variables["drive_effort_rms"] = (("drive",), np.sqrt(np.mean(each**2, axis=0)))
     variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
     labels = {
         "theta": links.theta,
@@ -306,19 +323,36 @@ def _joined(*parts: xr.Dataset) -> xr.Dataset:
 
 def _power(solved: Solved, errors: Errors | None) -> xr.Dataset:
     """Give the mean power of every cause, and how far the energy fluctuates that the drives give."""
-    powers, steps = solved.at_stages.powers(), len(solved.cycle.t)
+    powers, path, scene = solved.at_stages.powers(), solved.cycle.path, solved.scene
     given = next(iter(solved.positions.powers().values()))
-    weights = np.tile(solved.cycle.tableau.A[-1] / steps, steps)
+    weights = np.outer(path.h / path.period, path.tableau.A[-1]).ravel()
     passed = max(float(np.abs(power).mean()) for power in powers.values())
     bound = np.nan
     if errors is not None:
         uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
         bound = float(uncertain @ np.abs(solved.positions.drive_rates()).mean(axis=0))
     mean = {cause: float(weights @ power) for cause, power in powers.items()}
+    if scene.impulses:
+        return _with_impulses(solved, mean, MEASURE.small_power * passed, bound)
     found = balance_of(mean, MEASURE.small_power * passed, bound)
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
     return found.assign_attrs(energy_fluctuation=float(np.ptp(stored)))
+
+
+def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: float) -> xr.Dataset:
+    """Add what impulses give, and what drives give at them, to the mean powers; with the impulses of their efforts."""
+    cycle, scene, n = solved.cycle, solved.scene, solved.made.machine.n
+    efforts, works = np.zeros((len(scene.impulses), len(scene.drives))), 0.0
+    for k, blows in cycle.steps.blows.items():
+        efforts[blows.numbers] = -blows.jumps[:, n + np.array(solved.made.driven)]
+        works += float(blows.works.sum())
+        t = cycle.steps.ends[k : k + 1]
+        rates = OfPoses(solved.made, Motion(solved.made.machine, t, *cycle.path.when(t))).drive_rates()
+        mean[next(iter(mean))] += float(np.sum(efforts[blows.numbers] @ rates[0])) / scene.period
+    found = balance_of(mean | {Cause.IMPULSES: works / scene.period}, small, bound)
+    found["drive_impulse"] = (("impulse", "drive"), efforts)
+    return found.assign_coords(impulse=list(scene.impulses), drive=[drive.joint for drive in scene.drives])
 
 
 def _modes(solved: Solved) -> xr.Dataset:

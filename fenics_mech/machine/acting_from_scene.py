@@ -67,11 +67,15 @@ def add_acting(
         if free is None:
             free = float(near(np.zeros(1))[0]) if near else _distance(machine, pair)
         acting[f"springs.{name}"] = Spring([pair], spring.stiffness, free, look, near)
+    for name, load in scene.loads.items():
+        acting[f"loads.{name}"] = _load(scene, machine, name, load, at, bodies, links)
     for name, damper in scene.dampers.items():
         pair, look, _ = _between(scene, at, damper, bodies)
         acting[f"dampers.{name}"] = Damper([pair], damper.damping, look)
-    for name, load in scene.loads.items():
-        acting[f"loads.{name}"] = _load(scene, machine, name, load, at, bodies, links)
+    for impulse in scene.impulses.values():
+        t = impulse.time if impulse.angle is None else np.mod(impulse.angle / scene.cycle_rate, scene.period)
+        load = PointLoad(machine.at_ground(), at.end(_place(scene, impulse.at)), impulse.impulse, impulse.angular_impulse, np.ones_like)
+        machine.blows.append((t, load))
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
@@ -87,8 +91,6 @@ def add_acting(
 
 def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what acts on the links and has no term yet."""
-    for name in scene.impulses:
-        raise SceneError("no term states an impulse yet", place=f"impulses.{name}")
     for name in scene.joint_laws:
         raise SceneError("no term states a law of a joint yet", place=f"joint_laws.{name}")
     for number, drive in enumerate(scene.drives):

@@ -25,7 +25,7 @@ from fenics_mech.terms import Element, Term
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {"rotary-inertia": with_rotary_inertia, "shear": sheared}  # effects that change the matrices of links
 ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
-ALWAYS |= {"air-drag", "dampers", "gravity", "loads", "springs"}  # where it is stated
+ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "springs"}  # where it is stated
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
 
 

@@ -17,7 +17,7 @@ from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.machine.rides import Rides
-from fenics_mech.terms import Beams, Element, Look, Masses, Response, Shapes, Term
+from fenics_mech.terms import Beams, Element, Look, Masses, PointLoad, Response, Shapes, Term
 
 FIXED = ("", "place", "turn", "place and turn")
 
@@ -47,6 +47,7 @@ class Machine:
         self.rides: list[Ride] = []  # their multipliers follow those of the rows
         self.masses = Masses()
         self.drag = Drag()
+        self.blows: list[tuple[float, PointLoad]] = []  # instants of impulses (s), which are those of loads
         self.chart: Chart | None = None
         self.n = 0  # coordinates
         self._planned: tuple[int, ...] | None = None

@@ -256,14 +256,14 @@ class OfPoses:
         efforts = np.stack(list(self.efforts().values()), axis=1)
         given = {cause_of_efforts(self.made.scene): np.sum(efforts * self.drive_rates(), axis=1)}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
-        taken = [(causes[id(term)], here.power) for term, here in self._acting]
-        taken += _of_beams(machine.beams, found.terms[0])
+        taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, found.terms[0]))
         drag, at = machine.drag, found.at
         for cause, factor, rates in (
             (Cause.EXTERNAL_DRAG, drag.external, at.rates),
             (Cause.RELATIVE_DRAG, drag.relative, at.own),
         ):
             taken.append((cause, factor * machine.inertia.taken(at, rates)[:, None]))
+        taken += [(causes[id(term)], here.power) for term, here in self._acting]
         for cause, power in taken:
             if cause is not None and power.any():
                 given[cause] = given.get(cause, 0.0) - power.sum(axis=1)

@@ -143,7 +143,7 @@ def test_moments_along_a_bent_element_are_those_of_its_load():
     beams, group = machine.terms[0], machine.groups[0]
     ends = end_forces(beams, group, found.terms[0], found.at)
     shares, at = np.array([0.0, 1 / 5, 3 / 5, 1.0]), np.zeros(4, dtype=int)
-    _, moment = inside(beams, group, found.at, ends, at, shares, np.ones_like)
+    moment = inside(beams, group, found.at, ends, at, shares, np.ones_like).moment
     x = [0.0, *found.at.r[0, beams.inside[0], 0][[0, 2]], found.at.r[0, tip, 0]]
     np.testing.assert_allclose(moment[0], x[-1] - np.array(x), atol=1e-8)
 
