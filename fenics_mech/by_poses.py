@@ -293,8 +293,7 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         "support": list(found.supports),
         "point": list(found.traced),
     }
-    for kind, parts in (("spring", scene.springs), ("damper", scene.dampers)):
-        labels |= {kind: list(parts)} if parts else {}
+    labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
     machine = solved.made.machine
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
     attributes |= decisions(machine.n, len(found.mesh.cell), choices)

@@ -27,12 +27,10 @@ class Ends(Protocol):
     """What gives the ends at points "link.point" of a scene."""
 
     def end(self, point: str, turn: float = 0.0) -> End:
-        """Give the end at a point of a link or the ground, with axes turned by an angle from those of the link (rad)."""
+        """Give the end at a point of a link or the ground, its axes turned from those of the link (rad)."""
 
 
-def add_acting(
-    scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: LinkMatrices | None
-) -> dict[str, Term]:
+def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: LinkMatrices | None) -> dict[str, Term]:
     """Add springs, dampers, loads and drag, and give their terms by place in the scene, such as "loads.gas".
 
     Parameters
@@ -74,8 +72,10 @@ def add_acting(
         acting[f"dampers.{name}"] = Damper([pair], damper.damping, look)
     for impulse in scene.impulses.values():
         t = impulse.time if impulse.angle is None else np.mod(impulse.angle / scene.cycle_rate, scene.period)
-        load = PointLoad(machine.at_ground(), at.end(_place(scene, impulse.at)), impulse.impulse, impulse.angular_impulse, np.ones_like)
-        machine.blows.append((t, load))
+        assert t is not None
+        end = at.end(_place(scene, impulse.at))
+        size = impulse.impulse, impulse.angular_impulse
+        machine.blows.append((float(t), PointLoad(machine.at_ground(), end, *size, np.ones_like)))
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:

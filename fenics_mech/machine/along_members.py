@@ -41,7 +41,9 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         return np.concatenate([one.line_density for one in made_of])
 
     beams, group = machine.beams, machine.groups[0]
-    loads = [(term, here.response.stress) for term, here in zip(machine.terms, found.terms) if isinstance(term, AlongBeams)]
+    loads = [
+        (term, here.response.stress) for term, here in zip(machine.terms, found.terms) if isinstance(term, AlongBeams)
+    ]
     ends_of_elements = end_forces(beams, group, found.terms[0], found.at, loads)
     inner = None
     if machine.rides:

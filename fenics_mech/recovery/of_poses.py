@@ -264,9 +264,9 @@ class OfPoses:
         ):
             taken.append((cause, factor * machine.inertia.taken(at, rates)[:, None]))
         taken += [(causes[id(term)], here.power) for term, here in self._acting]
-        for cause, power in taken:
-            if cause is not None and power.any():
-                given[cause] = given.get(cause, 0.0) - power.sum(axis=1)
+        for name, power in taken:
+            if name is not None and power.any():
+                given[name] = given.get(name, 0.0) - power.sum(axis=1)
         return given
 
     # ---- springs and dampers ----
@@ -277,7 +277,7 @@ class OfPoses:
 
     def springs(self) -> Variables:
         """Give tensions of springs and dampers, or the moments with which they turn the bodies of a joint back."""
-        scene, found = self.made.scene, {}
+        scene, found = self.made.scene, Variables()
         stresses = {id(term): here.response.stress[:, 0, 0] for term, here in self._acting}
         for kind, parts in (("spring", scene.springs), ("damper", scene.dampers)):
             if parts:

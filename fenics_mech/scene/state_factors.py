@@ -65,12 +65,13 @@ class FactorFormula(StateFactor):
     def with_derivatives(self, time: Array, place: Array, rate: Array) -> tuple[Array, Array, Array]:
         """Factor, and its derivatives by place and rate, ``(times,)`` each; see `of_state`."""
         none, one = np.zeros_like(time), np.ones_like(time)
-        formula, slopes = Formula(self.formula, VARIABLES), []
-        for of_place, of_rate in ((one, none), (none, one)):
+
+        def slope(of_place: Array, of_rate: Array) -> Array:
             values = Jet(time, none, none), Jet(place, of_place, none), Jet(rate, of_rate, none)
-            found = formula(JET_FUNCTIONS, **dict(zip(VARIABLES, values)))
-            slopes.append(found.first if isinstance(found, Jet) else none)
-        return self.of_state(time, place, rate), *slopes
+            found = Formula(self.formula, VARIABLES)(JET_FUNCTIONS, **dict(zip(VARIABLES, values)))
+            return found.first if isinstance(found, Jet) else none
+
+        return self.of_state(time, place, rate), slope(one, none), slope(none, one)
 
 
 class FactorTimes(StateFactor):

@@ -67,8 +67,8 @@ def blows_of(machine: Machine, path: Path) -> dict[int, Blows]:
         at_step.setdefault((k - 1) % len(path.starts), []).append(number)
     if not at_step:
         return {}
-    t, q, v, _ = (x[:, 0] for x in path.at(np.ones(1)))
-    return {k: _struck(machine, numbers, t[k], q[k], v[k]) for k, numbers in at_step.items()}
+    ends, q, v, _ = (x[:, 0] for x in path.at(np.ones(1)))
+    return {k: _struck(machine, numbers, float(ends[k]), q[k], v[k]) for k, numbers in at_step.items()}
 
 
 SAME = 1e-9  # of a period between instants that are one
@@ -104,8 +104,8 @@ def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
         group = Group.of(machine.geometry, machine.places, load)
         measured = group.measure(found.at, None)
         stress = load.respond(time, measured.x, measured.rate).stress
-        target = np.zeros_like(q), *(np.zeros_like(found.M) for _ in range(3))
-        group.spread(measured.with_response(Response(stress)), None, pattern, False, target)
-        impulses[:, :, column] = -target[0]
+        force, none = np.zeros_like(q), np.zeros_like(found.M)
+        group.spread(measured.with_response(Response(stress)), None, pattern, False, (force, none, none, none))
+        impulses[:, :, column] = -force
     solved = [Factors(blocks, x[:, None, None], "an impulse").solve(y) for x, y in zip(values, impulses)]
     return np.swapaxes(np.array(solved), 1, 2)

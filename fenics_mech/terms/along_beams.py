@@ -21,7 +21,9 @@ Spread = tuple[Array, Array, Array]  # a force per length and its derivatives by
 class Density(Protocol):
     """A force per length by where it acts, by the tangent dr/ds of the axis there, and by its velocity."""
 
-    points: int  # of Gauss's rule along an element, beside the places inside it
+    @property
+    def points(self) -> int:
+        """Points of Gauss's rule along an element, beside the places inside it."""
 
     def at(self, t: Array, element: Index, x: Array, tangent: Array, velocity: Array) -> Spread:
         """Give it (N/m), and its derivatives by tangent and velocity.
@@ -111,7 +113,7 @@ class AlongBeams(Term):
 
     measures = (Measure(Look.PLACE, 0), Measure(Look.PLACE, 1))
 
-    def __init__(self, ground: End, beams: Beams, elements: Sequence[int], density: Density) -> None:
+    def __init__(self, ground: End, beams: Beams, elements: Sequence[int] | Index, density: Density) -> None:
         self.elements, self.density, self.shapes = np.asarray(elements, dtype=int), density, Shapes(beams.inner)
         self.length = np.array([beams.elements[e].length for e in elements])
         pairs = []

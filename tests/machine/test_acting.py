@@ -81,10 +81,7 @@ def test_the_drive_gives_in_a_cycle_what_terms_take():
 @pytest.mark.parametrize(
     ("stated", "place"),
     [
-        ({"loads": {"wind": {"member": "rod", "line": [0.0, 1.0]}}}, "loads.wind"),
-        ({"damping": {"external": 1.0}}, "damping.external"),
         ({"springs": {"winds": {"joint": "A", "stiffness": 1.0}}}, "springs.winds"),
-        ({"impulses": {"hit": {"at": "rod.B", "angle": 1.0, "impulse": [1.0, 0.0]}}}, "impulses.hit"),
     ],
 )
 def test_what_no_term_states_is_refused(stated, place):
