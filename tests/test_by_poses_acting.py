@@ -9,6 +9,7 @@ from scipy.integrate import trapezoid
 import fenics_mech as fm
 from fenics_mech.errors import SceneError
 from fenics_mech.machine.from_scene import machine_of
+from fenics_mech.solve import frequencies, march, tangents_at
 from tests.common import DEMOS
 from tests.effects import test_air_drag, test_drag, test_impulses
 from tests.effects.test_impulses import INERTIA, MASS, E, J, L, blow, ringing, tip_normal, turning_beam
@@ -194,8 +195,48 @@ def test_drives_and_damping_meet_impulses_as_in_closed_form(check, monkeypatch):
 
 
 # ---- what is refused ----
-def test_what_poses_do_not_have_is_named():
-    scene = fm.load(DEMOS / "slider_crank.toml")
-    friction = {"joint_laws": {"rub": {"kind": "friction", "joint": "O", "coefficient": 0.1, "radius": 0.01}}}
-    with pytest.raises(SceneError, match=r"joint_laws\.rub.*yet"):
-        machine_of(scene.changed({**friction, "analysis.method": "transient"}))
+@pytest.mark.parametrize(
+    ("demo", "changes", "place"),
+    [
+        (
+            "slider_crank",
+            {"joint_laws": {"rub": {"kind": "friction", "joint": "O", "coefficient": 0.1, "radius": 0.01}}},
+            "joint_laws.rub: no term states a law of a joint yet",
+        ),
+        (
+            "slider_crank",
+            {"drive": {"joint": "O", "speed": 60.0, "motor": {"stiffness": 100.0}}},
+            "drives.0.motor: no term states the shaft of a motor yet",
+        ),
+        ("free_motion/pendulum", {"freedoms.O.effort": 1.0}, "freedoms.O.effort: no term states the effort of"),
+        ("free_motion/pendulum", {"freedoms.O.inertia": 1.0}, "freedoms.O.inertia: no term states the inertia of"),
+    ],
+)
+def test_what_poses_do_not_have_is_named(demo, changes, place):
+    """Nothing that a scene states is left out in silence."""
+    method = "periodic" if "drive" in changes else "transient"
+    scene = fm.load(DEMOS / f"{demo}.toml").changed({"analysis.method": method, **changes})
+    with pytest.raises(SceneError) as error:
+        machine_of(scene)
+    assert str(error.value).startswith(place)
+
+
+def test_a_load_over_the_state_of_a_joint_damps_and_pulls_back():
+    """M = -k place - c rate on a bar at a pin: a damped oscillator, J x'' + c x' + k x = 0, without weight."""
+    load = {
+        "at": "bar.O",
+        "moment": -1.0,
+        "factor": {"kind": "formula", "joint": "O", "formula": "5 * place + 0.3 * rate"},
+    }
+    scene = fm.load(DEMOS / "free_motion" / "pendulum.toml").changed({"gravity": [0.0, 0.0], "loads": {"motor": load}})
+    machine = machine_of(scene).machine
+    rates, _ = frequencies(*tangents_at(machine, np.zeros(machine.size), np.zeros(machine.size)), 1)
+    inertia = 0.083333333 + 0.5**2
+    roots = np.roots([inertia, 0.3, 5.0])
+    assert rates[0].real == pytest.approx(roots[0].real, rel=1e-9)
+    assert abs(rates[0].imag) == pytest.approx(abs(roots[0].imag), rel=1e-9)
+    spin = np.array([0.0, 0.5, 1.0, 0.0, 0.0])  # of the bar's centre, and no impulse of the pin
+    course = march(machine, spin, 0.5, h=2e-3)
+    turned = np.array([np.arctan2(motion.R[1][1, 0], motion.R[1][0, 0]) for motion in course.motion])
+    exact = np.exp(roots[0].real * course.t) * np.sin(abs(roots[0].imag) * course.t) / abs(roots[0].imag)
+    np.testing.assert_allclose(turned, exact, atol=1e-8)

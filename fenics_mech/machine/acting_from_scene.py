@@ -96,6 +96,10 @@ def _refuse(scene: Scene) -> None:
     for number, drive in enumerate(scene.drives):
         if drive.motor is not None:
             raise SceneError("no term states the shaft of a motor yet", place=f"drives.{number}.motor")
+    for name, freedom in scene.freedoms.items():
+        for key in ("effort", "inertia"):
+            if getattr(freedom, key) != 0:
+                raise SceneError(f"no term states the {key} of a freedom yet", place=f"freedoms.{name}.{key}")
 
 
 def _load(
