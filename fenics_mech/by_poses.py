@@ -14,12 +14,14 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.motion import Motion
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import decisions, of_errors
@@ -76,7 +78,7 @@ def by_poses(scene: Scene) -> Result:
 
 COUPLED = "coupling"  # effect that acts in every motion of poses
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-NOT_YET = ("inextensible", "lumped-mass", "motor", "air-drag")
+NOT_YET = ("inextensible", "lumped-mass", "motor")
 
 
 def planned(scene: Scene) -> Scene:
@@ -235,7 +237,7 @@ def _stability(solved: Solved) -> xr.Dataset:
     values, rates, modes = values[turning], rates[turning], modes[turning]  # both of a pair
     second = np.append(False, turning[1:] == turning[:-1])
     values = np.where(second, values.conj(), values)
-    limit = {"stability_limit": 2 / 3 * len(solved.cycle.tableau.c) / solved.cycle.path.h / (2 * np.pi)}  # Hz
+    limit = {"stability_limit": 2 / 3 * len(solved.cycle.tableau.c) / solved.cycle.path.h.max() / (2 * np.pi)}  # Hz
     if not len(values):
         return xr.Dataset(attrs=limit)
     if abs(values[0]) > 1 + UNSTABLE and not scene.analysis.allow_unstable:
@@ -287,6 +289,7 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         **found.members(),
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
         **found.frame(),
+        **found.springs(),
         **found.points(),
     }
     if efforts:
@@ -306,11 +309,10 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         "joint": list(forces),
         "component": ["x", "y"],
         "drive": list(efforts),
-        "support": [
-            name for name, joint in scene.joints.items() if any(p.startswith("ground.") for p in joint.connect)
-        ],
+        "support": list(found.supports),
         "point": list(found.traced),
     }
+    labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
     machine = solved.made.machine
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
     attributes |= decisions(machine.n, len(found.mesh.cell), _choices(scene, errors))
@@ -348,11 +350,28 @@ def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
         uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
         bound = float(uncertain @ np.abs(solved.positions.drive_rates()).mean(axis=0))
     mean = {cause: float(weights @ power) for cause, power in powers.items()}
+    if isinstance(solved, Solved) and solved.scene.impulses:
+        return _with_impulses(solved, mean, MEASURE.small_power * passed, bound)
     found = balance_of(mean, MEASURE.small_power * passed, bound)
     found["drive_effort_rms"] = (("drive",), np.sqrt(np.mean(efforts**2, axis=0)))
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
     return found.assign_attrs(energy_fluctuation=float(np.ptp(stored)))
+
+
+def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: float) -> xr.Dataset:
+    """Add what impulses give, and what drives give at them, to the mean powers; with the impulses of their efforts."""
+    cycle, scene, n = solved.cycle, solved.scene, solved.made.machine.n
+    efforts, works = np.zeros((len(scene.impulses), len(scene.drives))), 0.0
+    for k, blows in cycle.steps.blows.items():
+        efforts[blows.numbers] = -blows.jumps[:, n + np.array(solved.made.driven)]
+        works += float(blows.works.sum())
+        t = cycle.steps.ends[k : k + 1]
+        rates = OfPoses(solved.made, Motion(solved.made.machine, t, *cycle.path.when(t))).drive_rates()
+        mean[next(iter(mean))] += float(np.sum(efforts[blows.numbers] @ rates[0])) / scene.period
+    found = balance_of(mean | {Cause.IMPULSES: works / scene.period}, small, bound)
+    found["drive_impulse"] = (("impulse", "drive"), efforts)
+    return found.assign_coords(impulse=list(scene.impulses), drive=[drive.joint for drive in scene.drives])
 
 
 def _modes(solved: Solved) -> xr.Dataset:

@@ -10,6 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import TURN
 from fenics_mech.errors import SolverError
 from fenics_mech.estimate import finer_mesh, finer_steps
 from fenics_mech.machine import Machine
@@ -19,6 +20,7 @@ from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
+from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import (
     Cycle,
     Iteration,
@@ -52,6 +54,21 @@ def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
     return axial_forces(machine, quasi_static(machine, t)) if STIFFENED in scene.named_effects else None
 
 
+def steps_of(scene: Scene) -> Array:
+    """Give the instants at which steps of a cycle begin (s): evenly, and where loads jump and impulses act.
+
+    A jump counts to the step after it, which begins by a rounding before it.
+    """
+    count, rate = scene.analysis.sub_intervals, scene.cycle_rate
+    even = np.arange(count) / count * TURN
+    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
+    jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
+    turned = np.mod(np.sign(rate) * np.array(jumps, dtype=float), TURN)
+    near = np.abs(np.mod(even[:, None] - turned + np.pi, TURN) - np.pi).min(axis=1, initial=TURN) < SAMPLING.same
+    cut = np.concatenate([even[~near], np.unique(turned) - 2 * SAMPLING.same])
+    return np.sort(cut) / abs(rate)
+
+
 @dataclass(frozen=True)
 class Solved:
     """A periodic motion of a scene's machine.
@@ -81,22 +98,18 @@ class Solved:
             When there is none near the rigid motion.
         """
         made = built(scene)
-        steps, stages = scene.analysis.sub_intervals, scene.analysis.stages
-        return cls(scene, made, periodic(made.machine, scene.period, steps, stages=stages))
+        return cls(scene, made, periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
 
     def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
-        """Give instants, coordinates, rates and accelerations at a share of every step."""
-        t, q, v, a = (x[:, 0] for x in self.cycle.path.at(np.array([share or 1.0])))
-        if not share:  # the end of the last step is the start of the cycle
-            t, q, v, a = (np.roll(x, 1, axis=0) for x in (t, q, v, a))
-            t[0] = 0.0
-        return t, q, v, a
+        """Give instants, coordinates, rates and accelerations at a share of every sub-interval."""
+        t = _instants(self.scene, share)
+        return t, *self.cycle.path.when(t)
 
     def at(self, share: float) -> OfPoses:
-        """Give the motion at a share of every step."""
+        """Give the motion at a share of every sub-interval."""
         return self._read(*self._at(share))
 
     @property
@@ -108,8 +121,8 @@ class Solved:
     @property
     def weighed(self) -> tuple[OfPoses, Array]:
         """Instants by which means over the cycle are taken, and their shares of it."""
-        steps = len(self.cycle.t)
-        return self.at_stages, np.tile(self.cycle.tableau.A[-1] / steps, steps)
+        path = self.cycle.path
+        return self.at_stages, np.outer(path.h / path.period, path.tableau.A[-1]).ravel()
 
     @cached_property
     def positions(self) -> OfPoses:
@@ -154,7 +167,7 @@ class LinearCycle(Solved):
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, stages: int) -> LinearCycle:
-        path = Path.of_rest(made.machine, scene.period, scene.analysis.sub_intervals, stages)
+        path = Path.of_rest(made.machine, scene.period, steps_of(scene), stages)
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
         step = Iteration(made.machine, path, stiff)
         step.step()
@@ -175,9 +188,11 @@ class LinearCycle(Solved):
     @cached_property
     def corrected(self) -> OfPoses:
         """The motion at the positions after one more step."""
-        stages = len(self.cycle.tableau.c)
-        dq, dv, da, *stiff = (np.roll(x[stages - 1 :: stages], 1, axis=0) for x in (*self._next.change, *self.stresses))
-        here = Motion(self.made.machine, *self._at(0.0))
+        path, here = self.cycle.path, Motion(self.made.machine, *self._at(0.0))
+        off = path.starts + path.h - here.t[:, None]
+        ending = np.abs(off - path.period * np.round(off / path.period)).argmin(axis=1)  # the step before each position
+        last = len(path.tableau.c) * (ending + 1) - 1
+        dq, dv, da, *stiff = (x[last] for x in (*self._next.change, *self.stresses))
         return OfLinear.by(self.made, LinearMotion(here, (dq, dv, da), stiff))
 
     def exact(self, scene: Scene) -> Solved:
@@ -281,8 +296,7 @@ class AtRest:
 
     def at(self, share: float) -> OfPoses:
         """Give the answers at a share of the way from each position to the next."""
-        t = _instants(self.scene) + share * self.scene.period / self.scene.analysis.sub_intervals
-        return AtRest._by(self.scene, self.made, t).positions
+        return AtRest._by(self.scene, self.made, _instants(self.scene, share)).positions
 
     @property
     def weighed(self) -> tuple[OfPoses, Array]:
@@ -324,8 +338,8 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
         )
 
 
-def _instants(scene: Scene) -> Array:
-    """Give the instants at which the positions of a result are (s)."""
+def _instants(scene: Scene, share: float = 0.0) -> Array:
+    """Give the instants at which the positions of a result are, or at a share of the way to the next (s)."""
     if scene.analysis.method == "static":
         return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
-    return scene.period / scene.analysis.sub_intervals * np.arange(scene.analysis.sub_intervals)
+    return scene.period / scene.analysis.sub_intervals * (np.arange(scene.analysis.sub_intervals) + share)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.geometry import End, Geometry
+from fenics_mech.geometry import End, Geometry, harmonics
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve import Cycle, Path, periodic
 from fenics_mech.terms import Beams, Shapes
@@ -27,7 +28,7 @@ def finer_steps(cycle: Cycle) -> Cycle:
     """
     path = cycle.path
     start = path.with_stages(len(path.tableau.c) + 1)
-    return periodic(cycle.machine, path.h * len(path.q0), start=start, tolerance=ENOUGH)
+    return periodic(cycle.machine, path.period, start=start, tolerance=ENOUGH)
 
 
 def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
@@ -44,7 +45,7 @@ def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
         The same machine, whose elements 2 e and 2 e + 1 are the halves of element e, or the same with more places
         inside. Poses without beams have the same order, and so have the rows. Its chart is set.
     """
-    period = cycle.path.h * len(cycle.path.q0)
+    period = cycle.path.period
     return periodic(machine, period, start=_prolonged(cycle, machine, period), tolerance=ENOUGH)
 
 
@@ -70,9 +71,9 @@ def missed_between(cycle: Cycle, quantity: Callable[[Evaluation], Array], shares
 def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:
     """Take a motion to a finer mesh: Hermite polynomials in place, Fourier series in time."""
     coarse, path = cycle.machine, cycle.path
-    stages = len(path.tableau.c)
-    t, *states = path.at(np.arange(stages) / stages)
-    t, (q, v, a) = t.ravel(), (x.reshape(-1, coarse.size) for x in states)
+    count = len(path.tableau.c) * len(path.starts)
+    t = period / count * np.arange(count)
+    q, v, a = path.when(t)
     g, n, moved = fine.geometry, fine.n, coarse.moved(t, q, v, a)
     r, R = _finer_poses(coarse, fine, moved.r, moved.R)
     chart = fine.known.at(t)
@@ -83,16 +84,16 @@ def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:
     values[:, fine.places.ravel()[there]] = beside[:, there]
     known = min(fine.size - n, coarse.size - coarse.n)  # multipliers, then modes of stress, of which there may be more
     values[:, n : n + known] = a[:, coarse.n : coarse.n + known]
-    waves, rate = np.fft.rfft(values, axis=0), 2j * np.pi / period * np.arange(len(t) // 2 + 1)[:, None]
+    rates, sizes = harmonics(values, period)
 
-    def at(share: float, order: int) -> Array:
-        shifted = waves * rate**order * np.exp(rate * share * path.h)
-        return np.asarray(np.fft.irfft(shifted, len(t), axis=0)[::stages])
+    def at(instants: Array, order: int) -> Array:
+        return np.asarray((np.exp(np.outer(instants, rates)) * rates**order @ sizes).real)
 
-    made = np.stack([np.concatenate([at(c, 2)[:, :n], at(c, 0)[:, n:]], axis=1) for c in path.tableau.c], axis=1)
-    q0, v0 = at(0, 0), at(0, 1)
+    of_stages = (path.starts[:, None] + path.h[:, None] * path.tableau.c).ravel()
+    made = np.concatenate([at(of_stages, 2)[:, :n], at(of_stages, 0)[:, n:]], axis=1).reshape(*path.a.shape[:2], -1)
+    q0, v0 = at(path.starts, 0), at(path.starts, 1)
     q0[:, n:] = v0[:, n:] = 0.0
-    return Path(path.tableau, path.h, n, q0, v0, made)
+    return replace(path, n=n, q0=q0, v0=v0, a=made)
 
 
 def _finer_poses(coarse: Machine, fine: Machine, r: Array, R: Array) -> tuple[Array, Array]:

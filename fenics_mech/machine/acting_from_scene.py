@@ -2,33 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
+from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
 from fenics_mech.machine.drawn_from_scene import Bodies
+from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
-from fenics_mech.scene.applied_loads import LineLoad, Load
+from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
+from fenics_mech.scene.joints import Prismatic, Slot
 from fenics_mech.scene.springs_dampers import Hinge, HingeSpring, Line
-from fenics_mech.scene.state_factors import StateFactor
-from fenics_mech.terms import Damper, Look, PointLoad, Spring
+from fenics_mech.scene.state_factors import FactorFormula, StateFactor
+from fenics_mech.terms import AirForce, AlongBeams, Damper, LineForce, Look, Measure, OverState, PointLoad, Spring, Term
 
 
 class Ends(Protocol):
     """What gives the ends at points "link.point" of a scene."""
 
-    def end(self, point: str) -> End:
-        """Give the end at a point of a link or the ground, with the axes of the link."""
+    def end(self, point: str, turn: float = 0.0) -> End:
+        """Give the end at a point of a link or the ground, its axes turned from those of the link (rad)."""
 
 
-def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies) -> None:
-    """Add springs, dampers and loads.
+def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: LinkMatrices | None) -> dict[str, Term]:
+    """Add springs, dampers, loads and drag, and give their terms by place in the scene, such as "loads.gas".
 
     Parameters
     ----------
@@ -40,6 +43,8 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies) -> None
         Ends at points of links.
     bodies
         The links as rigid bodies, by which whole turns of hinges count.
+    links
+        The links that bend; None where all are rigid.
 
     Raises
     ------
@@ -47,33 +52,106 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies) -> None
         When the scene has what no term states yet.
     """
     _refuse(scene)
+    acting: dict[str, Term] = {}
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
         if near and scene.drives and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
-            raise SceneError("the bodies turn against each other without end", place=f"springs.{name}")
+            raise SceneError(
+                "the bodies turn against each other without end, which winds the spring up in every cycle",
+                place=f"springs.{name}",
+                hint="Put it at a joint that swings",
+            )
         free = spring.angle if isinstance(spring, HingeSpring) else spring.length
         if free is None:
             free = float(near(np.zeros(1))[0]) if near else _distance(machine, pair)
-        machine.terms.append(Spring([pair], spring.stiffness, free, look, near))
-    for damper in scene.dampers.values():
-        pair, look, _ = _between(scene, at, damper, bodies)
-        machine.terms.append(Damper([pair], damper.damping, look))
+        acting[f"springs.{name}"] = Spring([pair], spring.stiffness, free, look, near)
     for name, load in scene.loads.items():
-        assert isinstance(load, Load)
-        factor, end = _factor(scene, name, load), at.end(_place(scene, load.at))
-        machine.terms.append(PointLoad(machine.at_ground(), end, load.force, load.moment, factor, load.follows))
+        acting[f"loads.{name}"] = _load(scene, machine, name, load, at, bodies, links)
+    for name, damper in scene.dampers.items():
+        pair, look, _ = _between(scene, at, damper, bodies)
+        acting[f"dampers.{name}"] = Damper([pair], damper.damping, look)
+    for impulse in scene.impulses.values():
+        t = impulse.time if impulse.angle is None else np.mod(impulse.angle / scene.cycle_rate, scene.period)
+        assert t is not None
+        end = at.end(_place(scene, impulse.at))
+        size = impulse.impulse, impulse.angular_impulse
+        machine.blows.append((float(t), PointLoad(machine.at_ground(), end, *size, np.ones_like)))
+    damping = scene.damping
+    machine.drag = Drag(damping.external, damping.relative)
+    if damping.air is not None and links is not None:
+        mesh = links.mesh
+        width = np.array([damping.air.width_of(scene, label) for label in mesh.members])
+        factor = damping.air.density * damping.air.coefficient * width[mesh.cell_member] / 2
+        _refuse_offsets(links, range(len(factor)), "damping.air")
+        acting["damping.air"] = AlongBeams(machine.at_ground(), machine.beams, range(len(factor)), AirForce(factor))
+    machine.terms += acting.values()
+    machine.forget_plan()
+    return acting
 
 
 def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what acts on the links and has no term yet."""
-    for name, load in scene.loads.items():
-        if isinstance(load, LineLoad):
-            raise SceneError("no term states a load along a member yet", place=f"loads.{name}")
-    for name in scene.impulses:
-        raise SceneError("no term states an impulse yet", place=f"impulses.{name}")
-    for key in ("external", "relative", "air"):
-        if getattr(scene.damping, key):
-            raise SceneError("no term states the drag of the surroundings yet", place=f"damping.{key}")
+    for name in scene.joint_laws:
+        raise SceneError("no term states a law of a joint yet", place=f"joint_laws.{name}")
+    for number, drive in enumerate(scene.drives):
+        if drive.motor is not None:
+            raise SceneError("no term states the shaft of a motor yet", place=f"drives.{number}.motor")
+    for name, freedom in scene.freedoms.items():
+        for key in ("effort", "inertia"):
+            if getattr(freedom, key) != 0:
+                raise SceneError(f"no term states the {key} of a freedom yet", place=f"freedoms.{name}.{key}")
+
+
+def _load(
+    scene: Scene, machine: Machine, name: str, load: AnyLoad, at: Ends, bodies: Bodies, links: LinkMatrices | None
+) -> Term:
+    """Give the term of a load."""
+    by_state = isinstance(load.factor, StateFactor) and load.factor.joint is not None
+    factor = (lambda t: np.ones(len(t))) if by_state else _factor(scene, load)
+    if isinstance(load, LineLoad):
+        if by_state:
+            raise SceneError(
+                "no term states a load along a member over the place or rate of a joint yet",
+                place=f"loads.{name}.factor",
+            )
+        assert links is not None
+        mesh = links.mesh
+        cells = np.flatnonzero(mesh.cell_member == mesh.members.index(load.member))
+        _refuse_offsets(links, cells, f"loads.{name}")
+        whole = mesh.member_length[mesh.cell_member[cells[0]]]
+        shares = (mesh.cell_start[cells, None] + mesh.cell_length[cells, None] * [0, 1]) / whole
+        ends = (1 - shares)[..., None] * load.ends[0] + shares[..., None] * load.ends[1]
+        density = LineForce(ends, factor, load.axes == "member")
+        return AlongBeams(machine.at_ground(), machine.beams, cells, density)
+    assert isinstance(load, Load)
+    end = at.end(_place(scene, load.at))
+    term = PointLoad(machine.at_ground(), end, load.force, load.moment, factor, load.follows)
+    if not by_state:
+        return term
+    assert isinstance(load.factor, FactorFormula)
+    pair, measure, near = _of_joint(scene, at, load.factor.joint or "", bodies)
+    return OverState(term, pair, measure, load.factor.with_derivatives, near)
+
+
+def _of_joint(
+    scene: Scene, at: Ends, name: str, bodies: Bodies
+) -> tuple[tuple[End, End], Measure, Callable[[Array], Array] | None]:
+    """Give the ends of a joint, the measure that is its angle or stroke, and its angle in the rigid motion by time."""
+    joint = scene.joints[name]
+    if isinstance(joint, Slot | Prismatic):
+        if joint.member is not None:
+            raise SceneError("no measure is the stroke along a member yet", place=f"joints.{name}.member")
+        guide, slide = (at.end(point, joint.angle) for point in joint.connect)
+        return (guide, slide), Measure(Look.ALONG, 0), None
+    pair, look, near = _between(scene, at, HingeSpring(joint=name, stiffness=1.0), bodies)
+    return pair, Measure(look), near
+
+
+def _refuse_offsets(links: LinkMatrices, cells: Iterable[int], place: str) -> None:
+    """Raise where the axis of a member, on which a load acts, is not the neutral line of its elements."""
+    offsets = links.layout.offsets
+    if offsets is not None and np.abs(offsets.neutral[list(cells)]).max() > 0:
+        raise SceneError("no term states a load along a member whose section has an offset yet", place=place)
 
 
 def _between(
@@ -111,11 +189,9 @@ def _place(scene: Scene, name: str) -> str:
     return next(point for point in scene.joints[name].connect if not point.startswith("ground."))
 
 
-def _factor(scene: Scene, name: str, load: Load) -> Callable[[Array], Array]:
+def _factor(scene: Scene, load: Varying) -> Callable[[Array], Array]:
     """Give the factor of a load by time."""
     factor = load.factor
     if not isinstance(factor, StateFactor):
         return lambda t: load.factor_at(scene.cycle_rate * t)
-    if factor.joint is not None:
-        raise SceneError("no term states a load over the place or rate of a joint yet", place=f"loads.{name}.factor")
     return lambda t: factor.of_state(t, np.zeros_like(t), np.zeros_like(t))

@@ -8,6 +8,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, with_rides
+from fenics_mech.terms import AlongBeams
 
 
 def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> Sections:
@@ -40,13 +41,21 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         return np.concatenate([one.line_density for one in made_of])
 
     beams, group = machine.beams, machine.groups[0]
-    ends_of_elements = end_forces(beams, group, found.terms[0], found.at)
+    loads = [
+        (term, here.response.stress) for term, here in zip(machine.terms, found.terms) if isinstance(term, AlongBeams)
+    ]
+    ends_of_elements = end_forces(beams, group, found.terms[0], found.at, loads)
     inner = None
     if machine.rides:
         ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
         inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
-    given = np.concatenate(elements), np.concatenate(places), line_mass
+    stations = np.concatenate(elements)
+
+    def line(x: Array, tangent: Array, velocity: Array) -> Array:
+        return np.sum([load.line(found.t, stations, x, tangent, velocity) for load, _ in loads], axis=0)
+
+    given = stations, np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
-    sections = inside(beams, group, found.at, ends_of_elements, *given, inner)
+    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, line if loads else None)
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
     return Sections(axial, shear, moment, sections.place.reshape(*shape, 2))

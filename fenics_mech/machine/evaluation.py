@@ -27,6 +27,8 @@ class Evaluation:
         Measures and stresses of every term.
     at
         The poses.
+    t
+        Instants ``(instants,)`` (s).
     """
 
     force: Array
@@ -36,3 +38,4 @@ class Evaluation:
     pattern: Pattern
     terms: Sequence[Measured]
     at: Moved
+    t: Array

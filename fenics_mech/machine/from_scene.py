@@ -20,12 +20,12 @@ from fenics_mech.machine.drawn_from_scene import bodies_of, law_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
-from fenics_mech.terms import Element
+from fenics_mech.terms import Element, Term
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {"rotary-inertia": with_rotary_inertia, "shear": sheared}  # effects that change the matrices of links
 ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
-ALWAYS |= {"dampers", "gravity", "loads", "springs"}  # where it is stated
+ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "springs"}  # where it is stated
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
 
 
@@ -49,6 +49,8 @@ class SceneMachine:
         Gives the end at a point, "link.point" or "ground.point".
     driven
         Row of every drive.
+    acting
+        Terms of springs, dampers, loads and air, by their place in the scene, such as "springs.NAME".
     """
 
     scene: Scene
@@ -58,6 +60,7 @@ class SceneMachine:
     element_ends: list[tuple[End, End]]
     end: Callable[[str], End]
     driven: list[int] = field(default_factory=list)
+    acting: dict[str, Term] = field(default_factory=dict)
 
 
 def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
@@ -86,7 +89,7 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
         _add_beams(made, links, nodes.frames, inner)
         _add_rides(made, links)
     _add_bodies(scene, machine, nodes)
-    add_acting(scene, machine, nodes, bodies)
+    made.acting.update(add_acting(scene, machine, nodes, bodies, links))
     return made
 
 

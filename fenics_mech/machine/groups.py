@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 
 from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
@@ -16,6 +17,27 @@ from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.terms import Beams, Masses, Measure, Response, Shapes, Term
 
 Target = tuple[Array, Array, Array, Array]  # forces, and the values of M, C and K
+
+
+@dataclass(frozen=True)
+class Drag:
+    """Drag of the surroundings in proportion to all mass: minus it times a velocity.
+
+    Parameters
+    ----------
+    external
+        Against the velocity (1/s).
+    relative
+        Against that beside the chart's, which turns a body as a whole (1/s).
+    """
+
+    external: float = 0.0
+    relative: float = 0.0
+
+    @property
+    def whole(self) -> float:
+        """How it changes with a velocity (1/s)."""
+        return self.external + self.relative
 
 
 @dataclass(frozen=True)
@@ -38,6 +60,14 @@ class Moved:
         Derivatives of the second rates of the columns by chart vectors and by their rates.
     ways_c
         Derivatives of the rates of chart vectors by chart vectors ``(instants, poses, turns, turns)``.
+    rates
+        Rates of places and of the columns of rotations, as `acc`.
+    own
+        The same beside the chart's motion, in which it turns every pose as a whole.
+    spin
+        That of the chart as a matrix ``(instants, poses, d, d)``.
+    inert
+        `acc`, and what a drag of the mass adds.
     """
 
     r: Array
@@ -51,20 +81,31 @@ class Moved:
     acc_c: Array
     acc_v: Array
     ways_c: Array
+    rates: Array
+    own: Array
+    spin: Array
+    inert: Array
 
     @classmethod
-    def by(cls, g: Geometry, chart: PoseMotion, Q: Array, V: Array, A: Array, gravity: Array) -> Moved:
+    def by(cls, g: Geometry, chart: PoseMotion, Q: Array, V: Array, A: Array, gravity: Array, drag: Drag) -> Moved:
         """Move the poses of a chart by the coordinates of each, their rates and accelerations ``(..., d + turns)``."""
         lead, d, k = Q.shape[:2], g.d, g.turns
         shapes = [(d, d), (d, d, k), (d, d, k, k), (d, d), (d, d), (d, d, k), (d, d, k), (k,), (k, k)]
         made = [np.empty((*lead, *shape)) for shape in shapes]
         given = (Q[..., d:], V[..., d:], A[..., d:], chart.R, chart.w, chart.al)
         call(f"rotations_{g.name}", lead[0] * lead[1], *[np.ascontiguousarray(x) for x in given], *made)
-        R, J, H, _, z2, z2_c, z2_v, u, u_c = made
+        R, J, H, z1, z2, z2_c, z2_v, u, u_c = made
         acc = np.concatenate([(chart.a + A[..., :d] - gravity)[:, :, None], z2], axis=2)
         ways = np.concatenate([chart.v + V[..., :d], u], axis=-1)
         r, c = chart.r + Q[..., :d], np.ascontiguousarray(Q[..., d:])
-        return cls(r, c, np.ascontiguousarray(chart.R), R, ways, acc, J, H, z2_c, z2_v, u_c)
+        rates = np.concatenate([ways[:, :, None, :d], z1], axis=2)
+        spin, own, inert = g.skew(chart.w), rates, acc
+        if drag.whole:
+            vectors = np.concatenate([Q[:, :, None, :d], np.swapaxes(R, -1, -2)], axis=2)
+            own = rates - vectors @ np.swapaxes(spin, -1, -2)
+            own[:, :, 0] -= chart.v
+            inert = acc + drag.external * rates + drag.relative * own
+        return cls(r, c, np.ascontiguousarray(chart.R), R, ways, acc, J, H, z2_c, z2_v, u_c, rates, own, spin, inert)
 
 
 class Group:
@@ -107,12 +148,15 @@ class Group:
             repeated = (np.repeat(self.pose, self.count, axis=0), np.repeat(arms, self.count, axis=0))
             self._elements = (*repeated, numbers)
         self._table: tuple[int, Array] | tuple[()] = ()  # of elements with places inside
+        self.block = self.dof  # coordinates of the elements that respond together
 
     @staticmethod
     def of(geometry: Geometry, places: Places, term: Term) -> Group:
         """Give the elements of a term."""
         if not isinstance(term, Beams):
-            return Group(geometry, places, term.pairs, [term.measures] * len(term.pairs))
+            made = Group(geometry, places, term.pairs, term.looks)
+            made.block = made.dof.reshape(-1, term.together * made.dof.shape[1])
+            return made
         return InnerGroup(geometry, places, term) if term.inner else Group(geometry, places, term.pairs, term)
 
     def measure(self, at: Moved, angles: Array | None) -> Measured:
@@ -142,6 +186,31 @@ class Group:
             f"spread_{self.kernels}", T, E, m, found.gradient, found.hessian, *arrays,
             self.dof, self.entries(pattern), int(tangents), F.shape[1], K.shape[1], *target,
         )  # fmt: skip
+        if tangents and response.across is not None:
+            self._spread_across(found, response.across, pattern, target)
+
+    def _spread_across(self, found: Measured, across: Array, pattern: Pattern, target: Target) -> None:
+        """Add the tangents of elements that respond together: K += G'(D G + B G'), C += G' B G, with rates G' of G."""
+        T, (sets, n) = len(found.x), self.block.shape
+        one, rate = (self._on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
+        forces = np.einsum("tsia,dtsij->dtsaj", one, across)
+        by_q, by_v = forces[0] @ one + forces[1] @ rate, forces[1] @ one
+        entries = pattern.at(self.block, self.block).ravel()
+        there = np.flatnonzero(entries >= 0)
+        to = sp.csr_matrix((np.ones(len(there)), (there, entries[there])), shape=(sets * n * n, pattern.entries))
+        target[3][:] += by_q.reshape(T, -1) @ to
+        target[2][:] += by_v.reshape(T, -1) @ to
+
+    def _on_coordinates(self, by_variables: Array, n: int) -> Array:
+        """Give derivatives of the measures of sets by their coordinates ``(instants, sets, measures, n)``."""
+        d, own = self.geometry.d, self.geometry.size
+        way, first, second = np.split(by_variables, [d, own], axis=-1)
+        each = np.concatenate([-way, first, way, second], axis=-1)  # (T, E, m, coordinates)
+        sets, k = len(self.block), n // each.shape[-1]
+        made = np.zeros((len(each), sets, k, each.shape[2], k, each.shape[-1]))
+        i = np.arange(k)
+        made[:, :, i, :, i] = each.reshape(len(each), sets, k, *each.shape[2:]).transpose(2, 0, 1, 3, 4)
+        return made.reshape(len(each), sets, -1, n)
 
     def add_modes(self, found: Measured, sizes: Array, numbers: Places, pattern: Pattern, target: Target) -> None:
         """Add the conditions of the modes of stress, E . rates less their sizes, with tangents of both and of forces.
@@ -210,7 +279,7 @@ class InnerGroup(Group):
             raise ValueError("elements in space have no places inside: use Element.uniform, and more elements")
         self.kernels = f"inner_{inner}_{geometry.name}"
         of_inside = places[self.inside, : geometry.d].reshape(len(self.pose), -1)
-        self.dof = np.ascontiguousarray(np.hstack([self.dof, of_inside]))
+        self.block = self.dof = np.ascontiguousarray(np.hstack([self.dof, of_inside]))
         table = Shapes(inner).table()
         poses = np.hstack([self.pose, self.inside])
         self.count, self._kernel = 3 + 2 * inner, f"inner_strains_{inner}"
@@ -264,11 +333,40 @@ class InertiaPlan:
             self._at = pattern.at(one, other), pattern.at(self.places, self.places)
         return self._at
 
-    def add(self, at: Moved, pattern: Pattern, tangents: bool, target: Target) -> None:
-        """Add inertia forces and their tangents."""
+    def add(self, at: Moved, pattern: Pattern, tangents: bool, target: Target, drag: Drag) -> None:
+        """Add the forces of inertia and of a drag of the mass, and their tangents."""
         T, P = at.acc.shape[:2]
+        F, M, C, K = target
+        acc_c, mass = at.acc_c, M
+        if dragged := tangents and drag.whole != 0:
+            columns = np.einsum("tpjiab,tpb->tpjia", at.H, at.ways[..., self.geometry.d :])
+            columns = columns + np.einsum("tpjia,tpab->tpjib", at.J, at.ways_c)
+            turned = np.einsum("tpil,tpjla->tpjia", at.spin, at.J)
+            acc_c, mass = acc_c + drag.whole * columns - drag.relative * turned, np.zeros_like(M)
         call(
             f"inertia_{self.geometry.name}", T, P, len(self.mass), self.entries, self.mass, *self.at(pattern),
-            self.places, np.ascontiguousarray(at.acc), at.J, at.H, at.acc_c, at.acc_v, int(tangents),
-            np.zeros((P, 1 + self.geometry.d, self.geometry.d)), target[0].shape[1], target[3].shape[1], *target,
+            self.places, np.ascontiguousarray(at.inert), at.J, at.H, acc_c, at.acc_v, int(tangents),
+            np.zeros((P, 1 + self.geometry.d, self.geometry.d)), F.shape[1], K.shape[1], F, mass, C, K,
         )  # fmt: skip
+        if dragged:
+            M += mass
+            C += drag.whole * mass
+        if dragged and drag.relative:
+            self._add_carried(at, pattern, drag.relative, K)
+
+    def _add_carried(self, at: Moved, pattern: Pattern, relative: float, K: Array) -> None:
+        """Add how a relative drag changes as places move across the velocity with which the chart turns them."""
+        d, entries = self.geometry.d, self.at(pattern)[0]
+        for (one, a, other, b), mass, where in zip(self.entries, self.mass, entries):
+            if b == 0:
+                left = np.eye(d) if a == 0 else np.swapaxes(at.J[:, one, a - 1], -1, -2)  # coordinates of a, d
+                values = -relative * mass * left @ at.spin[:, other]
+                rows = where[:d, :d] if a == 0 else where[d:, :d]
+                for (i, j), entry in np.ndenumerate(rows):
+                    if entry >= 0:
+                        K[:, entry] += values[:, i, j]
+
+    def taken(self, at: Moved, velocity: Array) -> Array:
+        """Give the power that the mass times a velocity (m/s), as `Moved.rates`, takes as a force ``(instants,)``."""
+        one, a, other, b = self.entries.T
+        return np.asarray(np.einsum("l,tli,tli->t", self.mass, at.rates[:, one, a], velocity[:, other, b]))

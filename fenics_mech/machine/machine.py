@@ -13,11 +13,11 @@ from fenics_mech.geometry import Chart, End, Geometry, Rest
 from fenics_mech.geometry.charts import Path
 from fenics_mech.joints import Ride, Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
-from fenics_mech.machine.groups import Group, InertiaPlan, Moved, Target
+from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.machine.rides import Rides
-from fenics_mech.terms import Beams, Element, Look, Masses, Response, Shapes, Term
+from fenics_mech.terms import Beams, Element, Look, Masses, PointLoad, Response, Shapes, Term
 
 FIXED = ("", "place", "turn", "place and turn")
 
@@ -46,6 +46,8 @@ class Machine:
         self.rows: list[Row] = []
         self.rides: list[Ride] = []  # their multipliers follow those of the rows
         self.masses = Masses()
+        self.drag = Drag()
+        self.blows: list[tuple[float, PointLoad]] = []  # instants of impulses (s), which are those of loads
         self.chart: Chart | None = None
         self.n = 0  # coordinates
         self._planned: tuple[int, ...] | None = None
@@ -278,7 +280,7 @@ class Machine:
         """Where tangents have entries."""
         of_rows = np.concatenate([self.row_group.dof, self._row_numbers], axis=1)
         of_terms = [
-            np.hstack([group.dof, np.broadcast_to(own, (len(group.dof), len(own)))])
+            np.hstack([group.block, np.broadcast_to(own, (len(group.block), len(own)))])
             for group, own in zip(self.groups, self.mode_numbers)
         ]
         of_rides = [self.riders.block] if self.rides else []
@@ -351,7 +353,7 @@ class Machine:
             for rate in (chart.v, chart.w, chart.a, chart.al):
                 rate[:] = 0.0
         Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
-        return Moved.by(self.geometry, chart, Q, V, A, loads * self.gravity)
+        return Moved.by(self.geometry, chart, Q, V, A, loads * self.gravity, self.drag)
 
     def residual(
         self,
@@ -411,8 +413,8 @@ class Machine:
         if tangents and g.turns > 1 and not self.known.still:  # stresses depend on chart vectors by their rates too
             entries, pose = self._chart_at
             K[:, entries] += np.einsum("tik,tikl->til", C[:, entries], at.ways_c[:, pose])
-        self.inertia.add(at, self.pattern, tangents, target)
-        return Evaluation(F, M, C, K, self.pattern, measured, at)
+        self.inertia.add(at, self.pattern, tangents, target, self.drag)
+        return Evaluation(F, M, C, K, self.pattern, measured, at, t)
 
     def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the gaps of the rows."""

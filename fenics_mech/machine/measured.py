@@ -61,6 +61,12 @@ class Measured:
             rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
             rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
             stress += np.einsum("temk,tek->tem", self.response.by_rate, rate)
+        if self.response.across is not None:
+            rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
+            rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
+            by_set = (y.reshape(*self.response.across.shape[1:3], -1) for y in (x, rate))
+            for derivative, y in zip(self.response.across, by_set):
+                stress += np.einsum("tsij,tsj->tsi", derivative, y).reshape(stress.shape)
         if self.response.modes is not None:
             stress += np.einsum("temk,tk->tem", self.response.modes, change_of_modes)
         return stress

@@ -59,12 +59,11 @@ class Motion:
 
     def of_end(self, end: End) -> tuple[Array, ...]:
         """Give place (m), velocity and acceleration of an end, ``(instants, d)`` each."""
-        at, d = self.found.at, self.machine.geometry.d
-        columns = np.einsum("tjik,tk->tji", at.J[:, end.pose], at.ways[:, end.pose, d:])  # their rates
-        place, rate, second = at.r[:, end.pose], at.ways[:, end.pose, :d], at.acc[:, end.pose]
+        at = self.found.at
+        place, rate, second = at.r[:, end.pose], at.rates[:, end.pose], at.acc[:, end.pose]
         moved = place + at.R[:, end.pose] @ end.offset
         acceleration = second[:, 0] + self.machine.gravity + end.offset @ second[:, 1:]
-        return tuple(map(np.asarray, (moved, rate + end.offset @ columns, acceleration)))
+        return tuple(map(np.asarray, (moved, rate[:, 0] + end.offset @ rate[:, 1:], acceleration)))
 
     def axes(self, end: End) -> Array:
         """Give the axes of an end ``(instants, d, d)``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,10 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.machine.groups import Group, Moved
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.rides import Rides
-from fenics_mech.terms import Beams, Shapes
+from fenics_mech.terms import AlongBeams, Beams, Shapes
 from fenics_mech.terms.inertia import beside_line
+
+Line = Callable[[Array, Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -55,10 +57,12 @@ class Sections:
     place: Array
 
 
-def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> EndForces:
-    """Give what holds each element at its ends: against its stresses, and for its motion.
+def end_forces(
+    beams: Beams, group: Group, measured: Measured, at: Moved, loads: Sequence[tuple[AlongBeams, Array]] = ()
+) -> EndForces:
+    """Give what holds each element at its ends: against its stresses, for its motion, and against loads along it.
 
-    Gravity counts as an acceleration of its mass, so that these forces balance within the element.
+    Gravity and drag count as accelerations of its mass, so that these forces balance within the element.
 
     Parameters
     ----------
@@ -66,6 +70,8 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
         The elements, where they lie, and their stresses.
     at
         The poses.
+    loads
+        Loads along elements, with their stresses ``(instants, places, d)``.
     """
     g, d, pose = group.geometry, group.geometry.d, group.pose
     offset, turn = (
@@ -77,15 +83,17 @@ def end_forces(beams: Beams, group: Group, measured: Measured, at: Moved) -> End
     force, by_chart = group.on_ends(along)
     moment = g.from_chart(at.c[:, pose], by_chart) - g.moment(way, force)  # the turn of the pose moves the arm, too
 
-    columns = np.swapaxes(at.acc[:, :, 1:], -1, -2)[:, pose]  # second rates of R, (T, E, 2, d, d)
-    of_place = at.acc[:, pose, 0] + np.einsum("tekij,ekj->teki", columns, offset)
+    columns = np.swapaxes(at.inert[:, :, 1:], -1, -2)[:, pose]  # second rates of R, (T, E, 2, d, d)
+    of_place = at.inert[:, pose, 0] + np.einsum("tekij,ekj->teki", columns, offset)
     of_axes = columns @ turn
     vectors = np.stack([of_place, of_axes[..., 0]], axis=3).reshape(*along.shape[:2], 4, d)
     mass = np.array([element.mass for element in beams.elements])
     rotary = np.array([element.rotary for element in beams.elements]) / 6
     beside = np.array([beside_line(element.length, element.moment) for element in beams.elements])
-    inside = at.acc[:, np.array(beams.inside, dtype=int), 0]
+    inside = at.inert[:, np.array(beams.inside, dtype=int), 0]
     inert = np.einsum("eij,tejd->teid", mass[:, :4], np.concatenate([vectors, inside], axis=2))
+    for load, stress in loads:
+        inert[:, load.elements] += load.on_vectors(stress)[:, :, :4]
     for bend in range(d - 1):
         normal = of_axes[..., 1 + bend]
         inert = inert + np.einsum("eik,tekd->teid", beside[:, bend], normal)
@@ -159,6 +167,7 @@ def inside(
     places: Array,
     line_mass: Callable[[Array], Array],
     loads: InnerForces | None = None,
+    line: Line | None = None,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
@@ -175,16 +184,28 @@ def inside(
         Mass per length (kg/m) by a share of each station's element ``(stations,)``.
     loads
         Forces inside elements.
+    line
+        Gives the load per length by a share of each station's element, the tangent of the axis and its velocity there.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
-    spread = [_of_axes(beams, group, at, elements, axis) for axis in (0, 1)]
+    spread = [_of_axes(beams, group, at.inert, elements, axis) for axis in (0, 1)]
     at_ends = ends.place[:, elements], ends.axes[:, elements]
     force, moment = -ends.force[:, elements, 0], -ends.moment[:, elements, 0, 0]
     shapes, within = Shapes(beams.inner), np.array(beams.inside, dtype=int)[elements]
     vectors = _vectors(length, at_ends[0], at_ends[1][..., 0], at.r[:, within])
-    accelerations = _vectors(length, *spread[0], at.acc[:, within, 0])
-    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(np.full(len(elements), 0.5)), spread[0])
+    accelerations = _vectors(length, *spread[0], at.inert[:, within, 0])
+    rates = _vectors(length, *_of_axes(beams, group, at.rates, elements, 0), at.rates[:, within, 0])
+
+    def load_at(x: Array) -> Array | float:
+        """Give the load per length."""
+        if line is None:
+            return 0.0
+        slope = _between_all(shapes.at(x, 1), vectors) / length[:, None]
+        return line(x, slope, _between_all(shapes.at(x), rates))
+
+    half = np.full(len(elements), 0.5)
+    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(half), spread[0], load_at(half))
 
     def axis(x: Array) -> Array:
         """Give places on the bent axis."""
@@ -195,11 +216,10 @@ def inside(
     nodes, weights = np.polynomial.legendre.leggauss(5 + shapes.inner)  # mass times two shapes has degree 7 + 2 inner
     for node, weight in zip((nodes + 1) / 2, weights / 2):
         x, share = node * places, weight * places * length
-        mass = (share * line_mass(x))[:, None]
-        acceleration = _between_all(shapes.at(x), accelerations)
+        held = line_mass(x)[:, None] * _between_all(shapes.at(x), accelerations) - load_at(x)
         here = axis(x)
-        force = force + mass * acceleration
-        moment = moment + _cross(here - cut, mass * acceleration)
+        force = force + share[:, None] * held
+        moment = moment + share * _cross(here - cut, held)
         normal = _between(x, at_ends[1][..., 1])
         moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
     for k, element in enumerate(() if loads is None else loads.element):
@@ -214,11 +234,13 @@ def inside(
     return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
 
 
-def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array]) -> Array:
+def _bow(
+    beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array], load: Array | float
+) -> Array:
     """Give b of the deflection b x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
 
-    The fourth derivative of the deflection times EI is N times the curvature less the inertia across the axis. With the
-    means of both, b is their sum times length^4/(24 EI).
+    The fourth derivative of the deflection times EI is N times the curvature, and the load less the inertia across the
+    axis. With the means of all, b is their sum times length^4/(24 EI).
     """
     length = np.array([element.length for element in beams.elements])[elements]
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
@@ -227,18 +249,21 @@ def _bow(beams: Beams, ends: EndForces, elements: Index, line_mass: Array, sprea
     curvature = (ends.moment[:, elements, 1, 0] - ends.moment[:, elements, 0, 0]) / (2 * bending)
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
-    across = pull * curvature - line_mass * np.sum(mean * normal, axis=-1)
+    across = pull * curvature + np.sum((load - line_mass[:, None] * mean) * normal, axis=-1)
     return np.asarray((across * length**4 / (24 * bending))[..., None] * normal)
 
 
-def _of_axes(beams: Beams, group: Group, at: Moved, elements: Index, axis: int) -> tuple[Array, Array]:
-    """Give the second rates of places and of one axis of both ends, ``(instants, stations, 2, d)``."""
+def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: int) -> tuple[Array, Array]:
+    """Give places and one axis of both ends by those of the poses' vectors, ``(instants, stations, 2, d)``.
+
+    They are second rates or rates, as those ``(instants, poses, 1 + d, d)`` of the poses.
+    """
     pose = group.pose[elements]
     offset, turn = (
         np.array([[getattr(end, name) for end in beams.pairs[e]] for e in elements]) for name in ("offset", "turn")
     )
-    columns = np.swapaxes(at.acc[:, :, 1:], -1, -2)[:, pose]
-    place = at.acc[:, pose, 0] + np.einsum("tskij,skj->tski", columns, offset)
+    columns = np.swapaxes(rates[:, :, 1:], -1, -2)[:, pose]
+    place = rates[:, pose, 0] + np.einsum("tskij,skj->tski", columns, offset)
     return place, np.einsum("tskij,skj->tski", columns, turn[..., axis])
 
 

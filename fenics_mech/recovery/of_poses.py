@@ -24,7 +24,7 @@ from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.scene.joints import Joint, Prismatic, Weld
-from fenics_mech.terms import Beams, Damper, PointLoad, Term
+from fenics_mech.terms import Beams, Term
 
 GROUND = "ground"
 Variables = dict[str, tuple[tuple[str, ...], Array]]
@@ -183,11 +183,16 @@ class OfPoses:
         machine, found = self.motion.machine, self.motion.found
         return end_forces(self.made.machine.beams, machine.groups[0], found.terms[0], found.at)
 
-    @property
-    def supports(self) -> dict[str, Joint]:
-        """The joints of the ground."""
-        joints = self.made.scene.joints
-        return {name: joint for name, joint in joints.items() if any(p.startswith("ground.") for p in joint.connect)}
+    @cached_property
+    def supports(self) -> dict[str, tuple[Array, Array]]:
+        """Force and couple on the ground ``(instants, 3)``, and where they act, of its joints, springs and dampers."""
+        found = {}
+        for name, joint in self.made.scene.joints.items():
+            bodies = {point.split(".")[0]: point for point in joint.connect}
+            if GROUND in bodies:
+                pin = next(point for body, point in bodies.items() if body != GROUND)
+                found[name] = self.held(name, joint, GROUND), self.motion.of_end(self.made.end(pin))[0]
+        return found | {name: (held, place) for name, held, place in self._of_springs()}
 
     def joint_moments(self) -> dict[str, Array]:
         """Give the moment of the first body of every weld and prismatic joint on its second ``(instants,)`` (N m)."""
@@ -199,13 +204,8 @@ class OfPoses:
 
     def frame(self) -> Variables:
         """Give forces and couples on the ground at every support, and their sums about its origin."""
-        motion = self.motion
         force, couple, moment = [], [], []
-        for name, joint in self.supports.items():
-            bodies = {point.split(".")[0]: point for point in joint.connect}
-            held = self.held(name, joint, GROUND)
-            pin = next(point for body, point in bodies.items() if body != GROUND)
-            place = motion.of_end(self.made.end(pin))[0]
+        for held, place in self.supports.values():
             force.append(held[:, :2])
             couple.append(held[:, 2])
             moment.append(held[:, 2] + place[:, 0] * held[:, 1] - place[:, 1] * held[:, 0])
@@ -275,24 +275,61 @@ class OfPoses:
 
     def powers(self) -> dict[str, Array]:
         """Give what drives, loads and damping give to the machine ``(instants,)`` (W)."""
+        machine, found = self.motion.machine, self.motion.found
         efforts = np.stack(list(self.efforts().values()), axis=1)
-        found = {cause_of_efforts(self.made.scene): np.sum(efforts * self.drive_rates(), axis=1)}
-        for term, here in zip(self.motion.machine.terms, self.measured):
-            for cause, power in _taken(term, here):
-                if power.any():
-                    found[cause] = found.get(cause, 0.0) - power
+        given = {cause_of_efforts(self.made.scene): np.sum(efforts * self.drive_rates(), axis=1)}
+        causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
+        taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, self.measured[0]))
+        drag, at = machine.drag, found.at
+        for cause, factor, rates in (
+            (Cause.EXTERNAL_DRAG, drag.external, at.rates),
+            (Cause.RELATIVE_DRAG, drag.relative, at.own),
+        ):
+            taken.append((cause, factor * machine.inertia.taken(at, rates)[:, None]))
+        taken += [(causes[id(term)], here.power) for term, here in self._acting]
+        for name, power in taken:
+            if name is not None and power.any():
+                given[name] = given.get(name, 0.0) - power.sum(axis=1)
+        return given
+
+    # ---- springs and dampers ----
+    @property
+    def _acting(self) -> list[tuple[Term, Measured]]:
+        own = {id(term) for term in self.made.acting.values()}
+        return [x for x in zip(self.motion.machine.terms, self.measured) if id(x[0]) in own]
+
+    def springs(self) -> Variables:
+        """Give tensions of springs and dampers, or the moments with which they turn the bodies of a joint back."""
+        scene, found = self.made.scene, Variables()
+        stresses = {id(term): here.response.stress[:, 0, 0] for term, here in self._acting}
+        for kind, parts in (("spring", scene.springs), ("damper", scene.dampers)):
+            if parts:
+                each = [stresses[id(self.made.acting[f"{kind}s.{name}"])] for name in parts]
+                found[f"{kind}_force"] = (("theta", kind), np.stack(each, axis=1))
         return found
 
+    def _of_springs(self) -> Iterator[tuple[str, Array, Array]]:
+        """Give springs and dampers on the ground: force and couple on it ``(instants, 3)``, and where they act."""
+        machine, found = self.motion.machine, dict((id(term), here) for term, here in self._acting)
+        for group, term in zip(machine.groups, machine.terms):
+            place = next((place for place, own in self.made.acting.items() if own is term), "")
+            kind, _, name = place.partition(".")
+            if kind not in ("springs", "dampers") or machine.ground not in group.pose[0]:
+                continue
+            here, side = found[id(term)], int(group.pose[0, 1] == machine.ground)
+            force, couple = group.on_ends(here.gradient[:, :, 0] * here.response.stress)
+            at = self.motion.of_end(term.pairs[0][side])[0]
+            force, couple = -force[:, 0, side], -couple[:, 0, side]
+            about_place = couple - (at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0])[:, None]
+            yield f"{kind[:-1]} {name}", np.concatenate([force, about_place], axis=1), at
 
-def _taken(term: Term, here: Measured) -> Iterator[tuple[str, Array]]:
-    """Give the power that a term takes for good, by cause."""
-    if isinstance(term, Beams):
-        viscous = term.damping[:, None] * np.einsum("eij,tej->tei", term.stiffness, here.rate)
-        yield Cause.MATERIAL, np.sum(viscous * here.rate, axis=(1, 2))
-        if here.response.modes is not None:
-            size = np.einsum("temk,tem->tk", here.response.modes, here.rate)
-            yield Cause.MODAL_DAMPING, np.sum(size**2, axis=1)
-    elif isinstance(term, Damper):
-        yield Cause.DAMPERS, here.power.sum(axis=1)
-    elif isinstance(term, PointLoad):
-        yield Cause.LOADS, here.power.sum(axis=1)
+
+CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
+
+
+def _of_beams(beams: Beams, here: Measured) -> Iterator[tuple[str, Array]]:
+    """Give the power that beams take for good, by cause ``(instants, parts)`` each."""
+    viscous = beams.damping[:, None] * np.einsum("eij,tej->tei", beams.stiffness, here.rate)
+    yield Cause.MATERIAL, np.sum(viscous * here.rate, axis=2)
+    if here.response.modes is not None:
+        yield Cause.MODAL_DAMPING, np.einsum("temk,tem->tk", here.response.modes, here.rate) ** 2

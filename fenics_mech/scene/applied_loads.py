@@ -297,6 +297,7 @@ class LineLoad(Varying):
         The same at its second end; without it the load is constant.
     axes
         With "member" the two components are along the member's axis and its normal, and turn with its rigid motion.
+        With ``analysis.solver = "poses"`` they turn with its bent axis.
     factor
         What it is multiplied by, over the drive angle, the time, or a joint's place and rate.
 

@@ -13,6 +13,7 @@ from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.solve.blows import blows_of
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
 from fenics_mech.solve.sparse import Factors, blocks_of, inverses
@@ -21,14 +22,16 @@ from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 @dataclass
 class Path:
-    """A motion of even steps: where each begins, and the accelerations at its stages.
+    """A periodic motion by steps: where each begins, and the accelerations at its stages.
 
     Parameters
     ----------
     tableau
         Of a step.
-    h
-        Length of a step (s).
+    starts
+        Instants at which the steps begin, ascending ``(steps,)`` (s).
+    period
+        s.
     n
         Coordinates; what follows them are multipliers.
     q0, v0
@@ -38,23 +41,46 @@ class Path:
     """
 
     tableau: Tableau
-    h: float
+    starts: Array
+    period: float
     n: int
     q0: Array
     v0: Array
     a: Array
 
     @classmethod
-    def of_rest(cls, machine: Machine, period: float, steps: int, stages: int) -> Path:
-        """Give the path of the chart."""
-        start, size = np.zeros((steps, machine.size)), machine.size
-        return cls(radau(stages), period / steps, machine.n, start, start.copy(), np.zeros((steps, stages, size)))
+    def of_rest(cls, machine: Machine, period: float, steps: int | Array, stages: int) -> Path:
+        """Give the path of the chart, by so many even steps or by the instants at which they begin (s)."""
+        starts = period / steps * np.arange(steps) if isinstance(steps, int) else np.asarray(steps, dtype=float)
+        zero, a = np.zeros((len(starts), machine.size)), np.zeros((len(starts), stages, machine.size))
+        return cls(radau(stages), starts, period, machine.n, zero, zero.copy(), a)
+
+    @property
+    def h(self) -> Array:
+        """Length of every step ``(steps,)`` (s)."""
+        return np.diff(self.starts, append=self.starts[0] + self.period)
+
+    def when(self, t: Array) -> tuple[Array, Array, Array]:
+        """Give coordinates, rates and accelerations at instants of the cycle ``(instants, size)`` each.
+
+        Where two steps meet it is the end of the first, in which accelerations are of the order of the steps.
+        """
+        since = np.mod(t - self.starts[0] - MEETING * self.period, self.period) + MEETING * self.period
+        step = np.searchsorted(self.starts - self.starts[0], since - MEETING * self.period, side="right") - 1
+        h = self.h[step]
+        values, integrals = self.tableau.at((since - (self.starts - self.starts[0])[step]) / h)
+        a = self.a[step]
+        at_stages = self.v0[step, None] + h[:, None, None] * np.einsum("ij,kjn->kin", self.tableau.A, a)
+        q = self.q0[step] + h[:, None] * np.einsum("kj,kjn->kn", integrals, at_stages)
+        v = self.v0[step] + h[:, None] * np.einsum("kj,kjn->kn", integrals, a)
+        q[:, self.n :] = v[:, self.n :] = 0.0
+        return q, v, np.einsum("kj,kjn->kn", values, a)
 
     def at(self, s: Array) -> tuple[Array, Array, Array, Array]:
         """Give instants ``(steps, shares)`` (s), coordinates, rates and accelerations at shares of every step."""
         values, integrals = self.tableau.at(s)
-        h = self.h
-        t = h * (np.arange(len(self.q0))[:, None] + s)
+        h = self.h[:, None, None]
+        t = self.starts[:, None] + h[:, 0] * s
         at_stages = self.v0[:, None] + h * np.einsum("ij,kjn->kin", self.tableau.A, self.a)
         q = self.q0[:, None] + h * np.einsum("ij,kjn->kin", integrals, at_stages)
         v = self.v0[:, None] + h * np.einsum("ij,kjn->kin", integrals, self.a)
@@ -64,7 +90,10 @@ class Path:
     def with_stages(self, stages: int) -> Path:
         """Give the same path by other stages of the same steps."""
         tableau = radau(stages)
-        return Path(tableau, self.h, self.n, self.q0.copy(), self.v0.copy(), self.at(tableau.c)[3])
+        return Path(tableau, self.starts, self.period, self.n, self.q0.copy(), self.v0.copy(), self.at(tableau.c)[3])
+
+
+MEETING = 1e-12  # of a period: instants of steps that meet are one within it
 
 
 @dataclass
@@ -98,7 +127,7 @@ class Cycle:
     @cached_property
     def steps(self) -> LinearSteps:
         """Linear steps of the converged cycle: made where multipliers are asked for, as their factors take memory."""
-        return LinearSteps(self.machine, self.tableau, self.path.h, self.evaluation)
+        return LinearSteps(self.machine, self.path, self.evaluation)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -117,17 +146,20 @@ SMALL = 200  # rows of a step's matrix: its inverse takes less time than sparse 
 class LinearSteps:
     """The linearised steps of a cycle: factors of every step, and how a state goes through them.
 
-    A state is (coordinates, rates times h), ``(2 n,)``.
+    A state is (coordinates, rates times the mean step), ``(2 n,)``.
     """
 
-    def __init__(self, machine: Machine, tableau: Tableau, h: float, found: Evaluation) -> None:
-        self.n, self.size, self.h, self.tableau = machine.n, machine.size, h, tableau
+    def __init__(self, machine: Machine, path: Path, found: Evaluation) -> None:
+        tableau = self.tableau = path.tableau
+        self.n, self.size, self.h, self.period = machine.n, machine.size, path.h, path.period
+        self.unit, self.ends = path.period / len(path.starts), path.starts + path.h
+        self.blows = blows_of(machine, path)
         self.stages = len(tableau.c)
         self.count = len(found.force) // self.stages
         self.pattern = machine.pattern
         M, self.C, self.K = (x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K))
         blocks = blocks_of(machine.pattern, self.stages)
-        matrices = [stage_matrix(tableau, h, *of_step) for of_step in zip(M, self.C, self.K)]
+        matrices = [stage_matrix(tableau, *of_step) for of_step in zip(self.h, M, self.C, self.K)]
         self.small = blocks.size <= SMALL
         if self.small:
             self.inverse = inverses(blocks, np.array(matrices), "a step of the cycle")
@@ -137,18 +169,24 @@ class LinearSteps:
 
     def _maps(self) -> tuple[Array, Array]:
         """Give what states make of accelerations ``(steps, unknowns, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
-        n, h, tableau, N = self.n, self.h, self.tableau, self.size * self.stages
+        n, tableau, N = self.n, self.tableau, self.size * self.stages
+        share, scale = (x[:, None, None, None] for x in (self.h / self.unit, self.h**2))
         C, K = (self.pattern.dense(x)[..., :n] for x in (self.C, self.K))  # (steps, stages, size, n)
-        forces = np.concatenate([K, tableau.c[:, None, None] * K + C / h], axis=-1)
+        forces = np.concatenate([K, share * tableau.c[:, None, None] * K + C / self.unit], axis=-1)
         by_state = -self.inverse @ np.swapaxes(forces, 1, 2).reshape(self.count, N, 2 * n)  # stages side by side
         stages = by_state.reshape(self.count, self.size, self.stages, 2 * n)[:, :n]
-        ends = [h * h * np.einsum("j,kijm->kim", row, stages) for row in (tableau.square[-1], tableau.A[-1])]
-        still = np.block([[np.eye(n), np.eye(n)], [np.zeros((n, n)), np.eye(n)]])
-        return by_state, still + np.concatenate(ends, axis=1)
+        of_ends = (scale, tableau.square[-1]), (scale / share, tableau.A[-1])
+        ends = [by[..., 0] * np.einsum("j,kijm->kim", row, stages) for by, row in of_ends]
+        zero, one = np.zeros((n, n)), np.eye(n)
+        still = np.block([[one, zero], [zero, one]]) + share[..., 0] * np.block([[zero, one], [zero, zero]])
+        maps = still + np.concatenate(ends, axis=1)
+        for k, blows in self.blows.items():
+            maps[k, n:] += self.unit * blows.by_q @ maps[k, :n]
+        return by_state, maps
 
     def through(self, k: int, state: Array, right: Array | None = None) -> tuple[Array, Array]:
         """Take a state through step `k` under forces ``(stages, size)``: accelerations, and the state after it."""
-        n, h, tableau = self.n, self.h, self.tableau
+        n, h, unit, tableau = self.n, self.h[k], self.unit, self.tableau
         if self.small:
             flat = self.by_state[k] @ state
             if right is not None:
@@ -157,13 +195,15 @@ class LinearSteps:
             x, y = np.zeros(self.size), np.zeros(self.size)
             x[:n], y[:n] = state[:n], state[n:]
             force = np.zeros((self.stages, self.size)) if right is None else right.copy()
-            at_stages = x + tableau.c[:, None] * y
+            at_stages = x + h / unit * tableau.c[:, None] * y
             force -= self.pattern.times(self.K[k], at_stages)
-            force -= self.pattern.times(self.C[k], np.broadcast_to(y / h, at_stages.shape))
+            force -= self.pattern.times(self.C[k], np.broadcast_to(y / unit, at_stages.shape))
             flat = self.factors[k].solve(force.T.ravel())
         a = flat.reshape(self.size, self.stages).T
         x, y = state[:n], state[n:]
-        end = [x + y + h * h * (tableau.square[-1] @ a)[:n], y + h * h * (tableau.A[-1] @ a)[:n]]
+        end = [x + h / unit * y + h * h * (tableau.square[-1] @ a)[:n], y + h * unit * (tableau.A[-1] @ a)[:n]]
+        if k in self.blows:
+            end[1] = end[1] + unit * self.blows[k].by_q @ end[0]
         return a, np.concatenate(end)
 
     def cycle(self, state: Array) -> Array:
@@ -229,7 +269,7 @@ class LinearSteps:
 def periodic(
     machine: Machine,
     period: float,
-    steps: int = 60,
+    steps: int | Array = 60,
     *,
     stages: int = 3,
     tolerance: float = 1e-7,
@@ -245,7 +285,8 @@ def periodic(
     period
         s.
     steps, stages
-        Of a cycle, and of a step.
+        Of a cycle, and of a step. Steps are so many even ones, or the instants at which they begin (s): loads may jump
+        there.
     tolerance
         Of the last change, relative to the largest coordinate.
     most
@@ -314,12 +355,14 @@ class Iteration:
         """Take a step, and give the size of its change."""
         machine, path, n = self.machine, self.path, self.machine.n
         self.found = self.evaluated(self.stresses)
-        linear = LinearSteps(machine, path.tableau, path.h, self.found)
+        linear = LinearSteps(machine, path, self.found)
         end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
-        gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], path.h * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
+        for k, blows in linear.blows.items():
+            end_v[k] += blows.jumps[:, :n].sum(axis=0)
+        gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], linear.unit * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
         states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
         dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / path.h
+        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / linear.unit
         changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
         self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
         self.stresses = predicted(machine, self.found, *self.change)

@@ -50,7 +50,7 @@ def running_modes(cycle: Cycle, count: int = 6) -> RunningModes:
         Of multipliers above 1e-4.
     """
     steps, machine = cycle.steps, cycle.machine
-    period, n = steps.h * steps.count, machine.n
+    period, n = steps.period, machine.n
     values, states = steps.multipliers(count)
     kept = (values.imag >= 0) & (np.abs(values) > LEAST)
     values, states = values[kept], states[:, kept]
@@ -58,10 +58,10 @@ def running_modes(cycle: Cycle, count: int = 6) -> RunningModes:
     if not len(values):
         return RunningModes(values, rates, np.zeros(0, dtype=int))
     coordinates = []
-    followed = followed_modes(machine, steps.h * np.arange(1, steps.count + 1))
+    followed = followed_modes(machine, steps.ends)
     for k, momenta in enumerate(followed.momenta):
         states = np.array([steps.through(k, x.real)[1] + 1j * steps.through(k, x.imag)[1] for x in states.T]).T
-        beside = states[:n] * np.exp(-rates * steps.h * (k + 1))
+        beside = states[:n] * np.exp(-rates * (steps.ends[k] - steps.ends[-1] + period))
         coordinates.append(momenta.T @ beside)
     moving = np.array(coordinates)  # (steps, modes, multipliers)
     largest = np.argmax(np.sum(np.abs(moving) ** 2, axis=0), axis=0)

@@ -1,21 +1,26 @@
 """What acts in a machine: a term measures its ends and answers with stresses, and inertia is one constant mass."""
 
+from fenics_mech.terms.along_beams import AirForce, AlongBeams, LineForce
 from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
 from fenics_mech.terms.inner_places import Shapes
-from fenics_mech.terms.laws import Damper, DeadLoad, PointLoad, Spring
+from fenics_mech.terms.laws import Damper, DeadLoad, OverState, PointLoad, Spring
 from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Look, Measure, Response, Term
 
 __all__ = [
+    "AirForce",
+    "AlongBeams",
     "Beams",
     "Damper",
     "DeadLoad",
     "Element",
+    "LineForce",
     "Look",
     "Masses",
     "Measure",
     "ModalDamping",
+    "OverState",
     "PointLoad",
     "Response",
     "Shapes",

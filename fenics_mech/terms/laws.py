@@ -122,6 +122,59 @@ class PointLoad(Term):
         return Response(stress, by_measure)
 
 
+class OverState(Term):
+    """A load times a factor that goes by a measure of two other ends, such as the angle of a joint, and by its rate.
+
+    Parameters
+    ----------
+    load
+        The load for the factor 1: a single element.
+    pair, measure
+        The ends, and the measure.
+    factor
+        Gives the factor and its derivatives by the measure and its rate, by time, measure and rate ``(instants,)``.
+    near
+        Angle within half a turn of the measure, by time ``(instants,)``.
+    """
+
+    together = 2
+
+    def __init__(
+        self,
+        load: PointLoad,
+        pair: tuple[End, End],
+        measure: Measure,
+        factor: Callable[[Array, Array, Array], tuple[Array, Array, Array]],
+        near: Callable[[Array], Array] | None = None,
+    ) -> None:
+        super().__init__([*load.pairs, pair])
+        self.load, self.measure, self.factor, self._near = load, measure, factor, near
+
+    @property
+    def looks(self) -> Sequence[Sequence[Measure]]:
+        """Measures of the load, and of the other ends."""
+        return [self.load.measures, [self.measure] * len(self.load.measures)]
+
+    def near(self, t: Array) -> Array | None:
+        """Give angles near those of the other ends."""
+        if self._near is None:
+            return None
+        count = len(self.load.measures)
+        return np.stack([np.zeros((len(t), count)), np.tile(self._near(t)[:, None], count)], axis=1)
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give the load's stresses times the factor, and none on the other ends."""
+        one, count = self.load.respond(t, x[:, :1], v[:, :1]), x.shape[2]
+        factor, by_measure, by_rate = self.factor(t, x[:, 1, 0], v[:, 1, 0])
+        stress, across = np.zeros(x.shape), np.zeros((2, len(t), 1, 2 * count, 2 * count))
+        stress[:, 0] = factor[:, None] * one.stress[:, 0]
+        assert one.by_measure is not None
+        across[0, :, 0, :count, :count] = factor[:, None, None] * one.by_measure[:, 0]
+        for derivative, by in zip(across, (by_measure, by_rate)):
+            derivative[:, 0, :count, count] = by[:, None] * one.stress[:, 0]
+        return Response(stress, across=across)
+
+
 class DeadLoad(Term):
     """A force that keeps its direction, or a moment in the plane.
 

@@ -52,17 +52,21 @@ class Response:
     modes
         Patterns E of stress over all elements ``(instants, elements, measures, modes)``, which are as large as their
         product with the rates of the measures: the stress E (E . rates) is added. None where there is none.
+    across
+        Where elements respond together, derivatives of their stresses by all of their measures, and by the rates of
+        these: ``(2, instants, sets, stresses of a set, measures of a set)``. The others are then None.
     """
 
     stress: Array
     by_measure: Array | None = None
     by_rate: Array | None = None
     modes: Array | None = None
+    across: Array | None = None
 
     def times(self, share: float) -> Response:
         """Give a share of the stresses."""
-        parts = (None if x is None else share * x for x in (self.stress, self.by_measure, self.by_rate))
-        return Response(*parts)  # type: ignore[arg-type]
+        parts = (self.stress, self.by_measure, self.by_rate, None, self.across)
+        return Response(*(None if x is None else share * x for x in parts))  # type: ignore[arg-type]
 
     def under(self, sizes: Array) -> Response:
         """Give the same with the stress of its modes, whose sizes are given ``(instants, modes)``."""
@@ -84,9 +88,15 @@ class Term:
 
     measures: tuple[Measure, ...] = ()  # of each element; beams have their strains
     modes = 0  # patterns of stress over all elements, each an unknown of the machine
+    together = 1  # so many elements, one after the other, answer with stresses the measures of all of them
 
     def __init__(self, pairs: Sequence[tuple[End, End]]) -> None:
         self.pairs = list(pairs)
+
+    @property
+    def looks(self) -> Sequence[Sequence[Measure]]:
+        """Measures of every element, as many of each."""
+        return [self.measures] * len(self.pairs)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
         """Give the stresses at some instants.

@@ -155,7 +155,7 @@ def jerk(cycle, end):
     t, q, v, a = (x[:, 0] for x in cycle.path.at(np.zeros(1)))
     at = cycle.machine.residual(t, q, v, a, tangents=False).at
     place = at.r[:, end.pose] + at.R[:, end.pose] @ end.offset
-    rates, sizes = harmonics(place, cycle.path.h * len(t))
+    rates, sizes = harmonics(place, cycle.path.period)
     return t, np.tensordot(np.exp(np.outer(t, rates)) * rates**3, sizes, 1).real
 
 
