@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fenics_mech.safety import buckled_sideways
 
 from fenics_mech import load
-from fenics_mech.recovery.side_buckling import buckled_sideways
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections import Stock
 from fenics_mech.views.judgements import judgements, verdict

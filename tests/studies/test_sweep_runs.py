@@ -124,7 +124,9 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
 
 @pytest.mark.slow
 def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(seed, tmp_path, caplog, monkeypatch):
-    scene = seed.changed(EXACT | {"analysis.error_estimates": True, "mesh.elements": 6})  # whose error asks for no halves
+    scene = seed.changed(
+        EXACT | {"analysis.error_estimates": True, "mesh.elements": 6}
+    )  # whose error asks for no halves
     axes = parse_axes(scene, [SPEEDS])
     whole = run_sweep(scene, axes, tmp_path / "all", estimates="all").data
     for most, again in ((kept_answers.LARGEST, 0), (0, 1)):  # with answers kept, and without
