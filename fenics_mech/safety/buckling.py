@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fenics_mech._arrays import Array
 from fenics_mech.safety.check import Check, unknown, wanted
 from fenics_mech.safety.grades import yield_of
@@ -27,7 +25,7 @@ def in_plane(of: Loaded) -> Check:
     """
     _, free = of.between_joints
     factor = FREE if free else PINNED
-    told = "" if free else "in the plane members buckle between their pins (K = 1)"
+    told = "" if free else "K = 1 in the plane"
     return _strut(of, "buckling in plane", of.bending, factor).also_assumed(told)
 
 
@@ -48,7 +46,7 @@ def across(of: Loaded) -> Check:
         return unknown(mode, f"sections.{of.member.section} does not tell its width: state its shape")
     _, free = of.between_joints
     factor = FREE if free else CLAMPED if of.member.across == "clamped" else PINNED
-    told = "" if of.member.across or free else "across the plane ends are pinned (K = 1); forks that clamp: across"
+    told = "" if of.member.across or free else "K = 1 across the plane"
     return _strut(of, mode, stiffness, factor).also_assumed(told, _shape_told(of))
 
 
@@ -67,21 +65,18 @@ def lateral_torsion(of: Loaded) -> Check:
     stiffness, torsion, material = _across(of), torsion_of(of.section), of.material
     if stiffness is None or torsion is None or material is None:
         return unknown(mode, f"sections.{of.member.section} has no known torsion constant: state its shape")
-    k = int(np.abs(of.moment).max(axis=1).argmax())
-    highest, lowest = of.extremes(of.moment, "moment")
-    acting = max(float(highest.max()), -float(lowest.min()), 0.0)
+    acting, theta = of.largest(of.moment, "moment")
     if float(stiffness.min()) >= float(of.bending.max()):  # stiffer across: then bending in the plane is stable
         acting = 0.0
     length, free = of.between_joints
     of_torsion = material.rigidity * torsion * of.enlarged.torsion
     borne = math.pi / (length * (2 if free else 1)) * math.sqrt(float(stiffness.min()) * of_torsion)
-    return Check(mode, acting, borne, "moment", wanted(of.scene.design, mode), float(of.theta[k]))
+    return Check(mode, acting, borne, "moment", wanted(of.scene.design, mode), theta)
 
 
 def _strut(of: Loaded, mode: str, stiffness: Array, factor: float) -> Check:
     """Judge the largest compression against Euler's load, or Johnson's where the member is stocky."""
-    _, lowest = of.extremes(of.normal, "axial_force")
-    k = int(of.normal.min(axis=1).argmin())
+    push, theta = of.largest(of.normal, "axial_force", signs=(-1,))
     length, rests = factor * of.between_joints[0], ""
     weakest = float(stiffness.min())
     borne = math.pi**2 * weakest / length**2  # Shigley's, 9th ed., eq. (4-42), C = 1/K^2
@@ -93,9 +88,8 @@ def _strut(of: Loaded, mode: str, stiffness: Array, factor: float) -> Check:
             fall = strength * slender**2 / (4 * math.pi**2 * material.modulus)
             borne = area * strength * (1 - fall)  # eq. (4-48), J. B. Johnson
             rests = known[1]
-    push = max(-float(lowest.min()), 0.0)
     on = (rests,) if rests else ()
-    return Check(mode, push, borne, "force", wanted(of.scene.design, mode), float(of.theta[k]), rests_on=on)
+    return Check(mode, max(push, 0.0), borne, "force", wanted(of.scene.design, mode), theta, rests_on=on)
 
 
 def _across(of: Loaded) -> Array | None:
@@ -109,4 +103,4 @@ def _shape_told(of: Loaded) -> str:
     """Say that the shape of a section is taken from its numbers, where it is."""
     if of.section is of.scene.sections[of.member.section]:
         return ""
-    return f"section {of.member.section} is a rectangle, as its numbers are"
+    return f"section {of.member.section} is the rectangle of its numbers"

@@ -48,7 +48,7 @@ class Check:
     detail
         What of it is weakest, such as "net section".
     rests_on
-        Assumptions that keep it from deciding: of a grade, or of a pin.
+        Assumptions that keep it from deciding: of a grade, a pin, or a limit of the deflection.
     assumed
         Other assumptions.
     missing

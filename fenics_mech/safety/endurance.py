@@ -110,9 +110,9 @@ def _by_limit(of: Loaded, face: Face, material: Material) -> Check:
     used = notches * (amplitude / limit + mean / ultimate)
     acting = float(used.max()) * limit
     check = Check(MODE, acting, limit, "stress", wanted(of.scene.design, MODE), rests_on=(rests,) if rests else ())
-    surface = "" if material.surface else f"{face.material} has machined surfaces"
-    notch = "" if of.member.notches else "members without `notches` have none"
-    reliable = "endurance limits are means: half of all specimens break earlier, which the wanted factor covers"
+    surface = "" if material.surface else f"{face.material} is machined"
+    notch = "" if of.member.notches else "no notches where none are stated"
+    reliable = "mean endurance limits"
     return check.also_assumed(surface, notch, reliable)
 
 
@@ -134,7 +134,7 @@ def _by_curve(of: Loaded, face: Face, curve: StressLife) -> Check:
     borne, lasting = acting * factors[j], f"{cycles:.3g} cycles"
     check = Check(MODE, acting if borne else 0.0, borne or 1.0, "stress", wanted_factor, detail=lasting)
     stated = "cycles" in of.scene.design.model_fields_set
-    return check.also_assumed("" if stated else f"members with stress-life curves are to last {lasting}")
+    return check.also_assumed("" if stated else f"{face.material} is to last {lasting}")
 
 
 def _factor(ranges: Array, mean: Array, count: Array, curve: StressLife) -> float:

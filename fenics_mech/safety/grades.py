@@ -69,7 +69,7 @@ def yield_of(name: str, material: Material) -> tuple[float, str] | None:
         return stated, ""
     if (grade := grade_of(material)) is None:
         return None
-    return grade.yielding, f"{name} is {grade.name}: it yields at {grade.yielding * MEGA:g} MPa"
+    return grade.yielding, f"{name} yields at {grade.yielding * MEGA:g} MPa ({grade.name})"
 
 
 def ultimate_of(name: str, material: Material) -> tuple[float, str] | None:
@@ -86,4 +86,4 @@ def ultimate_of(name: str, material: Material) -> tuple[float, str] | None:
     if (grade := grade_of(material)) is None:
         return None
     least = max(grade.ultimate, material.yield_ or 0.0)
-    return least, f"{name} breaks at {least * MEGA:g} MPa, as the lowest grade of its kind"
+    return least, f"{name} breaks at {least * MEGA:g} MPa ({grade.name})"

@@ -122,21 +122,30 @@ class Loaded:
         """Positions that are one cycle; None where there is none."""
         return last_cycle(self.scene.analysis, self.scene.drives, self.result.data)
 
-    def extremes(self, values: Array, name: str = "stress") -> tuple[Array, Array]:
-        """Give the highest and the lowest values over the positions, and between those of a cycle.
+    def largest(self, values: Array, name: str, signs: tuple[int, ...] = (1, -1)) -> tuple[float, float]:
+        """Give the largest value over the positions, and between those of a cycle, and its drive angle (rad).
 
         Parameters
         ----------
         values
-            Values at the positions, ``(angles, ...)``.
+            Values at the positions, ``(angles, places)``.
         name
             The variable that they are of.
+        signs
+            1 for the highest value, -1 for the lowest with its sign changed, both for the largest size.
         """
-        highest, lowest = values.max(axis=0), values.min(axis=0)
-        if self.part is None:
-            return highest, lowest
-        curves = curves_over_cycle(self.scene, values[self.part], name)
-        return np.maximum(highest, curves.highest()[1]), np.minimum(lowest, curves.lowest()[1])
+        found = [(float((sign * values).max()), self._angle(sign * values)) for sign in signs]
+        if self.part is not None:
+            curves = curves_over_cycle(self.scene, values[self.part], name)
+            theta = self.theta[self.part]
+            for sign in signs:
+                where, height = curves.highest() if sign > 0 else curves.lowest()
+                i = int((sign * height).argmax())
+                found.append((float(sign * height[i]), float(theta[0] + where[i] * (theta[1] - theta[0]))))
+        return max(found)
+
+    def _angle(self, values: Array) -> float:
+        return float(self.theta[int(values.max(axis=1).argmax())])
 
     def resized(self, key: str, factor: float) -> Loaded:
         """Give it with another section under the same loads.

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.recovery.peaks import curves_over_cycle
 from fenics_mech.safety.check import Check, unknown, wanted
 from fenics_mech.safety.endurance import AXIAL, endurance
 from fenics_mech.safety.grades import ultimate_of, yield_of
@@ -20,10 +19,8 @@ MODE = "pin and eye"
 SHEAR = 1 / math.sqrt(3)  # shear yield over tensile yield (von Mises)
 BEARING = 1.5  # bearing strength over yield strength (EN 1993-1-8, table 3.10)
 LOCKING = math.radians(55)  # angle of the shear planes beside a pin that fills its hole (ASME BTH-1, section 3-3.3.1)
-CLEARANCE = (
-    1.35  # by which clearance raises Kt (Shigley's, 9th ed., figure A-15-12: 35 to 50 %): pins that turn have it
-)
-ASSUMED = "joints without `pin` have one half as thick as the member is high, in an eye of its section"
+CLEARANCE = 1.35  # of pins that turn raises Kt by 35 to 50 % (Shigley's, 9th ed., figure A-15-12)
+ASSUMED = "pins half as thick as members are high"
 NARROW, BROAD = 0.15, 0.75  # diameter over width, between which the fit of Kt holds
 DIMENSIONS = {  # of a pin: what is to be enlarged where that is weakest
     "net section": "eye",
@@ -83,7 +80,7 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
         return unknown(MODE, f"state joints.{name}.pin")
     if material is None or (known := yield_of(label, material)) is None:
         return unknown(MODE, f"state materials.{label}.yield")
-    force, k = _largest_force(of, name)
+    force, theta = _largest_force(of, name)
     least, weakest, rests = math.inf, "", known[1]
     for where, borne in static_loads(given, known[0]).items():
         if borne < least:
@@ -93,8 +90,8 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
         least, weakest, rests = by_fatigue[0], "eye in fatigue", by_fatigue[1]
     on = tuple(filter(None, (rests, "" if pin else ASSUMED)))
     wanted_factor = wanted(of.scene.design, MODE)
-    check = Check(MODE, force, least, "force", wanted_factor, float(of.theta[k]), f"{weakest}, {name}", on)
-    return check.also_assumed("pins are in double shear, and of the members' materials", "bushes bear their speed")
+    check = Check(MODE, force, least, "force", wanted_factor, theta, f"{weakest}, {name}", on)
+    return check.also_assumed("pins in double shear, of their members' materials", "bushes that bear their speed")
 
 
 def static_loads(pin: Pin, strength: float) -> dict[str, float]:
@@ -156,17 +153,12 @@ def _usual(of: Loaded) -> Pin | None:
     return None
 
 
-def _largest_force(of: Loaded, name: str) -> tuple[float, int]:
-    """Largest force (N) on the member's link at a pin, and its position."""
+def _largest_force(of: Loaded, name: str) -> tuple[float, float]:
+    """Largest force (N) on the member's link at a pin, and its drive angle (rad)."""
     link = of.scene.members()[of.label][0]
     data = of.result.data["joint_force"].transpose("theta", "joint", "component")
     names = [str(joint) for joint in data["joint"].to_numpy()]
     here = [i for i, joint in enumerate(names) if joint in (name, f"{name}:{link}")]
     here = here or [i for i, joint in enumerate(names) if joint.startswith(f"{name}:")]  # on the first body: all
     vectors: Array = data.to_numpy()[:, here].sum(axis=1)
-    sizes = np.linalg.norm(vectors, axis=-1)
-    k = int(sizes.argmax())
-    if of.part is None:
-        return float(sizes[k]), k
-    between = curves_over_cycle(of.scene, vectors[of.part], "joint_force").longest()[1]
-    return max(float(sizes[k]), float(np.max(between))), k
+    return of.largest(np.linalg.norm(vectors, axis=-1)[:, None], "joint_force", signs=(1,))

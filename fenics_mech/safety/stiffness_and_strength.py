@@ -9,6 +9,7 @@ from fenics_mech.safety.grades import yield_of
 from fenics_mech.safety.loaded import Loaded
 
 BEARS = "state materials.{}.yield"
+ASSUMED = "deflections up to L/200"
 
 
 def yielding(of: Loaded) -> Check:
@@ -28,9 +29,7 @@ def yielding(of: Loaded) -> Check:
     for face in of.faces:
         material = of.scene.materials[face.material]
         stress = face.stress(*np.moveaxis(axial + bending, -1, 0))
-        highest, lowest = of.extremes(stress)
-        acting = float(max(highest.max(), -lowest.min(), 0.0))
-        theta = float(of.theta[np.unravel_index(np.abs(stress).argmax(), stress.shape)[0]])
+        acting, theta = of.largest(stress, "stress")
         asked = wanted(of.scene.design, "yield")
         if material.strength is not None:
             allowed = of.scene.design.safety.get("yield", 1.0)
@@ -46,17 +45,15 @@ def yielding(of: Loaded) -> Check:
 def deflecting(of: Loaded) -> Check:
     """Judge the largest elastic displacement from the rigid linkage against the limit of `[design] deflection`.
 
-    ``n = u_allowed/max |u|``; bending displacements go with 1/(EI).
+    ``n = u_allowed/max |u|``. Where no limit is stated it is 1/200 of the length, which does not decide.
 
     Parameters
     ----------
     of
         The member.
     """
-    size = of.deflection
-    k = int(size.max(axis=1).argmax())
+    acting, theta = of.largest(of.deflection, "deflection", signs=(1,))
     allowed = of.scene.design.allowed_deflection(of.length)
     stated = "deflection" in of.scene.design.model_fields_set
-    told = "" if stated else "a member may deflect by its length/200"
-    check = Check("deflection", float(size[k].max()), allowed, "length", 1.0, float(of.theta[k]))
-    return check.also_assumed(told)
+    on = () if stated else (ASSUMED,)
+    return Check("deflection", acting, allowed, "length", 1.0, theta, rests_on=on)

@@ -13,9 +13,11 @@ from fenics_mech.safety.buckling import across, in_plane, lateral_torsion
 from fenics_mech.safety.check import KEYS, Check
 from fenics_mech.safety.endurance import fatiguing
 from fenics_mech.safety.loaded import Loaded
+from fenics_mech.safety.pins import ASSUMED as PIN
 from fenics_mech.safety.pins import DIMENSIONS, joints_of, pinned, pins
 from fenics_mech.safety.resonance import resonating
 from fenics_mech.safety.shapes import dimension
+from fenics_mech.safety.stiffness_and_strength import ASSUMED as DEFLECTION
 from fenics_mech.safety.stiffness_and_strength import deflecting, yielding
 from fenics_mech.scene.sections import CustomSection
 
@@ -27,6 +29,7 @@ BY_SECTION: dict[str, Callable[[Loaded], Check]] = {  # modes that depend on the
     "fatigue": fatiguing,
     "deflection": deflecting,
 }
+GUESSED = frozenset({PIN, DEFLECTION})  # assumptions by which nothing is said to fail, as no grade is so low
 SIDEWAYS = "buckling across", "lateral torsion"
 LARGEST, HALVINGS = 64.0, 40  # times the present dimension, up to which one is looked for; halvings of the interval
 DIGITS = 3  # of a dimension, rounded up
@@ -88,12 +91,12 @@ class Verdict:
 
     @property
     def doubtful(self) -> tuple[str, Check] | None:
-        """The member and the mode that fail by an assumed grade or pin; None where none does."""
+        """The member and the mode that fail by an assumed grade alone; None where none does."""
         found = [
             (member, check)
             for member, checks in self.checks.items()
             for check in checks
-            if check.known and not check.decides and check.share < 1
+            if check.known and check.rests_on and not GUESSED & set(check.rests_on) and check.share < 1
         ]
         return min(found, key=lambda one: one[1].share, default=None)
 

@@ -103,7 +103,8 @@ class Design(Part):
         Wanted factors of safety. Without them yield and fatigue have 1.5, buckling (in the plane, across it and
         lateral-torsional) 3 and pins 2. `resonance` is the wanted distance of the speed from a critical speed, 10 %.
     deflection
-        Largest elastic deflection of a member: a length, or a part of the member's length as "L/200".
+        Largest elastic deflection of a member: a length, or a part of the member's length as "L/200". It decides only
+        where it is stated.
     cycles
         Cycles of the machine that its members are to last. It counts where a material states a stress-life curve.
 

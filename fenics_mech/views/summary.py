@@ -1,4 +1,4 @@
-"""A summary of a result that fits a screen: the peak, whether the numbers can be used, tables, and what decided."""
+"""A summary of a result that fits a screen: safety, the peak, how accurate it is, tables, and what decided."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
-from fenics_mech.views.beyond_theory import across_plane
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
@@ -34,10 +33,11 @@ from fenics_mech.views.rigid_report import (
     running_lines,
     small_motions_table,
 )
+from fenics_mech.views.safety_words import safety_rows, safety_sentences
 from fenics_mech.views.words import AT_MOST, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
-MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS, MOST_USED = 8, 3, 6, 2, 4  # that are shown
+MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 8, 3, 6, 2  # that are shown
 JOINTS_WIDTH, LEAST_COLUMN = 68, 6  # characters: of a line of joints, and of a column
 
 
@@ -51,9 +51,9 @@ class Summary(Group):
 def summary(result: Result, details: bool = False, units: AnswerUnits | None = None) -> Summary:
     """Summarise a result, to be printed; it needs 80 columns.
 
-    First the machine, the peak stress with its place and drive angle, and whether the numbers can be used. Then reasons
-    against them with their size, and warnings. Then a table of the members, the most stressed first, the joint forces,
-    and what the program decided.
+    First the machine, whether it is safe, the peak stress with its place and drive angle, and whether the computation
+    is accurate. Then reasons against it with their size, and warnings. Then a table of the members, the most stressed
+    first, the joint forces, and what the program decided.
 
     Parameters
     ----------
@@ -82,8 +82,10 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     reading, judged = reading_of(result, units), judgements(result)
     assert isinstance(reading, Reading)
     level, usable = verdict(judged)
+    safe_level, safe = safety_sentences(result, units)
     parts: list[RenderableType] = [
         Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
+        Text(" ".join(safe), style=STYLES[safe_level]),
         Text(" ".join(headline(reading))),
         Text(usable, style=STYLES[level]),
         *map(Text, filter(None, [_met(result), _assumed(result)])),
@@ -191,9 +193,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     if said := _shakes(reading):
         name = next(iter(rows), "frame")
         rows[name] = f"{rows[name]}; {said}" if rows else said
-    others = {"strength used": _used(result), "vibrates": _vibrates(result, reading.units)}
-    others["across plane"] = across_plane(result)
-    others["frequencies"] = _frequencies(result)
+    others = safety_rows(result) | {"vibrates": _vibrates(result, reading.units), "frequencies": _frequencies(result)}
     rows |= {name: text for name, text in others.items() if text}
     rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
     rows |= motion_rows(result, reading.units)
@@ -216,15 +216,6 @@ def _shakes(reading: Reading) -> str:
         k = int(np.abs(curve).argmax())
         said.append(f"{short(float(curve[k]))} {reading.units.label(kind)} at {reading.at(k)}")
     return f"shaking force {said[0]}, {said[1]}"
-
-
-def _used(result: Result) -> str:
-    """Say how far members use the strength of their materials, the most first."""
-    if "utilisation" not in result.data:
-        return ""
-    used = result.data["utilisation"].dropna("member")
-    order = np.argsort(-used.to_numpy(), kind="stable")[:MOST_USED]
-    return ", ".join(f"{used['member'].to_numpy()[i]} {share(float(used[int(i)]))}" for i in order)
 
 
 def _vibrates(result: Result, units: AnswerUnits) -> str:
