@@ -57,7 +57,8 @@ CASES = {
         "buckling in plane", johnson(0.031 * 0.03, 0.03 / math.sqrt(12), 235e6) / 60e3, "height",
     ),
     "lateral torsion": (
-        rod(rectangle(0.002, 0.06), [middle(80.0)], material=GOOD), "lateral torsion", lateral(0.002, 0.06) / 20, "width",
+        rod(rectangle(0.002, 0.06), [middle(80.0)], material=GOOD), 
+        "lateral torsion", lateral(0.002, 0.06) / 20, "width",
     ),
     "fatigue": (
         rod(rectangle(0.02, 0.02), [middle(800.0, **SWING)], material=GOOD | {"yield": 450e6}, **TURN),
