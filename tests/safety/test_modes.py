@@ -5,9 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from fenics_mech import judge
+from fenics_mech import SceneError, judge
 from fenics_mech.safety import resonance
 from fenics_mech.safety.resonance import Nearest
+from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.views.key_figures import key_figures
+from fenics_mech.views.page.report import page
 from fenics_mech.views.safety_words import safety_sentences
 from tests.common import analysed
 from tests.safety.machines import E, G, along, middle, rectangle, rod
@@ -57,7 +60,7 @@ CASES = {
         "buckling in plane", johnson(0.031 * 0.03, 0.03 / math.sqrt(12), 235e6) / 60e3, "height",
     ),
     "lateral torsion": (
-        rod(rectangle(0.002, 0.06), [middle(80.0)], material=GOOD), 
+        rod(rectangle(0.002, 0.06), [middle(80.0)], material=GOOD),
         "lateral torsion", lateral(0.002, 0.06) / 20, "width",
     ),
     "fatigue": (
@@ -213,3 +216,30 @@ def test_wanted_factors_are_those_of_the_scene():
     scene = CASES["buckling across"][0].changed({"design.safety": {"buckling": 1.5}})
     assert np.isclose(_check(scene, "buckling across").wanted, 1.5)
     assert judge(analysed(scene)).safe
+
+
+def test_studies_know_the_least_factor_and_that_of_a_member_and_a_mode():
+    result = analysed(CASES["buckling across"][0])
+    least = CASES["buckling across"][2] / 3
+    for name in ("safety.min", "safety[rod].min", "safety[rod][buckling across].min"):
+        assert Quantity.read(name).of(result) == pytest.approx(least, rel=1e-3)
+    assert Quantity.read("safety[pin and eye].min").of(result) > 1  # which rests on an assumed pin
+    with pytest.raises(SceneError, match="there is no 'crank'"):
+        Quantity.read("safety[crank].min").of(result)
+    with pytest.raises(SceneError, match="critical speeds are not computed"):
+        Quantity.read("safety[resonance].min").of(result)
+
+
+def test_figures_for_other_programs():
+    found = key_figures(analysed(CASES["buckling across"][0]))["safety"]
+    assert (found["safe"], found["member"], found["mode"], found["level"]) == (False, "rod", "buckling across", "bad")
+    assert found["cure"] == {"place": "sections.s.width", "now": 0.01, "needed": pytest.approx(0.0121)}
+    assert found["members"]["rod"]["buckling across"]["decides"]
+    assert not found["members"]["rod"]["pin and eye"]["decides"]
+
+
+def test_page_hatches_what_rests_on_an_assumption():
+    html = page(analysed(CASES["buckling across"][0]))
+    assert 'class="t bad" data-mode="buckling across"' in html
+    assert 'assumed" data-mode="pin and eye"' in html
+    assert "Make it 12.1 mm thick, now 10 mm" in html
