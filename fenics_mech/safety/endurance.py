@@ -27,6 +27,7 @@ SURFACES = {  # ka = a Su^b, at most 1, with Su in MPa (the same, table 6-2; mac
     "hot-rolled": (57.7, -0.718),
     "as-forged": (272.0, -0.995),
 }
+CYCLES = 5e8  # that members are to last: those for which endurance of aluminium is given
 LARGEST = 1e6  # factor of safety that is looked for
 HALVINGS = 60  # of the interval in which it lies, in its logarithm
 
@@ -126,15 +127,14 @@ def _by_curve(of: Loaded, face: Face, curve: StressLife) -> Check:
         counted = [stress_cycles(one, of.part is not None).T for one in wave.T]
     except MechanismError as error:
         return unknown(MODE, str(error))
-    cycles = of.scene.design.cycles
+    cycles = of.scene.design.cycles or CYCLES
     factors = [_factor(ranges, mean, count * cycles, curve) for ranges, mean, count in counted]
     j = int(np.argmin(factors))
     acting = float(np.ptp(wave[:, j]))
     wanted_factor = wanted(of.scene.design, MODE)
     borne, lasting = acting * factors[j], f"{cycles:.3g} cycles"
     check = Check(MODE, acting if borne else 0.0, borne or 1.0, "stress", wanted_factor, detail=lasting)
-    stated = "cycles" in of.scene.design.model_fields_set
-    return check.also_assumed("" if stated else f"{face.material} is to last {lasting}")
+    return check.also_assumed("" if of.scene.design.cycles else f"{face.material} is to last {lasting}")
 
 
 def _factor(ranges: Array, mean: Array, count: Array, curve: StressLife) -> float:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from fenics_mech._constants import MEGA
 from fenics_mech.scene import Material
 
 
@@ -69,7 +68,7 @@ def yield_of(name: str, material: Material) -> tuple[float, str] | None:
         return stated, ""
     if (grade := grade_of(material)) is None:
         return None
-    return grade.yielding, f"{name} yields at {grade.yielding * MEGA:g} MPa ({grade.name})"
+    return grade.yielding, f"{name} yields as {grade.name}"
 
 
 def ultimate_of(name: str, material: Material) -> tuple[float, str] | None:
@@ -86,4 +85,4 @@ def ultimate_of(name: str, material: Material) -> tuple[float, str] | None:
     if (grade := grade_of(material)) is None:
         return None
     least = max(grade.ultimate, material.yield_ or 0.0)
-    return least, f"{name} breaks at {least * MEGA:g} MPa ({grade.name})"
+    return least, f"{name} breaks as {grade.name}"

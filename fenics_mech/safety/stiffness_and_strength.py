@@ -54,6 +54,5 @@ def deflecting(of: Loaded) -> Check:
     """
     acting, theta = of.largest(of.deflection, "deflection", signs=(1,))
     allowed = of.scene.design.allowed_deflection(of.length)
-    stated = "deflection" in of.scene.design.model_fields_set
-    on = () if stated else (ASSUMED,)
+    on = (ASSUMED,) if of.scene.design.deflection is None else ()
     return Check("deflection", acting, allowed, "length", 1.0, theta, rests_on=on)

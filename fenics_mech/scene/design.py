@@ -103,10 +103,11 @@ class Design(Part):
         Wanted factors of safety. Without them yield and fatigue have 1.5, buckling (in the plane, across it and
         lateral-torsional) 3 and pins 2. `resonance` is the wanted distance of the speed from a critical speed, 10 %.
     deflection
-        Largest elastic deflection of a member: a length, or a part of the member's length as "L/200". It decides only
-        where it is stated.
+        Largest elastic deflection of a member: a length, or a part of the member's length as "L/200". Without it that
+        is taken, and does not decide.
     cycles
-        Cycles of the machine that its members are to last. It counts where a material states a stress-life curve.
+        Cycles of the machine that its members are to last, by default 5e8. They count where a material states a
+        stress-life curve.
 
     Examples
     --------
@@ -115,8 +116,8 @@ class Design(Part):
     """
 
     safety: Wanted = Field(default_factory=dict)
-    deflection: Deflection = "L/200"
-    cycles: Annotated[float, Field(ge=1, le=1e15)] = 5e8
+    deflection: Deflection | None = None
+    cycles: Annotated[float, Field(ge=1, le=1e15)] | None = None
 
     def allowed_deflection(self, length: float) -> float:
         """Give the largest deflection (m) of a member.
@@ -126,4 +127,5 @@ class Design(Part):
         length
             Length of the member (m).
         """
-        return self.deflection if isinstance(self.deflection, float) else length / float(self.deflection[2:])
+        limit = self.deflection or "L/200"
+        return limit if isinstance(limit, float) else length / float(limit[2:])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.safety import KEYS, Check, Cure, Verdict, judge
 from fenics_mech.safety.shapes import shape_of
@@ -26,7 +25,7 @@ FAILS = {
 }
 SIZED = {"height": "deep", "width": "wide"}  # adjectives of dimensions
 LARGEST = 100.0  # factor from which on its size tells nothing
-MOST_MEMBERS = 4  # that are listed
+MOST_MEMBERS = 2  # that are listed beside the first
 
 
 def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[str]]:
@@ -57,7 +56,7 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
         member, check = found.governing
         open_modes = undecided(found)
         far = ", as far as the scene tells" if open_modes else ""
-        said = [f"Safe{far}: member {member!r} has the least factor, {factor(check)} by {_of(check)}."]
+        said = [f"Safe{far}: the least factor is that of member {member!r}, {_of(check)}."]
     if found.doubtful is not None:
         member, check = found.doubtful
         level = "warn" if level == "good" else level
@@ -75,11 +74,9 @@ def _failing(member: str, check: Check) -> str:
 
 
 def _of(check: Check) -> str:
-    """Write mode and factors: "yield, 1.2 of 1.5"."""
-    if check.mode == "resonance":
-        return f"{check.mode}, {percent(check.factor)} of {percent(check.wanted)} away"
+    """Write factors and mode: "1.2 of 1.5 by yield"."""
     detail = f" ({check.detail})" if check.detail else ""
-    return f"{check.mode}{detail}, {factor(check)} of {check.wanted:g} wanted"
+    return f"{factor(check)} of {check.wanted:g} by {check.mode}{detail}"
 
 
 def factor(check: Check) -> str:
@@ -120,14 +117,14 @@ def _cured(result: Result, check: Check, cure: Cure | None, units: AnswerUnits) 
     if cure is None:
         return "Lower the loads or the speed: no dimension of it alone would do."
     if not cure.key:
-        return f"Make its section {short(cure.needed)} times as large ({cure.place}), if the loads stay as they are."
+        return f"For these loads make its section {short(cure.needed)} times as large ({cure.place})."
     needed, now = (units.text(value, "length") for value in (cure.needed, cure.now))
     if cure.place.startswith("joints."):
-        return f"Make {cure.place} {needed}, now {now}, if the loads stay as they are."
+        return f"For these loads make {cure.place} {needed}, now {now}."
     section = shape_of(result.scene.sections[cure.place.split(".")[1]])
     thin = cure.key == "width" and isinstance(section, RectangleSection) and section.width < section.height
     made = f"its diameter {needed}" if cure.key == "diameter" else f"it {needed} {'thick' if thin else SIZED[cure.key]}"
-    return f"Make {made}, now {now} ({cure.place}), if the loads stay as they are."
+    return f"For these loads make {made}, now {now} ({cure.place})."
 
 
 def _to_state(result: Result, check: Check) -> str:
@@ -138,22 +135,19 @@ def _to_state(result: Result, check: Check) -> str:
 
 
 def undecided(found: Verdict) -> list[str]:
-    """Name the modes that do not decide for some member, in the order of `KEYS`.
+    """Name the modes by which no member is judged but by assumptions, in the order of `KEYS`; wants are none of them.
 
     Parameters
     ----------
     found
         The verdict.
     """
-    return [
-        mode
-        for mode in KEYS
-        if any(check.mode == mode and not check.decides for checks in found.checks.values() for check in checks)
-    ]
+    decided = {check.mode for checks in found.checks.values() for check in checks if check.decides}
+    return [mode for mode in KEYS if mode not in decided and mode not in ("deflection", "resonance")]
 
 
-def safety_rows(result: Result) -> dict[str, str]:
-    """Give rows of the summary: least factors of the members, and what was assumed for them.
+def safety_row(result: Result) -> str:
+    """Give the least factors of the members after the first, which is told before, as far as they tell anything.
 
     Parameters
     ----------
@@ -162,8 +156,30 @@ def safety_rows(result: Result) -> dict[str, str]:
     """
     found = judge(result)
     named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
-    said = [f"{member} {factor(check)} of {check.wanted:g} ({check.mode})" for member, check in named[:MOST_MEMBERS]]
-    return {"least factors": ", ".join(said), "taken as": "; ".join(found.assumed)}
+    told = [(member, check) for member, check in named[1:] if check.factor <= LARGEST]
+    return ", ".join(f"{member} {_of(check)}" for member, check in told[:MOST_MEMBERS])
+
+
+def safety_table(result: Result, units: AnswerUnits) -> list[str]:
+    """Give a line for each mode of each member that was judged, then what was assumed and what was not judged.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
+    found = judge(result)
+    said = [
+        f"{member}, {check.mode}: {factor(check)} of {check.wanted:g} ({acting(check, units)})"
+        + ("" if check.decides else ", by assumption")
+        for member, checks in found.checks.items()
+        for check in checks
+        if check.known
+    ]
+    said += [f"Taken as: {'; '.join(found.assumed)}."] if found.assumed else []
+    return [*said, f"Not judged: {'; '.join(found.missing)}."] if found.missing else said
 
 
 def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:

@@ -33,11 +33,11 @@ from fenics_mech.views.rigid_report import (
     running_lines,
     small_motions_table,
 )
-from fenics_mech.views.safety_words import safety_rows, safety_sentences
+from fenics_mech.views.safety_words import safety_row, safety_sentences
 from fenics_mech.views.words import AT_MOST, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
-MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 8, 3, 6, 2  # that are shown
+MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 5, 3, 6, 2  # that are shown
 JOINTS_WIDTH, LEAST_COLUMN = 68, 6  # characters: of a line of joints, and of a column
 
 
@@ -184,7 +184,7 @@ def _joints(reading: Reading) -> Table:
 
 
 def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
-    """Tell what is left: drive, vibration, frequencies, good reasons, effects, damping."""
+    """Tell what is left: drive, safety, vibration, frequencies, error, effects, damping."""
     result = reading.result
     rows: dict[str, str] = {}
     if reading.effort is not None:
@@ -193,9 +193,10 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     if said := _shakes(reading):
         name = next(iter(rows), "frame")
         rows[name] = f"{rows[name]}; {said}" if rows else said
-    others = safety_rows(result) | {"vibrates": _vibrates(result, reading.units), "frequencies": _frequencies(result)}
+    others = {"safety": safety_row(result), "vibrates": _vibrates(result, reading.units)}
+    others["frequencies"] = _frequencies(result)
     rows |= {name: text for name, text in others.items() if text}
-    rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
+    rows |= {one.about: one.text for one in judged if one.level in ("good", "note") and one.about == "error"}
     rows |= motion_rows(result, reading.units)
     rows["effects"] = _effects(result)
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}

@@ -9,6 +9,7 @@ from fenics_mech import analyse, load
 from fenics_mech.recovery import Result
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.reading import Reading
+from fenics_mech.views.safety_words import safety_sentences
 from fenics_mech.views.summary import MOST_MEMBERS, summary
 from fenics_mech.views.words import short
 from tests.common import DEMOS, analysed
@@ -24,11 +25,11 @@ def lines(result, monkeypatch):
 
 
 def test_the_first_lines_are_machine_peak_and_verdict(result, monkeypatch):
-    machine, peak, usable, *rest = lines(result, monkeypatch)
+    machine, *rest = lines(result, monkeypatch)
     assert machine == "seed four-bar: drive O at 32.3 rad/s (308 rpm), one turn in 0.195 s"
-    assert peak == " ".join(headline(Reading(result)))
-    said = verdict(judgements(result))[1]
-    assert " ".join([usable, *rest]).startswith(said)
+    safe = " ".join(safety_sentences(result, Reading(result).units)[1])
+    peak = " ".join(headline(Reading(result)))
+    assert " ".join(rest).startswith(f"{safe} {peak} {verdict(judgements(result))[1]}")
 
 
 def test_gravity_that_is_not_stated_is_no_finding(result):
