@@ -37,7 +37,7 @@ from fenics_mech.views.safety_words import safety_row, safety_sentences
 from fenics_mech.views.words import AT_MOST, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
-MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 5, 3, 6, 2  # that are shown
+MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 4, 3, 6, 2  # that are shown
 JOINTS_WIDTH, LEAST_COLUMN = 68, 6  # characters: of a line of joints, and of a column
 
 
@@ -195,8 +195,8 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
         rows[name] = f"{rows[name]}; {said}" if rows else said
     others = {"safety": safety_row(result), "vibrates": _vibrates(result, reading.units)}
     others["frequencies"] = _frequencies(result)
-    rows |= {name: text for name, text in others.items() if text}
-    rows |= {one.about: one.text for one in judged if one.level in ("good", "note") and one.about == "error"}
+    told = [one for one in judged if one.level == "note" or (one.level == "good" and one.about == "error")]
+    rows |= {one.about: one.text for one in told}
     rows |= motion_rows(result, reading.units)
     rows["effects"] = _effects(result)
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
