@@ -77,7 +77,7 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
     given = pin or _usual(of)
     material, label = of.material, of.faces[0].material if of.faces else ""
     if given is None:
-        return unknown(MODE, f"state joints.{name}.pin")
+        return unknown(MODE, "state `pin` of the joints")
     if material is None or (known := yield_of(label, material)) is None:
         return unknown(MODE, f"state materials.{label}.yield")
     force, theta = _largest_force(of, name)

@@ -41,7 +41,7 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
     Returns
     -------
     tuple
-        "bad" where it is not safe, "warn" where that is not known, else "good"; one to three sentences.
+        "bad" where it is not safe, "warn" where that is not known, else "good"; one to four sentences.
     """
     found = judge(result)
     level: Level = "good"
@@ -50,6 +50,8 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
     elif not found.safe:
         member, check = found.governing
         level, said = "bad", [f"Not safe: {_failing(member, check)}.", _cured(result, check, found.cure, units)]
+        others = [one.mode for one in found.checks[member] if one.decides and one.share < 1 and one is not check]
+        said += [f"It fails by {' and '.join(others)} too."] if others else []
     elif verdict(judgements(result))[0] == "bad":
         level, said = "warn", ["Whether it is safe is not known, as the numbers are not to be used."]
     else:

@@ -124,6 +124,12 @@ def test_sentences_name_member_mode_and_dimension():
     assert said[1] == "For these loads make it 12.1 mm thick, now 10 mm (sections.s.width)."
 
 
+def test_other_modes_by_which_it_fails_are_named():
+    result = analysed(rod(rectangle(0.01, 0.011), [along(-2.5e3)], material=GOOD))
+    said = safety_sentences(result, result.scene.answer_units)[1]
+    assert said[2] == "It fails by buckling in plane too."
+
+
 def test_eye_in_fatigue():
     """Goodman with both halves of the load, Kt of a close pin with d/w = 1/2 raised by 35 % for clearance."""
     pin = {"diameter": 0.02, "eye": 0.04, "thickness": 0.005}
@@ -243,3 +249,11 @@ def test_page_hatches_what_rests_on_an_assumption():
     assert 'class="t bad" data-mode="buckling across"' in html
     assert 'assumed" data-mode="pin and eye"' in html
     assert "make it 12.1 mm thick, now 10 mm" in html
+
+
+@pytest.mark.parametrize(("design", "safe"), [({}, True), ({"safety": {"yield": 1.5}}, False)])
+def test_an_allowed_stress_has_its_factor_in_it_unless_more_is_wanted(design, safe):
+    """180 of 200 MPa: 1.11 of 1."""
+    scene = rod(rectangle(0.01, 0.01), [along(18e3)], material={"strength": 200e6}, design=design)
+    assert _check(scene, "yield").factor == pytest.approx(10 / 9, rel=1e-3)
+    assert judge(analysed(scene)).safe is safe
