@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.recovery.sound import sound
     from fenics_mech.recovery.stress_figures import fatigue
+    from fenics_mech.safety import Verdict, judge
     from fenics_mech.scene import *
     from fenics_mech.studies.design.identify import Identified, identify
     from fenics_mech.studies.design.measured_values import Observation
@@ -81,6 +82,7 @@ __all__ = [
     "Contact",
     "CustomSection",
     "Damping",
+    "Design",
     "DirectCurrentMotor",
     "Drive",
     "Expression",
@@ -120,9 +122,11 @@ __all__ = [
     "MotionTask",
     "Motor",
     "NaturalFrequencies",
+    "Notch",
     "Observation",
     "Optimum",
     "PathTask",
+    "Pin",
     "Ply",
     "PoincareSection",
     "PointMass",
@@ -165,6 +169,7 @@ __all__ = [
     "UnresolvedError",
     "Variable",
     "VariableSection",
+    "Verdict",
     "ViewError",
     "Weld",
     "__version__",
@@ -180,6 +185,7 @@ __all__ = [
     "from_pylinkage",
     "identify",
     "interactive",
+    "judge",
     "load",
     "load_task",
     "manipulator",
@@ -226,6 +232,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Sweep": "studies.sweep",
     "Synthesised": "studies.synthesis.synthesise",
     "SystemMatrices": "studies.system_matrices",
+    "Verdict": "safety",
     "analyse": "analysis",
     "animate": "views.animation",
     "animate_modes": "views.mode_plots",
@@ -234,6 +241,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "follow": "studies.follow",
     "four_bars": "studies.synthesis.synthesise",
     "identify": "studies.design.identify",
+    "judge": "safety",
     "interactive": "views.notebook",
     "modes": "studies.natural_frequencies",
     "matrices": "studies.system_matrices",

@@ -63,7 +63,7 @@ def test_demos_that_warn_say_why(name):
     if "Use the numbers with care" in shown(name):
         assert "Its answer warns:" in (DEMOS / f"{name}.toml").read_text()
         assert 'With `effects = "auto"`' in shown(name)
-        assert "The numbers can be used" in shown(name)
+        assert "The computation is accurate" in shown(name)
     assert "Do not use these numbers" not in PAGE
 
 

@@ -66,6 +66,6 @@ def test_notebook_shows_scene_result_and_plots(run):
     assert "seed four-bar" in scene
     assert "transmission angle at joint B" in scene
     assert "Peak stress 53.0 MPa in crank" in result
-    assert "The numbers can be used" in result
+    assert "The computation is accurate" in result
     assert len(shown["image/png"]) == 2
     assert "".join(shown["printed"]).split("\n")[0] == "35.9 N"

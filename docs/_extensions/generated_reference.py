@@ -32,7 +32,7 @@ PAGES: dict[
     "scene": ("Keys at the top of the file", []),
     "links_and_joints": (
         "Ground, links, joints and masses",
-        ["Ground", "Link", "Member", "RigidBody", "Revolute", "Slot", "Prismatic", "Weld", "PointMass"],
+        ["Ground", "Link", "Member", "Notch", "RigidBody", "Revolute", "Pin", "Slot", "Prismatic", "Weld", "PointMass"],
     ),
     "sections": ("Materials and sections", ["Material", "StressLife", "Ply", "PolygonPart"]),
     "drives": (
@@ -80,7 +80,7 @@ PAGES: dict[
         "Mesh, analysis, measurements and traced points",
         ["Mesh", "Analysis", "PoincareSection", "Measurement", "TracedPoint"],
     ),
-    "study": ("Studies", ["Study", "Variable", "Tied", "Scatter", "Limit", "Target"]),
+    "study": ("Studies and design", ["Study", "Variable", "Tied", "Scatter", "Limit", "Target", "Design"]),
 }
 
 

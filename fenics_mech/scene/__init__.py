@@ -12,6 +12,7 @@ from fenics_mech.scene.applied_loads import (
 )
 from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, PointMass, RigidBody
 from fenics_mech.scene.damping_options import AirDrag, Damping
+from fenics_mech.scene.design import Design, Notch, Pin
 from fenics_mech.scene.drives import Drive, Expression, Harmonics, Motor, Table
 from fenics_mech.scene.factories import four_bar, manipulator, quick_return, slider_crank
 from fenics_mech.scene.files import load, parse, schema
@@ -67,6 +68,7 @@ __all__ = [
     "Contact",
     "CustomSection",
     "Damping",
+    "Design",
     "DirectCurrentMotor",
     "Drive",
     "Expression",
@@ -102,7 +104,9 @@ __all__ = [
     "Mesh",
     "MotionTask",
     "Motor",
+    "Notch",
     "PathTask",
+    "Pin",
     "Ply",
     "PoincareSection",
     "PointMass",

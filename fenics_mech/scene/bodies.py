@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import ConfigDict, Field, model_validator
 
 from fenics_mech.scene.base import Name, Part, PointName
+from fenics_mech.scene.design import Across, Notch, Surface
 from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.units import Angle, Density, Inertia, Length, Mass, Modulus
 
@@ -31,8 +32,14 @@ class Material(Part):
         takes 0.3, and the result has a notice of it.
     strength
         Allowed stress (Pa): the result says how far it is used, and warns where an outer fibre exceeds it.
+    yield_, ultimate
+        Yield and tensile strength (Pa) ("yield" and "ultimate" in a scene file), by which the verdict judges members.
     fatigue
-        Stress-life curve, by which `fenics-mech fatigue` tells how long members last.
+        Stress-life curve, by which `fenics-mech fatigue` tells how long members last. The verdict takes it in place of
+        an endurance limit.
+    surface
+        How members are finished, on which their endurance depends: "ground", "machined", "hot-rolled" or "as-forged";
+        by default "machined", which also stands for cold-drawn.
 
     Examples
     --------
@@ -40,12 +47,25 @@ class Material(Part):
     71000000000.0
     """
 
+    model_config = ConfigDict(populate_by_name=True)
     modulus: Annotated[Modulus, Field(gt=0)]
     density: Annotated[Density, Field(gt=0)]
     shear_modulus: Annotated[Modulus, Field(gt=0)] | None = None
     poisson: Annotated[float, Field(gt=-1, le=0.5)] | None = None
     strength: Annotated[Modulus, Field(gt=0)] | None = None
+    yield_: Annotated[Annotated[Modulus, Field(gt=0)] | None, Field(alias="yield")] = None
+    ultimate: Annotated[Modulus, Field(gt=0)] | None = None
     fatigue: StressLife | None = None
+    surface: Surface | None = None
+
+    @model_validator(mode="after")
+    def _breaks_after_it_yields(self) -> Self:
+        if self.yield_ is not None and self.ultimate is not None and self.ultimate < self.yield_:
+            raise ValueError(
+                f"the tensile strength is not below the yield strength: expected ultimate >= {self.yield_:g} Pa, "
+                f"found {self.ultimate:g} Pa"
+            )
+        return self
 
     @property
     def shear_unstated(self) -> bool:
@@ -154,6 +174,11 @@ class Member(Part):
         How far its section is beside the line through its two points (m), + towards the normal. Pins, welds and loads
         are on that line, and what joins them to the section is rigid. A beam that is pinned at its lower face has half
         its height.
+    notches
+        Places where its stress is raised, in fatigue.
+    across
+        How its ends are held across the plane of motion, where it may buckle: "pinned", which is the default, or
+        "clamped", as by forks on stiff pins.
 
     Examples
     --------
@@ -166,6 +191,8 @@ class Member(Part):
     material: Name | None = None
     mesh: Mesh | None = None
     offset: Length = 0.0
+    notches: tuple[Notch, ...] = ()
+    across: Across | None = None
 
 
 class Ground(Part):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import keyword
 from itertools import pairwise
 from typing import Any
 
@@ -56,7 +57,7 @@ def meaning_of(part: type, key: str) -> str:
     key
         The key, as a scene file has it.
     """
-    name = "from_" if key == "from" else key
+    name = f"{key}_" if keyword.iskeyword(key) else key  # as "from" and "yield"
     for kind in part.__mro__:
         if issubclass(kind, Part) and name in (said := _parameters(kind)):
             return said[name]

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Discriminator, Field, Tag
 
 from fenics_mech.scene.base import Name, Part, PointName
+from fenics_mech.scene.design import Pin
 from fenics_mech.scene.units import Angle
 
 
@@ -18,6 +19,8 @@ class Revolute(Part):
     ----------
     connect
         The points, as "link.point" or "ground.point".
+    pin
+        Its pin and eyes, by which the verdict judges them.
 
     Examples
     --------
@@ -28,6 +31,7 @@ class Revolute(Part):
     member: ClassVar[None] = None  # along which no pin travels, as in a slot
     kind: Literal["revolute"] = "revolute"
     connect: Annotated[tuple[PointName, ...], Field(min_length=2)]
+    pin: Pin | None = None
 
 
 class Weld(Part):

@@ -17,6 +17,7 @@ from fenics_mech.scene.base import SCENE, Name, Part, check_texts
 from fenics_mech.scene.bodies import Ground, Link, Material, Member, Mesh, Point, PointMass
 from fenics_mech.scene.consistency import check_references
 from fenics_mech.scene.damping_options import Damping
+from fenics_mech.scene.design import Design
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
@@ -79,8 +80,8 @@ class Scene(Part):
         Measured strains to be drawn beside the computed ones.
     points
         Points whose path is followed beside those of the links, by name.
-    study
-        What a study varies and looks at.
+    study, design
+        What a study varies and looks at; which factors of safety and deflections are wanted.
     petsc
         Options of PETSc and SLEPc.
     plugins
@@ -126,6 +127,7 @@ class Scene(Part):
     measurements: tuple[Measurement, ...] = ()
     points: dict[Name, TracedPoint] = Field(default_factory=dict)
     study: Study | None = None
+    design: Design = Design()
     petsc: SolverOptions = Field(default_factory=dict)
     plugins: Annotated[dict[str, Any], Tables()] = Field(default_factory=dict)
 
@@ -162,7 +164,7 @@ class Scene(Part):
         >>> round(scene.changed({"drive.speed": "400 rpm", "analysis.modes": 3}).drive.speed, 3)
         41.888
         """
-        data = self.model_dump()
+        data = self.model_dump(by_alias=True)  # so that paths are those of a scene file
         dotted = {key.replace("__", "."): value for key, value in keys.items()} | dict(values or {})
         for path, value in dotted.items():
             place_in(data, path, value)
@@ -247,7 +249,6 @@ class Scene(Part):
         ----------
         count
             Number of steps.
-
         """
         return math.copysign(2 * math.pi, self.cycle_rate) * np.arange(count) / count
 

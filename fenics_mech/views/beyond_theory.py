@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, remedy
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.side_buckling import buckled_sideways, nearly_buckled_sideways
+from fenics_mech.safety import buckled_sideways
 from fenics_mech.views.words import sentence, share, short
 
 if TYPE_CHECKING:
@@ -87,17 +87,3 @@ def _sideways(result: Result) -> list[Reason]:
     if surely:
         return [("bad", f"sideways buckling of {', '.join(surely[:MOST_NAMED])}", text)]
     return [("warn", f"sideways buckling of {', '.join(one.member for one in found[:MOST_NAMED])} is possible", text)]
-
-
-def across_plane(result: Result) -> str:
-    """Say how near the most pressed member is to buckling across the plane of motion; empty where that is far.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
-    if (one := nearly_buckled_sideways(result.scene, result.data)) is None:
-        return ""
-    ends = "with its free end" if one.free else "with pinned ends"
-    return f"{one.member} buckles {ends} at {one.pinned / one.force:.3g} times its compression; not computed"

@@ -34,6 +34,7 @@ from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.nothing import largest_force, least_power
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import change_by_vibration
+from fenics_mech.views.safety_words import safety_table
 from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.uncertain import quantities, too_uncertain
 from fenics_mech.views.words import MINUS, sentence, share
@@ -80,6 +81,8 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
         *_between_stations(result, units),
         *_utilisation(result),
         *_beside_fibres(result, units),
+        Text("Factors of safety:"),
+        *map(Text, safety_table(result, units)),
     ]
     if result.data.sizes["joint"]:
         parts += [joints_table(closer, units, largest_force(result)), *drive_lines(result, units)]

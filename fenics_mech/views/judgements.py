@@ -43,8 +43,8 @@ SOURCES = {  # of errors, in words
     "joints": "rigid arms and guides",
 }
 WORDS = {
-    "good": "The numbers can be used",
-    "note": "The numbers can be used",
+    "good": "The computation is accurate",
+    "note": "The computation is accurate",
     "warn": "Use the numbers with care",
     "bad": "Do not use these numbers",
 }

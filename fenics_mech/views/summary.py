@@ -1,4 +1,4 @@
-"""A summary of a result that fits a screen: the peak, whether the numbers can be used, tables, and what decided."""
+"""A summary of a result that fits a screen: safety, the peak, how accurate it is, tables, and what decided."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
-from fenics_mech.views.beyond_theory import across_plane
 from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
@@ -35,10 +34,11 @@ from fenics_mech.views.rigid_report import (
     running_lines,
     small_motions_table,
 )
+from fenics_mech.views.safety_words import safety_row, safety_sentences
 from fenics_mech.views.words import AT_MOST, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
-MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS, MOST_USED = 8, 3, 6, 2, 4  # that are shown
+MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 4, 3, 6, 2  # that are shown
 JOINTS_WIDTH, LEAST_COLUMN = 68, 6  # characters: of a line of joints, and of a column
 
 
@@ -52,9 +52,9 @@ class Summary(Group):
 def summary(result: Result, details: bool = False, units: AnswerUnits | None = None) -> Summary:
     """Summarise a result, to be printed; it needs 80 columns.
 
-    First the machine, the peak stress with its place and drive angle, and whether the numbers can be used. Then reasons
-    against them with their size, and warnings. Then a table of the members, the most stressed first, the joint forces,
-    and what the program decided.
+    First the machine, whether it is safe, the peak stress with its place and drive angle, and whether the computation
+    is accurate. Then reasons against it with their size, and warnings. Then a table of the members, the most stressed
+    first, the joint forces, and what the program decided.
 
     Parameters
     ----------
@@ -83,8 +83,10 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     reading, judged = reading_of(result, units), judgements(result)
     assert isinstance(reading, Reading)
     level, usable = verdict(judged)
+    safe_level, safe = safety_sentences(result, units)
     parts: list[RenderableType] = [
         Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
+        Text(" ".join(safe), style=STYLES[safe_level]),
         Text(" ".join(headline(reading))),
         Text(usable, style=STYLES[level]),
         *map(Text, filter(None, [_met(result), _assumed(result)])),
@@ -183,7 +185,7 @@ def _joints(reading: Reading) -> Table:
 
 
 def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
-    """Tell what is left: drive, vibration, frequencies, good reasons, effects, damping."""
+    """Tell what is left: drive, safety, vibration, frequencies, error, effects, damping."""
     result = reading.result
     rows: dict[str, str] = {}
     if reading.effort is not None:
@@ -192,12 +194,12 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     if said := _shakes(reading):
         name = next(iter(rows), "frame")
         rows[name] = f"{rows[name]}; {said}" if rows else said
-    others = {"strength used": _used(result), "vibrates": _vibrates(result, reading.units)}
-    others["across plane"] = across_plane(result)
+    others = {"safety": safety_row(result), "vibrates": _vibrates(result, reading.units)}
     others["frequencies"] = _frequencies(result)
     others["avoid"] = speeds_in_words(result)
     rows |= {name: text for name, text in others.items() if text}
-    rows |= {one.about: one.text for one in judged if one.level in ("good", "note")}
+    told = [one for one in judged if one.level == "note" or (one.level == "good" and one.about == "error")]
+    rows |= {one.about: one.text for one in told}
     rows |= motion_rows(result, reading.units)
     rows["effects"] = _effects(result)
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
@@ -218,15 +220,6 @@ def _shakes(reading: Reading) -> str:
         k = int(np.abs(curve).argmax())
         said.append(f"{short(float(curve[k]))} {reading.units.label(kind)} at {reading.at(k)}")
     return f"shaking force {said[0]}, {said[1]}"
-
-
-def _used(result: Result) -> str:
-    """Say how far members use the strength of their materials, the most first."""
-    if "utilisation" not in result.data:
-        return ""
-    used = result.data["utilisation"].dropna("member")
-    order = np.argsort(-used.to_numpy(), kind="stable")[:MOST_USED]
-    return ", ".join(f"{used['member'].to_numpy()[i]} {share(float(used[int(i)]))}" for i in order)
 
 
 def _vibrates(result: Result, units: AnswerUnits) -> str:

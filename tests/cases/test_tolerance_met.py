@@ -46,7 +46,7 @@ def test_a_tolerance_that_is_not_met_is_warned_of_with_cause_and_cure(missed):
     assert "tolerance not met" in sentence
     assert "The tolerance is met" not in str(summary(missed))
     text = words(summary(missed))
-    assert "can be used" not in text
+    assert "is accurate" not in text
     assert f"Warning: {said}" in text
     told = key_figures(missed)
     assert told["warnings"] == [said]
@@ -71,7 +71,7 @@ def test_what_linear_theory_leaves_out_beyond_the_tolerance_is_warned_of(quantit
     (said,) = result.warnings
     assert f"1 % of the {quantity}s is not met" in said
     assert "by linear theory. Write effects = 'auto'" in said
-    assert "can be used" not in verdict(judgements(result))[1]
+    assert "is accurate" not in verdict(judgements(result))[1]
 
 
 @pytest.mark.slow

@@ -107,7 +107,7 @@ def test_stability_by_the_largest_multiplier(result, size, level, title):
 
 def test_stability_that_was_not_examined_is_a_note(result):
     assert stability(result).level == "note"
-    assert verdict([stability(result)]) == ("note", "The numbers can be used: stability not examined.")
+    assert verdict([stability(result)]) == ("note", "The computation is accurate: stability not examined.")
 
 
 @pytest.mark.parametrize(

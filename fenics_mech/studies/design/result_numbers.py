@@ -21,6 +21,7 @@ from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.recovery.sound import sound
 from fenics_mech.recovery.stress_figures import fatigue
 from fenics_mech.recovery.variables import ATTRIBUTES
+from fenics_mech.safety import KEYS, judge
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
 from fenics_mech.scene.units import EXAMPLES, in_unit
@@ -37,6 +38,7 @@ OWN = {  # those that are not variables of a result: unit, meaning
     "mass": ("kg", "mass of the links and point masses, or of one link"),
     "stability": ("1", "margin: 1 less the largest magnitude of a Floquet multiplier"),
     "damage": ("1", "damage by fatigue of one cycle, largest of all places"),
+    "safety": ("1", "least factor of safety over the wanted one, of all members and modes that decide, or of one"),
     "noise": ("dB", "A-weighted level of the links' sound at 1 m"),
     "tracer_error": ("m", "distance of a point from its target"),
 }
@@ -97,7 +99,9 @@ class Quantity:
             near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
             hint = f"Did you mean {' or '.join(near)}?" if near else FORM
             raise SceneError(f"{text!r}: a result has no {name!r}", place="study", hint=hint)
-        allowed = {"stability": ("margin",), "mass": ("",), "noise": ("",)}.get(name, ("", *REDUCTIONS))
+        allowed = {"stability": ("margin",), "mass": ("",), "noise": ("",), "safety": ("min",)}.get(
+            name, ("", *REDUCTIONS)
+        )
         if reduction not in allowed:
             near = difflib.get_close_matches(reduction, allowed, n=1, cutoff=0.4) or [part for part in allowed if part]
             hint = f"Did you mean {name}.{near[0]}? " + FORM if near else f"It is one number: leave .{reduction} out"
@@ -126,6 +130,7 @@ class Quantity:
             "mass": (),
             "stability": ("multiplier",),
             "damage": ("stress",),
+            "safety": ("stress", "deflection", "joint_force"),
             "noise": ("deflection", "position"),
             "tracer_error": ("point_position_bent",),
         }
@@ -175,6 +180,8 @@ class Quantity:
             return reduced(_tracer(self, result, targets or {}), self.reduction or "rms")
         if self.name == "noise":
             return float(sound(result).attrs["weighted_level"])
+        if self.name == "safety":
+            return _least_factor(self, result)
         if self.name == "damage":
             data = fatigue(result).assign_attrs(result.data.attrs)
             return reduced(self._selected(data["damage"]), "max")
@@ -292,6 +299,26 @@ def _require_multipliers(quantity: Quantity, result: Result) -> None:
         )
     if any(label.isdigit() and int(label) > count for label in quantity.labels):
         raise ResultError(f"{said}the result has {count} multipliers: those that its sub_intervals can follow")
+
+
+def _least_factor(quantity: Quantity, result: Result) -> float:
+    """Give the least factor of safety over the wanted one, of a member, a mode, both or all.
+
+    Of all modes those that rest on an assumed grade or pin do not count; a mode that is named counts in any case.
+    """
+    found, said = judge(result), f"{quantity.text!r}: "
+    modes = [label for label in quantity.labels if label in KEYS]
+    members = [label for label in quantity.labels if label in found.checks]
+    if other := [label for label in quantity.labels if label not in (*modes, *members)]:
+        known = ", ".join([*found.checks, *KEYS])
+        raise SceneError(f"{said}there is no {other[0]!r}", place="study", hint=f"Known members and modes: {known}")
+    checks = [check for member in members or found.checks for check in found.checks[member]]
+    counted = [check for check in checks if (check.mode in modes and check.known if modes else check.decides)]
+    if not counted:
+        reasons = {check.missing for check in checks if check.mode in modes and check.missing}
+        why = "; ".join(sorted(reasons)) or "every mode rests on an assumption"
+        raise SceneError(f"{said}no factor of safety is known: {why}", place="study")
+    return min(check.share for check in counted)
 
 
 def _tracer(quantity: Quantity, result: Result, targets: Mapping[str, Target]) -> xr.DataArray:

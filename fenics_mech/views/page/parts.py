@@ -12,6 +12,7 @@ from fenics_mech.views.page.curves import sections_of
 from fenics_mech.views.page.html import EMPTY, Html, join, tag
 from fenics_mech.views.page.page_tables import frequencies, joints
 from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.safety_words import safety_sentences
 from fenics_mech.views.words import sentence, short
 
 
@@ -32,7 +33,7 @@ def heading(reading: ForceReading) -> Html:
 
 
 def verdict_of(reading: ForceReading) -> Html:
-    """Tell the peak, whether the numbers can be used, and why; the worst reason first, then warnings.
+    """Tell whether the machine is safe, the peak, whether the numbers can be used, and why; then warnings.
 
     Parameters
     ----------
@@ -40,14 +41,21 @@ def verdict_of(reading: ForceReading) -> Html:
         The result.
     """
     judged = judgements(reading.result)
-    level, usable = verdict(judged)
+    exact, usable = verdict(judged)
+    level = exact
     value, rest = headline(reading)
     reasons = [tag("li", tag("b", sentence(j.title)), tag("span", j.text), class_=j.level) for j in judged]
     warned = [tag("li", text) for text in reading.result.warnings]
+    safe = EMPTY
+    if isinstance(reading, Reading):
+        safe_level, (first, *others) = safety_sentences(reading.result, reading.units)
+        safe = tag("p", tag("strong", first), " ", " ".join(others), class_=f"safe {safe_level}")
+        level = "bad" if safe_level == "bad" else level
     return tag(
         "section",
+        safe,
         tag("p", tag("strong", value), " ", rest, class_="headline"),
-        tag("p", usable, class_="usable"),
+        tag("p", usable, class_=f"usable {exact}"),
         tag("ul", *reasons, class_="reasons"),
         tag("ul", *warned, class_="warned") if warned else EMPTY,
         class_=f"verdict {level}",

@@ -15,6 +15,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.curves import payload
 from fenics_mech.views.page.html import EMPTY, Html, join, json_in_page, tag
+from fenics_mech.views.page.safety_table import safety
 from fenics_mech.views.reading import ForceReading, Reading, reading_of, reading_of_a_file
 
 SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
@@ -99,7 +100,7 @@ def _tables(reading: ForceReading) -> Html:
     if not isinstance(reading, Reading):
         return EMPTY
     members = tag("section", tag("h2", "Members"), page_tables.members(reading), class_="card")
-    return join([members, page_tables.joints(reading)])
+    return join([safety(reading), members, page_tables.joints(reading)])
 
 
 def _computed(reading: ForceReading) -> Html:

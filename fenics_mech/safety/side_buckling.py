@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
+from fenics_mech.safety.shapes import shape_of
 from fenics_mech.scene import Link, Scene
 from fenics_mech.scene.sections import Stock
 
 PLACES = np.linspace(0, 1, 11)  # of a member, at which its section is looked at
-TOLD = 0.5  # share of the Euler load from which a compression is told: half of it is a usual factor of safety of 2
 IN_LINE = 1e-6  # sine of the angle up to which two members are one
 
 
@@ -30,7 +30,8 @@ class Sideways:
     theta
         The drive angle of that (rad).
     pinned, clamped
-        Axial force at which it buckles with ends that turn across the plane, and with ends that do not (N).
+        Axial force at which it buckles with ends that turn across the plane, and with ends that do not (N); the same
+        where the scene says how they are held.
     free
         Whether an end is free: then both forces are those of a member that is clamped at the other.
     """
@@ -60,23 +61,12 @@ def buckled_sideways(scene: Scene, data: xr.Dataset) -> list[Sideways]:
     return sorted(found, key=lambda one: one.clamped / one.force)
 
 
-def nearly_buckled_sideways(scene: Scene, data: xr.Dataset) -> Sideways | None:
-    """Give the member that is nearest to that load, from `TOLD` of it on; None where none is, or one is above it.
-
-    Parameters
-    ----------
-    scene, data
-        As of `pressed_sideways`.
-    """
-    most = max(pressed_sideways(scene, data), key=lambda one: one.force / one.pinned, default=None)
-    return most if most is not None and TOLD * most.pinned <= most.force <= most.pinned else None
-
-
 def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
     """Give the largest compression of each member that is pressed, beside the Euler load across the plane.
 
     That load is ``pi^2 EI/L^2`` with pinned ends and 4 times that with clamped ones. L is the length between joints: of
-    members in line with none between them it is that of all. Sections that say no inertia across are not judged.
+    members in line with none between them it is that of all. Sections that say no inertia across are not judged, unless
+    their numbers are those of a rectangle.
 
     Parameters
     ----------
@@ -87,21 +77,33 @@ def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
     """
     for label, (link, member) in scene.members().items():
         stock = Stock(scene.materials.get(member.material or ""), scene.materials, scene.sections)
-        stiffness = scene.sections[member.section].bending_across(PLACES, stock)
+        stiffness = shape_of(scene.sections[member.section]).bending_across(PLACES, stock)
         if stiffness is None:
             continue
         force = -data["axial_force"].sel(member=label).transpose("theta", "s").to_numpy().min(axis=1)
         k = int(force.argmax())
-        length, free = _between_joints(scene, link, member.ends)
+        length, free = between_joints(scene, link, member.ends)
         euler = math.pi**2 * float(stiffness.min()) / length**2
         highest = math.pi**2 * float(stiffness.max()) / length**2
         pinned, clamped = (euler / 4, highest / 4) if free else (euler, 4 * highest)
+        if member.across is not None and not free:
+            pinned = clamped = euler if member.across == "pinned" else 4 * euler
         if force[k] > 0:
             yield Sideways(label, float(force[k]), float(data["theta"][k]), pinned, clamped, free)
 
 
-def _between_joints(scene: Scene, link: str, ends: tuple[str, str]) -> tuple[float, bool]:
-    """Length (m) between the joints, corners or ends beside a member, and whether one of them is free."""
+def between_joints(scene: Scene, link: str, ends: tuple[str, str]) -> tuple[float, bool]:
+    """Give the length (m) between the joints, corners or ends beside a member, and whether one of them is free.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    link
+        The link of the member.
+    ends
+        The points at its ends.
+    """
     body = scene.links[link]
     held = {point for joint in scene.joints.values() for point in joint.connect}
     here = {point for point in body.points if f"{link}.{point}" in held}

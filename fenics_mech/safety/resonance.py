@@ -1,0 +1,25 @@
+"""How far the speed is from a critical one."""
+
+from __future__ import annotations
+
+from fenics_mech.recovery.result import Result
+from fenics_mech.safety.check import Check, unknown, wanted
+from fenics_mech.safety.critical_speeds import resonance_margin
+
+MODE = "resonance"
+
+
+def resonating(result: Result, link: str) -> Check:
+    """Judge the distance of the speed from the nearest critical speed, at the link that vibrates most there.
+
+    Parameters
+    ----------
+    result
+        The result.
+    link
+        The link that is judged.
+    """
+    nearest = resonance_margin(result)
+    if nearest is None or nearest.link != link:
+        return unknown(MODE, "no critical speed is known that is its own")
+    return Check(MODE, 1.0, nearest.margin, "share", wanted(result.scene.design, MODE), detail=nearest.words)

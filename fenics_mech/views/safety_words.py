@@ -1,0 +1,224 @@
+"""The verdict on a machine in words: whether it is safe, what would help, and what was assumed."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from fenics_mech.recovery import Result
+from fenics_mech.safety import KEYS, Check, Cure, Verdict, judge
+from fenics_mech.safety.shapes import shape_of
+from fenics_mech.scene import RectangleSection
+from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.judgements import Level, judgements, verdict
+from fenics_mech.views.words import DEGREE, short
+
+FAILS = {
+    "yield": "yields",
+    "buckling in plane": "buckles in the plane of motion",
+    "buckling across": "buckles across the plane of motion",
+    "lateral torsion": "tips sideways by bending",
+    "fatigue": "breaks by fatigue",
+    "pin and eye": "fails at a pin",
+    "deflection": "deflects",
+    "resonance": "runs near a resonance",
+}
+SIZED = {"height": "deep", "width": "wide"}  # adjectives of dimensions
+LARGEST = 100.0  # factor from which on its size tells nothing
+MOST_MEMBERS = 2  # that are listed beside the first
+
+
+def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[str]]:
+    """Say whether a machine is safe, what would help, and what is not decided.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+
+    Returns
+    -------
+    tuple
+        "bad" where it is not safe, "warn" where that is not known, else "good"; one to four sentences.
+    """
+    found = judge(result)
+    level: Level = "good"
+    if found.governing is None:
+        level, said = "warn", ["Whether it is safe is not known: the scene does not tell enough."]
+    elif not found.safe:
+        member, check = found.governing
+        level, said = "bad", [f"Not safe: {_failing(member, check)}.", _cured(result, check, found.cure, units)]
+        others = [one.mode for one in found.checks[member] if one.decides and one.share < 1 and one is not check]
+        said += [f"It fails by {' and '.join(others)} too."] if others else []
+    elif verdict(judgements(result))[0] == "bad":
+        level, said = "warn", ["Whether it is safe is not known, as the numbers are not to be used."]
+    else:
+        member, check = found.governing
+        open_modes = undecided(found)
+        far = ", as far as the scene tells" if open_modes else ""
+        said = [f"Safe{far}: the least factor is that of member {member!r}, {_of(check)}."]
+    if found.doubtful is not None:
+        member, check = found.doubtful
+        level = "warn" if level == "good" else level
+        said.append(f"By assumptions {_failing(member, check)}: {_to_state(result, check)}.")
+    elif level == "good" and (open_modes := undecided(found)):
+        said.append(f"Not decided: {', '.join(open_modes)}.")
+    return level, said
+
+
+def _failing(member: str, check: Check) -> str:
+    detail = f"{check.detail}: " if check.detail else ""
+    sizes = "" if check.mode == "resonance" else f"{factor(check)} of {check.wanted:g}"
+    at = f"at {short(check.share, 2)} of its wanted factor"
+    return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sizes})"
+
+
+def _of(check: Check) -> str:
+    """Write factors and mode: "1.2 of 1.5 by yield"."""
+    detail = f" ({check.detail})" if check.detail else ""
+    return f"{factor(check)} of {check.wanted:g} by {check.mode}{detail}"
+
+
+def factor(check: Check) -> str:
+    """Write a factor of safety; a large one tells nothing more.
+
+    Parameters
+    ----------
+    check
+        The mode.
+    """
+    return f"> {LARGEST:g}" if check.factor > LARGEST else short(check.factor)
+
+
+def acting(check: Check, units: AnswerUnits) -> str:
+    """Write what acts and what is borne, and at which drive angle.
+
+    Parameters
+    ----------
+    check
+        The mode.
+    units
+        Units of the numbers.
+    """
+    if check.kind == "share":
+        return check.detail
+    if math.isinf(check.factor):
+        return "nothing acts"
+    acts, borne = (short(units.number(value, check.kind)) for value in (check.acting, check.borne))
+    at = "" if check.theta is None else f" at {math.degrees(check.theta) % 360:.0f}{DEGREE}"
+    detail = f", {check.detail}" if check.detail else ""
+    return f"{acts} of {borne} {units.label(check.kind)}{at}{detail}"
+
+
+def _cured(result: Result, check: Check, cure: Cure | None, units: AnswerUnits) -> str:
+    """Say which dimension would do."""
+    if cure is None and check.mode == "deflection":
+        return "Its ends move with the links that carry it: stiffen these."
+    if cure is None:
+        return "Lower the loads or the speed: no dimension of it alone would do."
+    if not cure.key:
+        return f"For these loads make its section {short(cure.needed)} times as large ({cure.place})."
+    needed, now = (units.text(value, "length") for value in (cure.needed, cure.now))
+    if cure.place.startswith("joints."):
+        return f"For these loads make {cure.place} {needed}, now {now}."
+    section = shape_of(result.scene.sections[cure.place.split(".")[1]])
+    thin = cure.key == "width" and isinstance(section, RectangleSection) and section.width < section.height
+    made = f"its diameter {needed}" if cure.key == "diameter" else f"it {needed} {'thick' if thin else SIZED[cure.key]}"
+    return f"For these loads make {made}, now {now} ({cure.place})."
+
+
+def _to_state(result: Result, check: Check) -> str:
+    """Say what the scene is to state, so that a mode decides."""
+    names = {text.split()[0] for text in check.rests_on} & set(result.scene.materials)
+    keys = "ultimate" if check.mode == "fatigue" else "yield"
+    return "state " + " and ".join(f"materials.{name}.{keys}" for name in sorted(names))
+
+
+def undecided(found: Verdict) -> list[str]:
+    """Name the modes by which no member is judged but by assumptions, in the order of `KEYS`; wants are none of them.
+
+    Parameters
+    ----------
+    found
+        The verdict.
+    """
+    decided = {check.mode for checks in found.checks.values() for check in checks if check.decides}
+    return [mode for mode in KEYS if mode not in decided and mode not in ("deflection", "resonance")]
+
+
+def safety_row(result: Result) -> str:
+    """Give the least factors of the members after the first, which is told before, as far as they tell anything.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    found = judge(result)
+    named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
+    told = [(member, check) for member, check in named[1:] if check.factor <= LARGEST]
+    return ", ".join(f"{member} {_of(check)}" for member, check in told[:MOST_MEMBERS])
+
+
+def safety_table(result: Result, units: AnswerUnits) -> list[str]:
+    """Give a line for each mode of each member that was judged, then what was assumed and what was not judged.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers.
+    """
+    found = judge(result)
+    said = [
+        f"{member}, {check.mode}: {factor(check)} of {check.wanted:g} ({acting(check, units)})"
+        + ("" if check.decides else ", by assumption")
+        for member, checks in found.checks.items()
+        for check in checks
+        if check.known
+    ]
+    said += [f"Taken as: {'; '.join(found.assumed)}."] if found.assumed else []
+    return [*said, f"Not judged: {'; '.join(found.missing)}."] if found.missing else said
+
+
+def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
+    """Give the verdict as plain data.
+
+    Parameters
+    ----------
+    result
+        The result.
+    units
+        Units of the numbers in the sentences.
+    """
+    found = judge(result)
+    level, sentences = safety_sentences(result, units)
+    figures: dict[str, Any] = {"level": level, "safe": found.safe, "sentences": sentences}
+    if found.governing is not None:
+        member, check = found.governing
+        figures |= {"min": _finite(check.share), "member": member, "mode": check.mode}
+    if found.cure is not None:
+        figures["cure"] = {"place": found.cure.place, "now": found.cure.now, "needed": found.cure.needed}
+    figures["members"] = {
+        member: {
+            check.mode: {
+                "factor": _finite(check.factor),
+                "wanted": check.wanted,
+                "acting": check.acting,
+                "borne": check.borne,
+                "decides": check.decides,
+                "assumed": [*check.rests_on, *check.assumed],
+            }
+            for check in checks
+            if check.known
+        }
+        for member, checks in found.checks.items()
+    }
+    return figures | {"assumed": list(found.assumed), "not_judged": list(found.missing)}
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
