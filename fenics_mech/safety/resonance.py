@@ -1,4 +1,4 @@
-"""How far the speed is from a critical one."""
+"""How far the speed is from a critical one, where the answer has no vibration."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ MODE = "resonance"
 def resonating(result: Result, link: str) -> Check:
     """Judge the distance of the speed from the nearest critical speed, at the link that vibrates most there.
 
+    An answer with vibration has that in its stresses, which other modes judge: then the distance is no factor.
+
     Parameters
     ----------
     result
@@ -19,7 +21,9 @@ def resonating(result: Result, link: str) -> Check:
     link
         The link that is judged.
     """
+    if result.scene.analysis.method != "quasi-static":
+        return unknown(MODE, "the stresses have the vibration, and critical speeds are told by themselves")
     nearest = resonance_margin(result)
     if nearest is None or nearest.link != link:
-        return unknown(MODE, "no critical speed is known that is its own")
+        return unknown(MODE, "no critical speed of its own is near")
     return Check(MODE, 1.0, nearest.margin, "share", wanted(result.scene.design, MODE), detail=nearest.words)
