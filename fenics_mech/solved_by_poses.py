@@ -313,9 +313,9 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
     if yielding.any():
         worst = int(np.argmax(yielding))
         raise SolverError(
-            f"the mechanism buckles at drive angle {np.degrees(scene.cycle_rate * steps.t[worst]):.6g} deg: under its "
-            f"axial forces its stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the "
-            "speed, or take stiffer members"
+            f"the static answer at drive angle {np.degrees(scene.cycle_rate * steps.t[worst]):.6g} deg is unstable: members "
+            f"buckle. Under its axial forces its stiffness is not positive in {yielding[worst]} independent ways. Lower "
+            "the load or the speed, or take stiffer members"
         )
 
 
