@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from typing import Any
 
@@ -38,6 +39,7 @@ from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
 from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
 
+logger = logging.getLogger(__name__)
 UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
 DISTURBANCES = 6  # that are told
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
@@ -143,11 +145,16 @@ def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
     SolverError
         When there is none.
     """
-    kind: type[LinearCycle | AtRest] = LinearCycle if scene.analysis.method == "periodic" else AtRest
-    if not choosing:
-        return Solved.of(scene) if kind is LinearCycle and EXACT in scene.named_effects else kind.of(scene)
-    linear = kind.of(scene.changed(effects=tuple(STIFFENED if name == EXACT else name for name in scene.effects)))
-    return linear if _suffices(linear) else linear.exact(scene)
+    periodic = scene.analysis.method == "periodic"
+    linear: type[LinearCycle | AtRest] = LinearCycle if periodic else AtRest
+    if choosing:
+        effects = tuple(STIFFENED if name == EXACT else name for name in scene.effects)
+        try:
+            found = linear.of(scene.changed(effects=effects))
+            return found if _suffices(found) else found.exact(scene)
+        except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
+            logger.info("no answer is found by way of linear strains: %s", error)
+    return Solved.of(scene) if periodic and EXACT in scene.named_effects else linear.of(scene)
 
 
 def _suffices(solved: LinearCycle | AtRest) -> bool:

@@ -331,10 +331,11 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
     yielding = steps.yielding
     if yielding.any():
         worst = int(np.argmax(yielding))
+        angle = np.degrees(scene.cycle_rate * steps.t[worst])
         raise SolverError(
-            f"the mechanism buckles at drive angle {np.degrees(scene.cycle_rate * steps.t[worst]):.6g} deg: under its "
-            f"axial forces its stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the "
-            "speed, or take stiffer members"
+            f"the static answer at drive angle {angle:.6g} deg is unstable: members buckle. Under its axial forces its "
+            f"stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the speed, or take "
+            "stiffer members"
         )
 
 

@@ -65,6 +65,12 @@ class Verdict:
         The modes of each member, by its label, the least safe member first.
     cure
         What would make the least safe one safe, if a dimension does.
+
+    Examples
+    --------
+    >>> verdict = fm.judge(fm.analyse(fm.load("demos/slider_crank.toml").changed({"effects": ["coupling"]})))
+    >>> sorted(verdict.checks)
+    ['crank', 'rod']
     """
 
     checks: dict[str, tuple[Check, ...]]

@@ -30,19 +30,21 @@ def frequency_ranges(result: Result) -> list[tuple[float, float]]:
     return [(float(low), float(high)) for low, high in ends]
 
 
-def speeds_in_words(result: Result) -> str:
+def speeds_in_words(result: Result, most: int = 2) -> str:
     """Name the nearest speeds to avoid below and above the present one; "" where critical speeds are not sought.
 
     Parameters
     ----------
     result
         The result.
+    most
+        How many, the nearest first.
     """
     if why := result.data.attrs.get("critical_speeds_unknown"):
         return f"not known: {why}"
     if not critical_speeds(result):
         return ""
-    near = speeds_to_avoid(result, 1)
+    near = sorted(speeds_to_avoid(result, 1), key=lambda one: abs(one.distance))[:most]
     said = [f"{band_of(result, one)} ({cause_of(result, one)}: {rise_of(one)})" for one in near]
     orders = float(result.data["critical_order"].max())
     none = f"none: up to {orders:g} times the drive no harmonic makes a mode add {share(STRONG)} to the peak strain"

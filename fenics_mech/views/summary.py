@@ -196,7 +196,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
         rows[name] = f"{rows[name]}; {said}" if rows else said
     others = {"safety": safety_row(result), "vibrates": _vibrates(result, reading.units)}
     others["frequencies"] = _frequencies(result)
-    others["avoid"] = speeds_in_words(result)
+    others["avoid"] = speeds_in_words(result, 1)
     rows |= {name: text for name, text in others.items() if text}
     told = [one for one in judged if one.level == "note" or (one.level == "good" and one.about == "error")]
     rows |= {one.about: one.text for one in told}
@@ -247,7 +247,7 @@ def _frequencies(result: Result) -> str:
     if not ranges:
         return ""
     more = f" and {len(ranges) - MOST_MODES} more" if len(ranges) > MOST_MODES else ""
-    return f"{', '.join(ranges[:MOST_MODES])} Hz{more}, held at each position"
+    return f"{', '.join(ranges[:MOST_MODES])} Hz{more}, held in place"
 
 
 def _effects(result: Result) -> str:

@@ -1,4 +1,4 @@
-"""A kind of joint that a contributor might add, as in `docs/theory/poses.md`: a function that lists what it holds."""
+"""A kind of joint that a contributor might add, as in `docs/theory/machines_of_poses.md`: a list of what it holds."""
 
 import numpy as np
 
