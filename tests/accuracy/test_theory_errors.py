@@ -124,6 +124,7 @@ IN_TIME = [
 ]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("demo", "effects", "speed", "cycles"), IN_TIME)
 def test_motions_in_time_against_exact_strains(demo, effects, speed, cycles):
     """True errors of the strain 2 to 23 %. From this start joint forces ring, faster than the positions follow."""

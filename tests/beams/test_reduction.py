@@ -174,6 +174,7 @@ def test_many_elements_need_the_reduction():
         seed_four_bar(mesh__elements=301)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("damping", "largest"), [({"material": 1.34e-4}, 1e-4), ({"ratio": 0.02}, 1e-3)])
 def test_motion_in_time_with_large_rotations(damping, largest):

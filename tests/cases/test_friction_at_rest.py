@@ -47,6 +47,7 @@ def test_a_block_that_cannot_stick_slides(angle, sense):
     assert data["freedom_place"][-1, 0].item() == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("angle", ["0 deg", "10 deg", "-10 deg"])
 def test_a_block_coasts_to_rest_and_stays_there(angle):
     # s = v^2/(2 g (mu cos a + sin a)); 1e-4: the step in which it stops is as long as the tolerance allows
@@ -75,6 +76,7 @@ def test_a_pendulum_beyond_its_friction_swings_into_the_range_that_holds_it():
     assert np.ptp(place[-20:]) < 1e-4
 
 
+@pytest.mark.long
 def test_several_rubbing_joints_hold_together():
     # a rocker on a rubbing pin that carries a block on a rubbing guide: 15 deg < atan(0.4), moment of 0 about the pin
     scene = incline("15 deg", **{"analysis.sub_intervals": 10, "analysis.duration": "5 s"})
@@ -122,6 +124,7 @@ def test_a_bar_that_bends_sticks_on_an_incline(angle):
     assert np.ptp(place[5:]) < 2e-7  # 10 s at 1e-8 artanh(0.91) m/s
 
 
+@pytest.mark.long
 def test_a_bar_that_bends_is_pushed_below_its_limit_for_20_s():
     # 1 N of mu m g = 0.4 x 0.471 kg x 9.81 = 1.85 N, at its top
     place = fm.analyse(post("0 deg", loads={"push": {"at": "block.A", "force": (1.0, 0)}})).data["freedom_place"]

@@ -71,6 +71,7 @@ EXTRAS = {
 }  # libraries that examples need beside those of every installation
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*(name for name in NAMES if name not in KINDS_OF_ERRORS), "Scene.changed"])
 def test_the_example_runs(name, folder, monkeypatch):
     pytest.importorskip(EXTRAS.get(name, "numpy"))

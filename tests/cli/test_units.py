@@ -177,7 +177,7 @@ def test_tables_are_exported_in_the_units_that_are_asked_for(scene, tmp_path):
         assert sizes[unit] * found == pytest.approx(known, rel=1e-6)
         assert ("theta (rad)" in head) == ("theta" in result.data[name].dims)
     refused = CliRunner().invoke(app, [*call[:2], str(tmp_path / "all.mat"), *NAMED])
-    assert "all.mat: --units is for tables (.csv)" in str(refused.exception)
+    assert "all.mat: --units is for tables (.csv, .xlsx)" in str(refused.exception)
 
 
 @pytest.mark.parametrize(

@@ -231,6 +231,7 @@ def test_drive_has_nothing_to_meet_where_a_mass_on_a_bent_massless_beam_is_struc
     assert np.abs(data["drive_impulse"].to_numpy()).max() < 1e-6 * J * L
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_motion_goes_on_after_many_cycles(tmp_path):
     """The links' positions at the impulses are sought near those of one cycle, and not near those of the tenth."""

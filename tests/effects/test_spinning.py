@@ -216,6 +216,7 @@ def spun_up(elements, effects):
     )  # fmt: skip
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_spin_up_of_a_beam():
     """The tip lags by 0.574 at most, and in the end is stretched by ``LINE speed^2 L^3/(3 EA)`` of the axial forces.

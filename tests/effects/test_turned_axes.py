@@ -215,6 +215,7 @@ def test_a_machine_agrees_with_geometrically_exact_beams(elements, changes):
     assert (np.abs(found[::5] - known).max(axis=0) < 3e-4 * np.abs(known).max(axis=0)).all()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_solvers_agree():
     scene = four_bar(analysis__sub_intervals=240)

@@ -117,6 +117,7 @@ def test_multipliers_of_what_has_no_mass_are_refused_and_the_motion_is_right(dam
         assert np.abs(motion[name] - limit[name]).max() < 1e-8 * np.abs(limit[name]).max()
 
 
+@pytest.mark.long
 def test_modal_damping_of_axially_stiff_links_takes_its_share_of_the_strain_only():
     """Links 1e8 times as stiff axially: their axial modes turn with them, and that damped 270 % of the strain."""
     data = analyse(

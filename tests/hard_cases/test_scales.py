@@ -149,6 +149,7 @@ def with_stiff_arm(elements, stiffer, effects):
     return Scene.read(given)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("effects", [("coupling",), ("coupling", "large-rotations")])
 def test_what_rounding_of_stiff_short_elements_takes_is_told(effects):

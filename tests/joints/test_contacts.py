@@ -34,6 +34,7 @@ def test_a_ball_bounces_as_its_closed_form():
     assert data.attrs["power_balance_error"] < 1e-6
 
 
+@pytest.mark.long
 @pytest.mark.slow  # some twenty bounces
 def test_a_ball_comes_to_rest_after_its_last_bounce():
     data = fm.analyse(ball(FLOOR, **{"analysis.duration": 3.0})).data
@@ -133,6 +134,7 @@ def rattling(friction: float, **changes) -> fm.Scene:
     return scene.changed(changes)
 
 
+@pytest.mark.long
 @pytest.mark.slow  # 28 contacts, and a step for each part of them
 @pytest.mark.parametrize("friction", [0.0, 0.03])
 def test_clearance_slider_crank_against_an_independent_program(friction):

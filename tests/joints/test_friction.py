@@ -10,6 +10,7 @@ from tests.joints.scenes import G, bar, block
 RUBS = {"kind": "friction", "coefficient": 0.2}
 
 
+@pytest.mark.long
 @pytest.mark.slow  # stick and slip over several periods
 @pytest.mark.parametrize(("sharp", "limit"), [(1e-3, 0.012), (1e-4, 0.004)])
 def test_period_of_a_block_on_a_belt_in_closed_form(sharp, limit):

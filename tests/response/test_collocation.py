@@ -103,6 +103,7 @@ def test_better_steps_tell_the_error(scheme, stages, count):
     assert estimate == pytest.approx(error, rel=0.6 if stages == 1 else 0.25)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_error_estimate_of_the_seed_four_bar():
     """Within a factor of 3 of the true one, which spans four powers of ten; too long steps are refused."""

@@ -48,6 +48,7 @@ def test_pendulum_against_its_elliptic_integral():
     assert abs(result.data["input_torque"]).max() < 1e-6  # nothing turns the pin; its weight has a torque of 7.7 N m
 
 
+@pytest.mark.long
 @pytest.mark.slow  # a chaotic motion over 3 s: 80 steps
 def test_double_pendulum_against_a_tight_solution():
     # two equal bars from horizontal at rest, by an explicit rule of order 8 at 1e-13
@@ -83,6 +84,7 @@ def test_a_load_that_begins_late_moves_links_at_rest():
     assert data.attrs["time_steps"] <= 20  # the longest there are
 
 
+@pytest.mark.long
 @pytest.mark.slow  # free motions of bending links take a second of processor time a step
 @pytest.mark.parametrize(("strains", "near"), [((), 2e-5), (("large-rotations",), 2e-3)])
 def test_a_heavy_flywheel_leads_as_a_drive_does(strains, near):

@@ -61,6 +61,7 @@ def test_a_forced_oscillator_against_its_closed_form():
     assert data.attrs["repeats_after"] == pytest.approx(TURN / rate)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_forced_block_with_dry_friction_repeats_as_its_closed_form():
     # Den Hartog (1931): X k/P = (V^2 - f^2 U^2)^(1/2) where the block never sticks; P = 1 N, k = 100 N/m, m = 1 kg
@@ -104,6 +105,7 @@ def test_a_pendulum_that_nothing_damps_is_one_of_a_family():
     assert data.attrs["repeats_after"] == pytest.approx(4 * ellipk((1 + energy) / 2), rel=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_driven_pendulum_doubles_its_period():
     # the periods double at 1.066 (Baker and Gollub, figure 3.5)
@@ -119,6 +121,7 @@ def test_a_driven_pendulum_doubles_its_period():
     assert abs(turning[-1] - turning[0]) == pytest.approx(TURN, abs=1e-6)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_exponents_against_the_variational_equation_of_an_independent_program():
     # Ueda's oscillator is chaotic, so that motions agree for some periods only

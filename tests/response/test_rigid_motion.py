@@ -60,6 +60,7 @@ def test_pendulum_of_bars_against_a_tight_solution(count, end):
     assert 0 < result.data.attrs["freedom_place_error_estimate"] < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_energy_of_a_double_pendulum_over_a_long_time():
     # it falls by m g L/2 + m g 3 L/2 at most: the energy is kept to 1e-8 of that over 100 s, in which it is chaotic

@@ -303,6 +303,7 @@ def test_starts_straight_or_bent(shaft):
     assert np.abs(nodes).max() < 1e-9 * np.abs(still).max()
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(("options", "tolerance"), [(ALPHA2, 1e-5), (BDF, 1e-6)])
 def test_other_types_agree(shaft, options, tolerance):

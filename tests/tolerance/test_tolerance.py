@@ -59,6 +59,7 @@ def scene_of(name):
     return seed if name == "seed" else load(DEMOS / f"{name}.toml")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-3])
 @pytest.mark.parametrize("name", ["seed", "tapered", "slider_crank", "manipulator", "pulsating_column"])

@@ -141,6 +141,7 @@ def test_the_yield_is_that_of_the_normal_distribution(sampling):
     assert headline(found).startswith("84")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_bands_of_a_curve_and_quantiles_are_those_of_the_closed_form(tmp_path):
     # without masses of bearings, quasi-static strains are in proportion to the density
