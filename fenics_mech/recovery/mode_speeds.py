@@ -76,7 +76,7 @@ def mode_speeds(scene: Scene) -> xr.Dataset:
         every = modes.omega.shape[1]
         found = _labelled(ModesOfCycle(few, system, elastic), np.arange(every - count, every) + 1)
         return found.reindex(mode=np.arange(1, every + 1))
-    except SolverError as error:
+    except (SolverError, ArithmeticError) as error:  # a mechanism at rest that buckles has no speed to compare with
         logger.info("critical speeds are not known: %s", error)
         return xr.Dataset(attrs={"critical_speeds_unknown": str(error)})
 

@@ -45,10 +45,16 @@ def speeds_in_words(result: Result, most: int = 2) -> str:
     if not critical_speeds(result):
         return ""
     near = sorted(speeds_to_avoid(result, 1), key=lambda one: abs(one.distance))[:most]
-    said = [f"{band_of(result, one)} ({cause_of(result, one)}: {rise_of(one)})" for one in near]
+    said = [f"{band_of(result, one)} ({_cause(result, one, most)}: {rise_of(one)})" for one in near]
     orders = float(result.data["critical_order"].max())
     none = f"none: up to {orders:g} times the drive no harmonic makes a mode add {share(STRONG)} to the peak strain"
     return "; ".join(said) or none
+
+
+def _cause(result: Result, one: CriticalSpeed, most: int) -> str:
+    """Say what is met, where one speed alone is told without the link."""
+    whole = cause_of(result, one)
+    return whole if most > 1 else whole.replace(f", link {one.link},", "")
 
 
 def band_of(result: Result, one: CriticalSpeed) -> str:

@@ -25,6 +25,7 @@ FAILS = {
 }
 SIZED = {"height": "deep", "width": "wide"}  # adjectives of dimensions
 LARGEST = 100.0  # factor from which on its size tells nothing
+ENOUGH = 3.0  # times the wanted factor: beyond it a member is no news
 MOST_MEMBERS = 2  # that are listed beside the first
 
 
@@ -158,7 +159,7 @@ def safety_row(result: Result) -> str:
     """
     found = judge(result)
     named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
-    told = [(member, check) for member, check in named[1:] if check.factor <= LARGEST]
+    told = [(member, check) for member, check in named[1:] if check.factor <= min(LARGEST, ENOUGH * check.wanted)]
     return ", ".join(f"{member} {_of(check)}" for member, check in told[:MOST_MEMBERS])
 
 

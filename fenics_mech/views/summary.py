@@ -23,7 +23,15 @@ from fenics_mech.scene.bodies import POISSON
 from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
-from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
+from fenics_mech.views.judgements import (
+    Judgement,
+    Level,
+    acting,
+    headline,
+    judgements,
+    unstated_gravity,
+    verdict,
+)
 from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
