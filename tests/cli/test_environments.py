@@ -44,6 +44,7 @@ def ran(folder, settings, *, limit=None, script="", **streams):
     return subprocess.run(program, cwd=folder, env=environment, timeout=120, check=False, preexec_fn=limited, **streams)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("name", WORKING)
 def test_all_is_written_and_told(name, tmp_path):

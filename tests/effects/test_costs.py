@@ -37,6 +37,7 @@ def test_an_effect_compiles_its_own_forms_once(seed, name):
     assert forms_of(scene) == 2 + EFFECTS[name]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_effects_added_one_by_one_come_nearer_to_all_of_them(seed):
     quick = {"analysis__sub_intervals": 120, "analysis__stability": False}

@@ -58,6 +58,7 @@ def test_steps_in_which_a_mode_swings_more_than_once_are_refused(count):
 STEPS = {"solver": "sub-intervals", "sub_intervals": 6, "stations": 3, "stability": False, "allow_coarse": True}
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_hundreds_of_modes_at_once():
     """All modes of two members of 104 elements, the fastest with 175,000 swings in a sub-interval, beside two modes.

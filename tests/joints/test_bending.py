@@ -70,6 +70,7 @@ def assert_same(rigid, bent, limits) -> None:
         assert np.abs(bent[name].to_numpy() - wanted).max() < limit * np.abs(wanted).max(), name
 
 
+@pytest.mark.long
 @pytest.mark.slow  # steps of links that bend take half a second with friction
 def test_friction_of_pins_and_slider_is_that_of_rigid_links():
     laws = {
@@ -172,6 +173,7 @@ def test_error_of_steps_of_links_that_bend_is_estimated_after_a_contact():
     assert "half their tolerance" in data.attrs["not_estimated"]
 
 
+@pytest.mark.long
 @pytest.mark.slow  # a contact takes some twenty steps
 @pytest.mark.parametrize(
     ("stiffness", "exponent", "tolerance", "limit"), [(1e6, 1.5, 1e-4, 1e-4), (6.6e10, 1.5, 1e-3, 5e-4)]
@@ -222,6 +224,7 @@ def test_a_stop_of_bending_links_that_begins_overlapped_is_refused():
         fm.analyse(slider_crank(True, joint_laws={"stop": stop}))
 
 
+@pytest.mark.long
 @pytest.mark.slow  # 100 steps of two bars
 def test_blow_of_two_bars_is_that_of_their_waves():
     # equal bars: a wave of force Z v/2, with Z = A sqrt(E rho), runs through both and back, and parts them after 2 L/c

@@ -11,6 +11,7 @@ from tests.common import DEMOS
 from tests.joints import clearance_program as program
 
 
+@pytest.mark.long
 @pytest.mark.slow  # stick and slip of three periods
 def test_block_on_a_belt_has_the_period_of_its_comment():
     data = fm.analyse(fm.load(DEMOS / "joint_laws" / "belt_friction.toml")).data
@@ -24,6 +25,7 @@ def test_block_on_a_belt_has_the_period_of_its_comment():
     assert len(peaks) >= 3
 
 
+@pytest.mark.long
 @pytest.mark.slow  # 28 contacts
 def test_rattling_slider_crank_has_the_peak_of_its_comment():
     scene = fm.load(DEMOS / "joint_laws" / "rattling_slider_crank.toml")

@@ -54,11 +54,13 @@ def assert_near(scene: fm.Scene, point: str, linkage: str, limit: float) -> None
     assert np.abs(found - wanted[:, 1:]).max() < limit
 
 
+@pytest.mark.long
 @pytest.mark.slow  # steps of bending links
 def test_double_pendulum_of_slender_bars():
     assert_near(bars([1.0, 1.0], [0.0, 0.0]), "b1.B", "double pendulum", 5e-5)  # of 0.42 m that it falls
 
 
+@pytest.mark.long
 @pytest.mark.slow  # steps of bending links
 def test_double_pendulum_of_bars_that_bend_far():
     """Their ends move by 0.13 of their length against a frame that is clamped at the pin."""
@@ -70,6 +72,7 @@ def test_double_pendulum_of_bars_that_bend_far():
 FOUR_BAR = np.array([[0.0, 0.0], [0.21612092, 0.33658839], [0.97305294, 0.59553612], [0.9, 0.0]])  # as in the script
 
 
+@pytest.mark.long
 @pytest.mark.slow  # steps of bending links
 def test_four_bar_of_slender_bars():
     ways = np.diff(FOUR_BAR, axis=0)
@@ -83,6 +86,7 @@ def test_four_bar_of_slender_bars():
     assert_near(scene, "b1.B", "four-bar", 7e-5)  # 1e-3 of the 76 mm that it moves
 
 
+@pytest.mark.long
 @pytest.mark.slow  # steps of bending links
 def test_a_bar_that_a_torque_spins_up():
     thin = {"sections.bar": fm.RectangleSection(width=0.02, height=0.004), "analysis.duration": 0.4}
@@ -160,6 +164,7 @@ def test_a_beam_with_heavy_sections_that_flies_off():
         assert np.abs(found - known[:, 1 + 2 * k : 3 + 2 * k]).max() < 0.006
 
 
+@pytest.mark.long
 @pytest.mark.slow  # steps of bending links
 def test_a_beam_that_flies_off():
     """Of Simo and Vu-Quoc (1986): it turns by 1.1 rad against its middle."""

@@ -163,6 +163,7 @@ def test_drag_of_the_air_on_a_falling_bar_against_an_independent_program():
     assert data.attrs["power_balance_error"] < 1e-9
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_impulse_beside_a_heavy_flywheel_is_that_beside_a_drive():
     scene = bars(1, duration=0.02, sub_intervals=10, time_tolerance=1e-5, error_estimates=False)

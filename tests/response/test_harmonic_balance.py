@@ -98,6 +98,7 @@ def test_slider_crank_by_collocation_and_by_harmonics():
     assert same(scene, stages=4, count=120, harmonics=25, angles=120) < 1e-6  # measured 4e-9
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_quick_return_by_collocation_and_by_harmonics():
     """The pin passes from element to element, and P'' jumps there: both converge as a power.

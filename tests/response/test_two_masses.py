@@ -69,6 +69,7 @@ def masses(way: str) -> fm.Scene:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("way", "limit"),
     [("on the ground", 1e-9), ("on each other", 1e-9), pytest.param("members", 1e-8, marks=pytest.mark.slow)],

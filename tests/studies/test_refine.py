@@ -47,6 +47,7 @@ def test_frequencies_of_a_cantilever_converge_to_euler_bernoulli_with_order_4():
     assert np.ptp(strain["value"].to_numpy()) < 1e-9 * float(strain["value"][0])
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_steps_of_the_linear_equation_converge():
     analysis = {"sub_intervals": 96, "solver": "collocation", "stability": False, "modes": "all"}

@@ -36,6 +36,7 @@ def test_the_largest_push_of_a_contact_is_told_and_drawn_between_the_positions(t
         plot_pin_orbit(result, "cam")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_orbit_leaves_its_clearance_by_the_indentation():
     result = analysed(load(DEMOS / "joint_laws" / "rattling_slider_crank.toml"))

@@ -98,6 +98,7 @@ def test_an_error_ends_all_processes_with_one_message(changes, options, said, tm
     assert "Traceback" not in ended.stderr
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_killed_worker_costs_its_sample_and_the_next_run_computes_it(tmp_path):
     slow = {"effects": ("coupling", "large-rotations"), "analysis.sub_intervals": 90}
