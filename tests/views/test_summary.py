@@ -14,7 +14,7 @@ from fenics_mech.views.summary import MOST_MEMBERS, summary
 from fenics_mech.views.words import short
 from tests.common import DEMOS, analysed
 
-LINES, WIDTH = 32, 80  # the quick return has them all, and one more for what was written
+LINES, WIDTH = 31, 80  # and one for what was written
 
 
 def lines(result, monkeypatch):
@@ -66,8 +66,11 @@ def test_members_are_sorted_by_stress_and_joints_stand_side_by_side(result, monk
     assert torque.split("  ")[-1].split(";")[0] == f"{short(float(reading.effort[k]))} N m at {reading.at(k)}"
 
 
+TALL = pytest.param("quick_return", marks=pytest.mark.xfail(strict=True, reason="32 lines"))
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "stephenson", "watt", "quick_return"])
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank", "stephenson", "watt", TALL])
 def test_machines_of_up_to_five_links_fit_a_screen(name, monkeypatch):
     assert len(lines(analysed(load(DEMOS / f"{name}.toml")), monkeypatch)) <= LINES
 
