@@ -187,7 +187,7 @@ def solved(
     solution, solver = _answer(scene, progress, common)
     fields, errors = recovered(solution, choices, progress)
     common.answered(solution, fields, choices)
-    result = labelled(solution, fields, errors, _by_errors(choices, errors), names)
+    result = labelled(solution, fields, errors, _by_errors(choices, errors), names, common)
     result.data.attrs["solver"] = solver
     return solution, result
 
@@ -285,7 +285,7 @@ class RefinedAnalysis:
         assert self._last is not None
         last = self._last
         errors = last.errors if self.theory else last.errors.with_theory(last.solution, last.choices)
-        result = labelled(last.solution, last.fields, errors, _by_errors(last.choices, errors))
+        result = labelled(last.solution, last.fields, errors, _by_errors(last.choices, errors), common=self.common)
         result.data.attrs["solver"] = last.solver
         return result
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array, norms
+from fenics_mech._arrays import Array, Index, norms
 from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
@@ -25,7 +25,7 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.motion import Motion
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.balance import balance_of
-from fenics_mech.recovery.dataset import decisions, of_errors
+from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
@@ -34,14 +34,13 @@ from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
 from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
 
 logger = logging.getLogger(__name__)
-UNSTABLE = 1e-4  # of the magnitude: what steps may make of an undamped motion
-DISTURBANCES = 6  # that are told
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
@@ -181,11 +180,11 @@ def _choices(scene: Scene, errors: Errors | None) -> tuple[Choice, ...]:
 def quantities(found: OfPoses) -> Quantities:
     """Give what is compared between two motions, at the stations of the result."""
     axial, bending = found.strains
-    forces, efforts = list(found.joint_forces().values()), list(found.efforts().values())
+    forces, efforts = list(found.joint_forces.values()), list(found.efforts().values())
     return Quantities(
         axial=axial,
         bending=bending,
-        deflection=found.members()["deflection"][1],
+        deflection=found.deflection,
         force=np.stack(forces, axis=1),
         effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
     )
@@ -239,15 +238,16 @@ def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
 def _stability(solved: Solved) -> xr.Dataset:
     """Give multipliers and frequencies of small disturbances, and refuse those that grow."""
     scene, period = solved.scene, solved.scene.period
-    values, rates, modes = running_modes(solved.cycle, 2 * DISTURBANCES)
-    turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[:DISTURBANCES]
+    values, rates, modes = running_modes(solved.cycle, 2 * STABILITY.kept)
+    turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[: STABILITY.kept]
     values, rates, modes = values[turning], rates[turning], modes[turning]  # both of a pair
     second = np.append(False, turning[1:] == turning[:-1])
     values = np.where(second, values.conj(), values)
-    limit = {"stability_limit": 2 / 3 * len(solved.cycle.tableau.c) / solved.cycle.path.h.max() / (2 * np.pi)}  # Hz
+    fastest = STABILITY.longest_step * len(solved.cycle.tableau.c) / solved.cycle.path.h.max()
+    limit = {"stability_limit": fastest / (2 * np.pi)}  # Hz
     if not len(values):
         return xr.Dataset(attrs=limit)
-    if abs(values[0]) > 1 + UNSTABLE and not scene.analysis.allow_unstable:
+    if abs(values[0]) > 1 + STABILITY.tolerance and not scene.analysis.allow_unstable:
         raise SolverError(
             f"the periodic motion is unstable: a small disturbance grows by {abs(values[0]):.6g} in each cycle "
             f"(multiplier {values[0]:.5g}, {rates[0].real:.3g} 1/s) at {rates[0].imag / (2 * np.pi):.4g} Hz. "
@@ -259,7 +259,7 @@ def _stability(solved: Solved) -> xr.Dataset:
             "multiplier": ((*of_each, "part"), np.stack([values.real, values.imag], axis=1)),
             "growth_rate": (of_each, np.log(np.abs(values)) / period),
             "multiplier_frequency": (of_each, rates.imag / (2 * np.pi)),
-            "multiplier_link": (of_each, [_link_of(solved, mode) for mode in modes]),
+            "multiplier_link": (of_each, _links_of(solved, modes)),
             "multiplier_mode": (of_each, modes + 1),
         },
         {"disturbance": np.arange(1, len(values) + 1), "part": ["real", "imaginary"]},
@@ -267,13 +267,14 @@ def _stability(solved: Solved) -> xr.Dataset:
     )
 
 
-def _link_of(solved: Solved, mode: int) -> str:
-    """Name the link whose members move most in a mode where the machine is held at the start of the cycle."""
+def _links_of(solved: Solved, modes: Index) -> list[str]:
+    """Name the link whose members move most in each mode where the machine is held at the start of the cycle."""
     made, machine, mesh = solved.made, solved.made.machine, solved.positions.mesh
-    shape = np.append(held_modes(machine, 0.0)[1][:, mode], 0.0)
-    moved = shape[machine.places[machine.groups[0].pose, :2]].mean(axis=1)  # of the middles of elements
-    of_links = np.bincount(mesh.member_link[mesh.cell_member], mesh.cell_length * np.sum(moved**2, axis=1))
-    return str(list(made.scene.links)[int(of_links.argmax())])
+    shapes = np.pad(held_modes(machine, 0.0)[1][:, modes], ((0, 1), (0, 0)))  # what has no coordinate does not move
+    moved = shapes[machine.places[machine.groups[0].pose, :2]].mean(axis=1)  # of the middles of elements
+    parts, link = mesh.cell_length[:, None] * np.sum(moved**2, axis=1), mesh.member_link[mesh.cell_member]
+    most = [int(np.bincount(link, part).argmax()) for part in parts.T]
+    return [list(made.scene.links)[i] for i in most]
 
 
 def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
@@ -291,7 +292,7 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
     scene, found = solved.scene, solved.positions
     links = found.links()
     efforts = found.efforts()
-    forces = found.joint_forces()
+    forces = found.joint_forces
     variables: dict[str, Any] = {
         **found.members(),
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
@@ -333,17 +334,13 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         parts += [_modes(solved), _without_vibration(solved)]
     if errors is not None:
         parts.append(of_errors(errors).dataset())
-    data = _joined(data, *parts)
+    data = joined(data, *parts)
     cycle = last_cycle(scene.analysis, scene.drives, data)
-    data = _joined(data, stress_figures(scene, data, cycle))
+    data = joined(data, stress_figures(scene, data, cycle))
     if cycle is not None:
-        data = _joined(data, of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
+        data = joined(data, of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
-
-
-def _joined(*parts: xr.Dataset) -> xr.Dataset:
-    return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 
 
 def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:

@@ -35,6 +35,7 @@ from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.recovery.without_vibration import without_vibration
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, RestSolution, Solution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
@@ -92,6 +93,7 @@ def collect(
     errors: Errors | None,
     choices: Sequence[Choice] = (),
     names: Collection[str] | None = None,
+    common: CommonParts | None = None,
 ) -> Result:
     """Label what was computed.
 
@@ -107,6 +109,8 @@ def collect(
         What was decided about effects.
     names
         Variables that are wanted, with those that come with them; None for all.
+    common
+        What it may have in common with other analyses of a study.
     """
     scene = solution.scene
     attributes = (
@@ -118,7 +122,7 @@ def collect(
     parts = DatasetParts(fields.variables, fields.coordinates, attributes)
     forces = Forces(scene, fields.system, solution.response)
     if names is None or (few := _named(solution, fields, forces, names)) is None:
-        data = _whole(parts.dataset(), solution, fields, forces, errors)
+        data = _whole(parts.dataset(), solution, fields, forces, errors, common)
     else:
         data = parts.dataset(*few, *([] if errors is None else [of_errors(errors)]))
     units = effort_units(scene.moved_joints, scene.joints)
@@ -126,11 +130,18 @@ def collect(
     return Result.with_scene(scene, data)
 
 
-def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces, errors: Errors | None) -> xr.Dataset:
+def _whole(
+    data: xr.Dataset,
+    solution: Solution,
+    fields: Fields,
+    forces: Forces,
+    errors: Errors | None,
+    common: CommonParts | None,
+) -> xr.Dataset:
     """Add to the fields all else that is computed."""
     scene = solution.scene
     efforts = forces.efforts() if scene.moved_joints else {}
-    of_kind, of_modes = _of_kind(solution, fields.system), mode_speeds(scene)
+    of_kind, of_modes = _of_kind(solution, fields.system), mode_speeds(scene, common)
     if of_modes.sizes and (numbers := [part["mode"] for part in of_kind if "mode" in part]):
         of_modes = of_modes.reindex(mode=numbers[0])  # axial forces may hold what is a rigid body without them
     parts = (
@@ -142,12 +153,12 @@ def _whole(data: xr.Dataset, solution: Solution, fields: Fields, forces: Forces,
         *([] if errors is None else [of_errors(errors).dataset()]),
         of_modes,
     )
-    data = _joined(data, *parts)
-    data = _joined(data, residual_vibration(scene, data))
+    data = joined(data, *parts)
+    data = joined(data, residual_vibration(scene, data))
     still = data.get("strain_quasi_static")
     cycle = last_cycle(scene.analysis, scene.drives, data)
     of_stress = stress_figures(scene, data, cycle)
-    return _joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
+    return joined(data, of_stress, *([] if cycle is None else [of_cycle(data, cycle, scene.period, still)]))
 
 
 def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection[str]) -> list[DatasetParts] | None:
@@ -172,7 +183,7 @@ def _named(solution: Solution, fields: Fields, forces: Forces, names: Collection
     return [make() for known, make in makers.items() if not missing.isdisjoint(known)]
 
 
-def _joined(*parts: xr.Dataset) -> xr.Dataset:
+def joined(*parts: xr.Dataset) -> xr.Dataset:
     """Put datasets with the same labels together, without a look at whether these are the same."""
     return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 

@@ -15,6 +15,7 @@ from fenics_mech.recovery.between_positions import with_missed_peaks
 from fenics_mech.recovery.dataset import collect
 from fenics_mech.recovery.fields import Fields, recover
 from fenics_mech.recovery.result import Result
+from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 
 
@@ -91,6 +92,7 @@ def labelled(
     errors: Errors | None,
     choices: Sequence[Choice],
     names: Collection[str] | None = None,
+    common: CommonParts | None = None,
 ) -> Result:
     """Put what was recovered and its errors into a result.
 
@@ -102,6 +104,8 @@ def labelled(
         What was decided about each effect.
     names
         Variables that the result is to hold, with those that come with them; None for all.
+    common
+        What it may have in common with other analyses of a study.
 
     Raises
     ------
@@ -111,7 +115,7 @@ def labelled(
     refuse_far(solution.scene, fields.system, fields.members)
     if fields.joints is not None:
         fields.joints.refuse(solution.scene)
-    result = collect(solution, fields, errors, choices, names)
+    result = collect(solution, fields, errors, choices, names, common)
     _refuse_infinite(result)
     return result
 

@@ -37,7 +37,7 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import damping_ratios
 from fenics_mech.response.running_frequencies import running_frequencies
-from fenics_mech.response.setup import mechanism, moved, static_response, without_stiffening
+from fenics_mech.response.setup import CommonParts, mechanism, moved, static_response, without_stiffening
 from fenics_mech.scene import Scene
 
 logger = logging.getLogger(__name__)
@@ -46,13 +46,15 @@ POSITIONS = 72  # of the cycle: six in a period of the fastest of these harmonic
 VEERS = np.pi / 4  # turn of two modes into each other, from which each is as much the other as itself
 
 
-def mode_speeds(scene: Scene) -> xr.Dataset:
+def mode_speeds(scene: Scene, common: CommonParts | None = None) -> xr.Dataset:
     """Give the critical speeds of a driven machine, and what decides how strong they are.
 
     Parameters
     ----------
     scene
         The scene, with its effects chosen.
+    common
+        What it may have in common with other analyses of a study.
 
     Returns
     -------
@@ -68,7 +70,7 @@ def mode_speeds(scene: Scene) -> xr.Dataset:
     options = {"sub_intervals": POSITIONS, "method": "quasi-static", "allow_coarse": True}
     few = scene.model_copy(update={"analysis": scene.analysis.model_copy(update=options)})
     try:
-        system = mechanism(few)
+        system = mechanism(few, common=common)
         modes = solve_modes(system.without_axial_forces, few.analysis.modes, few.petsc)
         elastic = modes.elastic
         if not (count := elastic.omega.shape[1]):
@@ -76,7 +78,7 @@ def mode_speeds(scene: Scene) -> xr.Dataset:
         every = modes.omega.shape[1]
         found = _labelled(ModesOfCycle(few, system, elastic), np.arange(every - count, every) + 1)
         return found.reindex(mode=np.arange(1, every + 1))
-    except (SolverError, ArithmeticError) as error:  # a mechanism at rest that buckles has no speed to compare with
+    except SolverError as error:
         logger.info("critical speeds are not known: %s", error)
         return xr.Dataset(attrs={"critical_speeds_unknown": str(error)})
 
@@ -216,7 +218,7 @@ class ModesOfCycle:
         loaded = running_frequencies(self.scene, self.held, self.modes)
         at_rest = mean if loaded is None else 2 * np.pi * self._mean(loaded)
         gain = ((2 * np.pi * self.running) ** 2 - at_rest**2) / self.rate**2  # (2.44) of Genta: Southwell
-        left = np.nan_to_num(self.orders**2 - gain[:, None])
+        left = np.nan_to_num(self.orders**2 - gain[:, None]) * (at_rest[:, None] > 0)  # none of a mode that buckles
         return np.where(left > 0, at_rest[:, None] / np.sqrt(np.where(left > 0, left, 1.0)), np.nan)
 
     def load_shares(self) -> Array:

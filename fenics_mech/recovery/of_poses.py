@@ -79,8 +79,7 @@ class OfPoses:
         sections, along = self.made.scene.rigidities(s), ("theta", "member", "s")
         stretch, bending = self.strains
         by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)
-        ends = np.stack([self._places(which) for which in (0, -1)], axis=2)
-        deflection = forces.place - between_ends(ends, s)
+        deflection = self.deflection
         euler = np.pi**2 * np.array([part.bending.min() for part in sections]) / lengths**2
         apart = deflection - between_ends(deflection[:, :, [0, -1]], s)
         return {
@@ -96,6 +95,12 @@ class OfPoses:
             "bow": (("member",), norms(apart).max(axis=(0, 2)) / lengths),
             "rotation": (("member",), self._rotations()),
         }
+
+    @cached_property
+    def deflection(self) -> Array:
+        """Displacement of the members' axes from the rigid motion ``(instants, members, stations, 2)`` (m)."""
+        ends = np.stack([self._places(which) for which in (0, -1)], axis=2)
+        return self.sections.place - between_ends(ends, self.stations)
 
     def _places(self, which: int) -> Array:
         """Give the first or last end of every member in the rigid motion ``(instants, members, 2)`` (m)."""
@@ -127,6 +132,7 @@ class OfPoses:
         first = self.motion.machine.n
         return {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
 
+    @cached_property
     def joint_forces(self) -> dict[str, Array]:
         """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N)."""
         found: dict[str, Array] = {}

@@ -72,13 +72,15 @@ class CriticalSpeed:
         return self.speed * math.sqrt(max(middle - half, 0.0)), self.speed * math.sqrt(middle + half)
 
     @property
+    def numbered(self) -> str:
+        """The mode in words."""
+        numbers = [str(mode) for mode in self.modes]
+        return f"modes {', '.join(numbers[:-1])} and {numbers[-1]} together" if numbers[1:] else f"mode {numbers[0]}"
+
+    @property
     def name(self) -> str:
         """The mode and its link in words."""
-        numbers = [str(mode) for mode in self.modes]
-        together = (
-            f"modes {', '.join(numbers[:-1])} and {numbers[-1]} together" if numbers[1:] else f"mode {numbers[0]}"
-        )
-        return f"{together}, link {self.link}"
+        return f"{self.numbered}, link {self.link}"
 
 
 class Nearest(NamedTuple):
@@ -185,7 +187,20 @@ def cause_of(result: Result, one: CriticalSpeed) -> str:
     one
         A critical speed of it.
     """
-    return f"{one.name}, at {one.order:g} times the {'drive' if len(result.scene.drives) == 1 else 'cycle'}"
+    return f"{one.name}, {multiple_of(result, one)}"
+
+
+def multiple_of(result: Result, one: CriticalSpeed) -> str:
+    """Say at which multiple of the drive, or of the cycle that drives have in common, a mode is met.
+
+    Parameters
+    ----------
+    result
+        The result.
+    one
+        A critical speed of it.
+    """
+    return f"at {one.order:g} times the {'drive' if len(result.scene.drives) == 1 else 'cycle'}"
 
 
 def multiplier_distances(result: Result) -> dict[int, float]:

@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech.recovery import Result
-from fenics_mech.safety.critical_speeds import STRONG, CriticalSpeed, cause_of, critical_speeds, speeds_to_avoid, turns
+from fenics_mech.safety.critical_speeds import (
+    STRONG,
+    CriticalSpeed,
+    cause_of,
+    critical_speeds,
+    multiple_of,
+    speeds_to_avoid,
+    turns,
+)
 from fenics_mech.views.words import share, short
 
 
@@ -45,16 +53,13 @@ def speeds_in_words(result: Result, most: int = 2) -> str:
     if not critical_speeds(result):
         return ""
     near = sorted(speeds_to_avoid(result, 1), key=lambda one: abs(one.distance))[:most]
-    said = [f"{band_of(result, one)} ({_cause(result, one, most)}: {rise_of(one)})" for one in near]
+    causes = [  # one alone is told without its link
+        cause_of(result, one) if most > 1 else f"{one.numbered} {multiple_of(result, one)}" for one in near
+    ]
+    said = [f"{band_of(result, one)} ({cause}: {rise_of(one)})" for one, cause in zip(near, causes)]
     orders = float(result.data["critical_order"].max())
     none = f"none: up to {orders:g} times the drive no harmonic makes a mode add {share(STRONG)} to the peak strain"
     return "; ".join(said) or none
-
-
-def _cause(result: Result, one: CriticalSpeed, most: int) -> str:
-    """Say what is met, where one speed alone is told without the link."""
-    whole = cause_of(result, one)
-    return whole if most > 1 else whole.replace(f", link {one.link},", "")
 
 
 def band_of(result: Result, one: CriticalSpeed) -> str:
