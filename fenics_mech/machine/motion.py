@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -25,6 +26,8 @@ class Motion:
         Instants ``(instants,)`` (s).
     q, v, a
         Coordinates, rates and accelerations ``(instants, size)``; multipliers stand in the last of `a`.
+    angles
+        Angles near to those of every term, as the residual takes them; None where the terms know.
     """
 
     machine: Machine
@@ -32,16 +35,17 @@ class Motion:
     q: Array
     v: Array
     a: Array
+    angles: Sequence[Array] | None = None
 
     @cached_property
     def found(self) -> Evaluation:
         """The residual, with tangents."""
-        return self.machine.residual(self.t, self.q, self.v, self.a)
+        return self.machine.residual(self.t, self.q, self.v, self.a, angles=self.angles)
 
     @cached_property
     def chart(self) -> Motion:
         """The motion of the chart."""
-        return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a)
+        return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a, self.angles)
 
     def of_end(self, end: End) -> tuple[Array, ...]:
         """Give place (m), velocity and acceleration of an end, ``(instants, d)`` each."""

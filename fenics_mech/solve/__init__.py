@@ -2,7 +2,7 @@
 
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
-from fenics_mech.solve.in_time import Course, march
+from fenics_mech.solve.in_time import Course, States, Step, march, steps_in_time
 from fenics_mech.solve.linear import Iterate, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, Path, periodic
 from fenics_mech.solve.rigid import rigid_cycle
@@ -14,6 +14,8 @@ __all__ = [
     "Cycle",
     "Iterate",
     "Path",
+    "States",
+    "Step",
     "axial_forces",
     "damp_modes",
     "equilibrium",
@@ -26,5 +28,6 @@ __all__ = [
     "quasi_static",
     "rigid_cycle",
     "running_modes",
+    "steps_in_time",
     "tangents_at",
 ]
