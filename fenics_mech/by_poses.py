@@ -187,9 +187,24 @@ def estimated(solved: Solved) -> Errors:
         "mesh": (quantities(Solved(scene, finer, by_mesh).at()) - here).largest,
     }
     parts[BETWEEN] = _missed(solved, here)
+    return told(scene, here, parts)
+
+
+def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> Errors:
+    """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    here
+        What the errors are of.
+    parts
+        Errors by source, then by quantity.
+    """
     largest = here.largest
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
-    parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
+    parts = parts | {"stations": {"strain": between_stations(strain), "deflection": between_stations(deflection)}}
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
@@ -234,6 +249,46 @@ def _stability(solved: Solved) -> xr.Dataset:
     )
 
 
+def read_off(found: OfPoses, choices: Sequence[Choice]) -> xr.Dataset:
+    """Label what motions of all kinds have: strains, forces and places at the positions, and what was decided.
+
+    Parameters
+    ----------
+    found
+        The motion at the positions.
+    choices
+        What was decided about effects.
+    """
+    scene, links = found.made.scene, found.links()
+    efforts, forces = found.efforts(), found.joint_forces()
+    each = np.stack(list(efforts.values()), axis=1)
+    variables: dict[str, Any] = {
+        **found.members(),
+        "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
+        **found.frame(),
+        **found.points(),
+        "input_torque": (("theta",), each[:, 0]),
+        "drive_effort": (("theta", "drive"), each),
+    }
+    variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+    labels = {
+        "theta": links.theta,
+        "time": ("theta", links.time),
+        "member": list(found.mesh.members),
+        "s": found.stations,
+        "fibre": ["+", "-"],
+        "joint": list(forces),
+        "component": ["x", "y"],
+        "drive": list(efforts),
+        "support": list(found.supports),
+        "point": list(found.traced),
+    }
+    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
+    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), choices)
+    data = xr.Dataset(variables, labels, attributes)
+    return joined(data, rigid_places(scene, links), motion_of_links(scene, links))
+
+
 def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choices: Sequence[Choice]) -> Result:
     """Label what was found.
 
@@ -249,57 +304,27 @@ def collected(solved: Solved, errors: Errors | None, stability: xr.Dataset, choi
         What was decided about effects.
     """
     scene, found = solved.scene, solved.positions
-    links = found.links()
-    efforts = found.efforts()
-    each = np.stack(list(efforts.values()), axis=1)
-    forces = found.joint_forces()
-    variables: dict[str, Any] = {
-        **found.members(),
-        "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
-        **found.frame(),
-        **found.points(),
-        "input_torque": (("theta",), each[:, 0]),
-        "drive_effort": (("theta", "drive"), each),
-        "drive_effort_rms": (("drive",), np.sqrt(np.mean(each**2, axis=0))),
-    }
-    variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
-    labels = {
-        "theta": links.theta,
-        "time": ("theta", links.time),
-        "member": list(found.mesh.members),
-        "s": found.stations,
-        "fibre": ["+", "-"],
-        "joint": list(forces),
-        "component": ["x", "y"],
-        "drive": list(efforts),
-        "support": [
-            name for name, joint in scene.joints.items() if any(p.startswith("ground.") for p in joint.connect)
-        ],
-        "point": list(found.traced),
-    }
-    machine = solved.made.machine
-    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
-    attributes |= decisions(machine.n, len(found.mesh.cell), choices)
-    data = xr.Dataset(variables, labels, attributes)
+    data = read_off(found, choices)
+    efforts = data["drive_effort"].to_numpy()
+    data["drive_effort_rms"] = ("drive",), np.sqrt(np.mean(efforts**2, axis=0))
     parts = [
-        rigid_places(scene, links),
-        motion_of_links(scene, links),
         _power(solved, errors),
         _modes(solved),
         _without_vibration(solved),
         stability,
         *([] if errors is None else [of_errors(errors).dataset()]),
     ]
-    data = _joined(data, *parts)
+    data = joined(data, *parts)
     cycle = last_cycle(scene.analysis, scene.drives, data)
-    data = _joined(data, stress_figures(scene, data, cycle))
+    data = joined(data, stress_figures(scene, data, cycle))
     if cycle is not None:
-        data = _joined(data, of_cycle(data, cycle, scene.period, data["strain_quasi_static"]))
+        data = joined(data, of_cycle(data, cycle, scene.period, data["strain_quasi_static"]))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
 
 
-def _joined(*parts: xr.Dataset) -> xr.Dataset:
+def joined(*parts: xr.Dataset) -> xr.Dataset:
+    """Put datasets with the same labels together."""
     return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 
 

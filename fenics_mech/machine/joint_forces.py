@@ -39,7 +39,7 @@ class Reactions:
 
         self._apart, self._pulls = apart, motion.a[:, machine.n : machine.n + len(machine.rows)]
         states = (spread(x) for x in (motion.q, motion.v, motion.a))
-        self._found = apart.residual(motion.t, *states, tangents=False)
+        self._found = apart.residual(motion.t, *states, angles=motion.angles, tangents=False)
 
     def of(self, joint: str) -> Array:
         """Give what holds every pose without the rows of a joint, ``(instants, poses, d + turns)`` (N, N m)."""

@@ -16,6 +16,7 @@ from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import End
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.measured import Measured
@@ -116,10 +117,14 @@ class OfPoses:
 
     # ---- joints and drives ----
     def efforts(self) -> dict[str, Array]:
-        """Give the torque (N m) or force (N) of every drive on the second body of its joint, ``(instants,)``."""
+        """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints.
+
+        They are ``(instants,)`` each.
+        """
         joints = [drive.joint for drive in self.made.scene.drives]
         first = self.motion.machine.n
-        return {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
+        found = {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
+        return found | {name: np.zeros(len(self.motion.t)) for name in self.made.scene.freedoms}  # nothing leads them
 
     def joint_forces(self) -> dict[str, Array]:
         """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N)."""
@@ -240,7 +245,12 @@ class OfPoses:
         known = chart.machine.known.at(t)
         angle = np.unwrap(np.arctan2(axes[..., 1, 0], axes[..., 0, 0]), axis=0)
         omega, alpha = known.w[:, poses, 0], known.al[:, poses, 0]
-        return LinkMotion(scene.cycle_rate * t, t, tuple(origins), r, v, a, angle, omega, alpha)
+        return LinkMotion(self.theta, t, tuple(origins), r, v, a, angle, omega, alpha)
+
+    @cached_property
+    def theta(self) -> Array:
+        """Drive angles (rad), or phases where nothing is driven."""
+        return np.asarray(self.made.scene.cycle_rate * clock_of(self.made.scene)(self.motion.t))
 
     # ---- power ----
     def drive_rates(self) -> Array:
@@ -252,8 +262,11 @@ class OfPoses:
 
     def powers(self) -> dict[str, Array]:
         """Give what drives, loads and damping give to the machine ``(instants,)`` (W)."""
-        efforts = np.stack(list(self.efforts().values()), axis=1)
-        found = {cause_of_efforts(self.made.scene): np.sum(efforts * self.drive_rates(), axis=1)}
+        given = np.zeros(len(self.motion.t))
+        if drives := len(self.made.driven):
+            efforts = np.stack(list(self.efforts().values())[:drives], axis=1)
+            given = np.sum(efforts * self.drive_rates(), axis=1)
+        found = {cause_of_efforts(self.made.scene): given}
         for term, here in zip(self.motion.machine.terms, self.motion.found.terms):
             for cause, power in _taken(term, here):
                 if power.any():

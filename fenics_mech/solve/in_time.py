@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
@@ -18,7 +19,9 @@ from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 SAFETY, LEAST, MOST = 0.9, 0.2, 4.0  # of a step's change: Hairer and Wanner, Solving ODE II, chapter IV.8
 CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
 FIXED = 1e-9  # tolerance of steps of a stated length (m, rad), which only Newton's method has
-SHORT = 1e-3  # of the first step, by one of which the accelerations at the start are found
+ROUNDING = 1e-9  # of a step, by which the last of even ones may be too short
+SHORT = 0.1  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
+NAMES = "r", "R", "v", "w", "a", "al"  # of the parts of a motion of poses
 
 
 @dataclass
@@ -64,12 +67,9 @@ class States:
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
         """Put states one after the other."""
-        names = "r", "R", "v", "w", "a", "al"
-        motion = PoseMotion(*(np.concatenate([getattr(x.motion, name) for x in parts]) for name in names))
-        measures = [np.concatenate(of_term) for of_term in zip(*(x.measures for x in parts))]
-        return cls(
-            np.concatenate([x.t for x in parts]), motion, np.concatenate([x.others for x in parts]), measures
-        )
+        motion = PoseMotion(*(np.concatenate([getattr(x.motion, name) for x in parts]) for name in NAMES))
+        t, others = np.concatenate([x.t for x in parts]), np.concatenate([x.others for x in parts])
+        return cls(t, motion, others, [np.concatenate(of_term) for of_term in zip(*(x.measures for x in parts))])
 
 
 @dataclass(frozen=True)
@@ -144,29 +144,26 @@ class Step:
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
 
-    def to(self, t: float) -> Step:
-        """Give a shorter step that ends at an instant inside this one: there the equation is fulfilled."""
-        share = (t - self.t) / self.h
-        if share >= 1:
-            return self
-        return replace(self, h=t - self.t, a=self.at(share * self.tableau.c)[2]).solved()
+    def at_stages(self) -> States:
+        """Give the poses at its stages."""
+        return self._states(self.h * self.tableau.c, *self.at(self.tableau.c), self.measures)
 
-    def states(self, of_stages: slice = slice(None)) -> States:
-        """Give the poses at its stages, or at some of them."""
-        machine, n = self.machine, self.machine.n
-        q, v, a = (x[of_stages] for x in self.at(self.tableau.c))
-        t, chart = (self.t + self.h * self.tableau.c)[of_stages], machine.chart
-        poses = []
-        for k in range(len(t)):
-            rates = machine.rebase(q[k], v[k], a[k])
-            poses.append(_now(machine, t[k], *rates))
-            machine.chart = chart
-        motion = PoseMotion(*(np.array([getattr(x, name) for x in poses]) for name in ("r", "R", "v", "w", "a", "al")))
-        return States(t, motion, a[:, n:], [x[of_stages] for x in self.measures])
-
-    def end(self) -> States:
+    def at_end(self) -> States:
         """Give the poses at its end."""
-        return self.states(slice(-1, None))
+        return self._states(np.array([self.h]), *self.at(np.ones(1)), [x[-1:] for x in self.measures])
+
+    def at_start(self) -> States:
+        """Give the poses at its start, with the accelerations and multipliers that the stages lead back to."""
+        still = np.zeros((1, self.machine.size))
+        return self._states(np.zeros(1), still, self.v[None], self.tableau.back @ self.a[None], self.measures)
+
+    def _states(self, after: Array, q: Array, v: Array, a: Array, measures: Sequence[Array]) -> States:
+        machine, chart, poses = self.machine, self.machine.chart, []
+        for k, t in enumerate(self.t + after):
+            poses.append(_now(machine, t, *machine.rebase(q[k], v[k], a[k])))
+            machine.chart = chart
+        motion = PoseMotion(*(np.array([getattr(x, name) for x in poses]) for name in NAMES))
+        return States(self.t + after, motion, a[:, machine.n :], [x[: len(after)] for x in measures])
 
     def error(self, before: Array) -> float:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
@@ -178,8 +175,7 @@ class Step:
 def steps_in_time(
     machine: Machine,
     v: Array,
-    start: float,
-    end: float,
+    times: Array,
     *,
     h: float | None = None,
     tolerance: Array | float = 1e-6,
@@ -188,56 +184,55 @@ def steps_in_time(
 ) -> Iterator[Step]:
     """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
 
+    A step ends at each of the stated instants. There the equation is fulfilled, and between the stages it is not.
+
     Parameters
     ----------
     machine
         The machine; its chart rests.
     v
         Rates at the start ``(size,)``.
-    start, end
-        s.
+    times
+        The start, and instants at which a step ends, ascending (s).
     h
-        Length of all steps (s); None to choose them.
+        Longest step (s), where steps are not chosen; None to choose them.
     tolerance
         Largest error of a coordinate in a step (m, rad), of all or of each ``(coordinates,)``, where steps are chosen.
     stages
         Stages of a step.
     longest
-        Longest step (s).
+        Longest step where steps are chosen (s).
 
     Raises
     ------
     SolverError
         When a step has no solution.
     """
-    tableau, fixed, duration = radau(stages), h is not None, end - start
-    t, step, exponent = start, h or min(1e-3 * duration, longest), 1 / (stages + 2)
+    tableau, fixed, duration, exponent = radau(stages), h is not None, times[-1] - times[0], 1 / (stages + 2)
+    t, step = float(times[0]), h or min(1e-3 * duration, longest)
     allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
-    guess = np.zeros((stages, machine.size))
-    angles: Sequence[Array] | None = None
-    before = guess[0]
+    a, angles = np.zeros((stages, machine.size)), None
     if not fixed:
-        before = Step(machine, tableau, t, SHORT * step, v, allowed, angles, guess).solved().a[-1]
-        guess = np.tile(before, (stages, 1))
-    while t < end - 1e-12 * duration:
-        step = min(step, end - t, longest)
-        try:
-            made = Step(machine, tableau, t, step, v, allowed, angles, guess).solved()
-            error = 0.0 if fixed else made.error(before)
-        except SolverError:
-            if fixed or step < 1e-9 * duration:
-                raise
-            made, error = None, np.inf
-        if made is None or error > 1:
-            step *= max(LEAST, SAFETY * error**-exponent)
-            continue
-        yield made
-        t, angles = t + step, [x[-1:] for x in made.measures]
-        q1, v1, a1 = (x[-1] for x in made.at(np.ones(1)))
-        v, before = machine.rebase(q1, v1, a1)
-        guess = np.tile(before, (stages, 1))
-        if not fixed:
-            step *= min(MOST, SAFETY * max(error, 1e-300) ** -exponent)
+        short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
+        a = np.tile(tableau.back @ short.a, (stages, 1))
+    for stop in times[1:]:
+        while t < stop:
+            parts = math.ceil((stop - t) / min(step, longest) - ROUNDING)
+            step, error = (stop - t) / parts, np.inf
+            try:
+                made = Step(machine, tableau, t, step, v, allowed, angles, a).solved()
+                error = 0.0 if fixed else made.error(a[0])
+            except SolverError:
+                if fixed or step < 1e-9 * duration:
+                    raise
+            if error > 1:
+                step *= max(LEAST, SAFETY * error**-exponent)
+                continue
+            yield made
+            t, angles = float(stop) if parts == 1 else t + step, [x[-1:] for x in made.measures]
+            v, last = machine.rebase(*(x[-1] for x in made.at(np.ones(1))))
+            a = np.tile(last, (stages, 1))
+            step = h or step * min(MOST, SAFETY * max(error, 1e-300) ** -exponent)
 
 
 def march(
@@ -274,10 +269,10 @@ def march(
     SolverError
         When a step has no solution.
     """
-    n, rows = machine.n, len(machine.rows)
+    rows = len(machine.rows)
     times, motions, multipliers = [start], [_now(machine, start, v, np.zeros_like(v))], [np.zeros(rows)]
-    for step in steps_in_time(machine, v, start, start + duration, h=h, tolerance=tolerance, stages=stages):
-        state = step.end()
+    for step in steps_in_time(machine, v, np.array([start, start + duration]), h=h, tolerance=tolerance, stages=stages):
+        state = step.at_end()
         m = state.motion
         times.append(float(state.t[0]))
         motions.append(PoseMotion(m.r[0], m.R[0], m.v[0], m.w[0], m.a[0], m.al[0]))
