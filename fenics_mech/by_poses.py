@@ -86,8 +86,9 @@ class Solved:
     @property
     def at_stages(self) -> OfPoses:
         """Give the motion at the stages of all steps, over which a mean is of the order of the steps."""
-        states = (x.reshape(len(self.cycle.t.ravel()), -1) for x in (self.cycle.q, self.cycle.v, self.cycle.a))
-        return OfPoses(self.made, Motion(self.made.machine, self.cycle.t.ravel(), *states))
+        cycle = self.cycle
+        q, v, a = (x.reshape(len(cycle.t.ravel()), -1) for x in (cycle.q, cycle.v, cycle.a))
+        return OfPoses(self.made, Motion(self.made.machine, cycle.t.ravel(), q, v, a))
 
     @cached_property
     def positions(self) -> OfPoses:

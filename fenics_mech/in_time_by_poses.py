@@ -32,7 +32,7 @@ from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of, moved_ends
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion
+from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.of_poses import OfPoses
@@ -223,7 +223,7 @@ def _built(scene: Scene) -> tuple[SceneMachine, Array]:
         freedom, ends = moved_ends(made, name)
         measure = kind_of(scene.joints[name].kind, PLANE).drives[freedom]
         made.machine.terms.append(Followed(ends, measure, part.start or 0.0))
-        lead(held, name, lambda t, start=part.start or 0.0: np.full(len(t), start))  # type: ignore[misc]
+        lead(held, name, values_at(np.zeros(1), np.array([part.start or 0.0])))
     made.machine.forget_plan()
     if scene.freedoms:
         held.machine.chart = _rigid_at(held, np.zeros(1))
@@ -295,7 +295,7 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     t = spacing * np.array([-1.0, 0.0, 1.0]) if smooth else np.zeros(1)
     seconds, value = np.zeros((len(t), count)), np.zeros((len(t), count))
     for k, name in enumerate(scene.freedoms):
-        lead(held, name, lambda at, k=k: value[np.searchsorted(t, at), k])  # type: ignore[misc]
+        lead(held, name, values_at(t, value[:, k]))
     first = second = np.zeros((1, held.machine.n))
 
     def bent(seconds: Array) -> tuple[PoseMotion, Array, Array]:
@@ -305,10 +305,9 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
         for k, part in enumerate(freedoms):
             value[:, k] = (part.start or 0.0) + t * part.rate_at_start + t**2 / 2 * seconds[len(t) // 2, k]
         places, known = held.machine.places, chart.motion
-        for place, turn, rates in ((known.v, known.w, first), (known.a, known.al, second)):
-            of_poses = np.pad(rates, ((0, 0), (0, 1)))[:, places]
-            place += of_poses[..., :2]
-            turn += of_poses[..., 2:]
+        rates, seconds_of = (np.pad(x, ((0, 0), (0, 1)))[:, places] for x in (first, second))
+        known.v, known.w = known.v + rates[..., :2], known.w + rates[..., 2:]
+        known.a, known.al = known.a + seconds_of[..., :2], known.al + seconds_of[..., 2:]
         held.machine.chart = chart
         q, a = (np.array(x) for x in zip(*(equilibrium(held.machine, at, what="the start") for at in t)))
         rows = held.machine.n + len(held.machine.rows)

@@ -216,8 +216,11 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
             raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
     clock = clock_of(scene)
     for number, drive in enumerate(scene.drives):
-        law = law_of(scene, number)
-        made.driven.append(lead(made, drive.joint, lambda t, law=law: law(clock(t))))
+        made.driven.append(lead(made, drive.joint, _by_clock(law_of(scene, number), clock)))
+
+
+def _by_clock(law: Law, clock: Law) -> Law:
+    return lambda t: law(clock(t))
 
 
 def moved_ends(made: SceneMachine, name: str) -> tuple[str, tuple[End, End]]:

@@ -11,6 +11,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import AssemblyError
 from fenics_mech.geometry import PLANE, Given, PoseMotion
 from fenics_mech.machine.assembly import COARSELY_MET, closed, rates_of
+from fenics_mech.machine.drawn_from_scene import Law
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.terms import Beams
@@ -42,8 +43,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places) ->
     machine, led = copy(bodies.machine), value.shape[1]
     still = [row for row in machine.rows if not row.leads]
     given = [
-        replace(row, value=lambda at, k=k: value[np.searchsorted(t, at), k])
-        for k, row in enumerate(row for row in machine.rows if row.leads)
+        replace(row, value=values_at(t, value[:, k])) for k, row in enumerate(row for row in machine.rows if row.leads)
     ]
     machine.rows = [*still, *given]
     machine.forget_plan()
@@ -52,6 +52,11 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places) ->
         raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
     rates = (np.pad(x, ((0, 0), (count - led, 0))) for x in (first, second))
     return Given(t, _of_poses(made, q, *rates_of(machine, t, q, *rates)))
+
+
+def values_at(t: Array, values: Array) -> Law:
+    """Give a law by its values at some instants ``(instants,)``, which it knows alone."""
+    return lambda at: values[np.searchsorted(t, at)]
 
 
 def _driven(made: SceneMachine, t: Array) -> Places:
