@@ -50,9 +50,9 @@ from fenics_mech.solve.held_modes import POSITIONS
 from fenics_mech.terms import Look, Measure, Response, Term
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
-LEAST = 1e-11  # of the machine's extent: tolerance of a step, which Newton's method meets to 1e-14, near to rounding
+SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
-SLOWLY = 1e-3  # of a cycle or motion, by which a slow motion is differentiated; the square of its phase is the error
+SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
 
 
@@ -202,7 +202,7 @@ class InTime:
         """
         made, tolerance = _built(scene)
         machine, analysis = made.machine, scene.analysis
-        tolerance = np.maximum(sharper * analysis.time_tolerance * tolerance, LEAST * machine.extent)
+        tolerance = sharper * analysis.time_tolerance * tolerance
         v = _start(made)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
         steps = steps_in_time(machine, v, times, tolerance=tolerance, stages=analysis.stages, longest=longest)
@@ -245,7 +245,7 @@ def _sizes(machine: Machine, q: Array) -> Array:
     """Give the largest change of a place, or of a turn, for each coordinate ``(coordinates,)``."""
     turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
     most = np.abs(q[:, : machine.n]).max(axis=0)
-    return np.where(turns, most[turns].max(initial=0.0), most[~turns].max(initial=0.0))
+    return np.where(turns, most[turns].max(initial=SMALL), most[~turns].max(initial=SMALL * machine.extent))
 
 
 def _over_cycle(made: SceneMachine) -> tuple[Given, Array]:
@@ -291,7 +291,8 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     """
     scene, held = made.scene, machine_of(made.scene)
     smooth, count = scene.analysis.start == "smooth", len(scene.freedoms)
-    spacing = SLOWLY * scene.period
+    rates = [abs(scene.cycle_rate)] if scene.drives else []
+    spacing = SLOWLY / max(1.0, *rates, *(abs(part.rate_at_start) for part in scene.freedoms.values()))
     t = spacing * np.array([-1.0, 0.0, 1.0]) if smooth else np.zeros(1)
     seconds, value = np.zeros((len(t), count)), np.zeros((len(t), count))
     for k, name in enumerate(scene.freedoms):
@@ -489,7 +490,10 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     if errors is not None and whole.scene.drives:
         uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)[: len(whole.scene.drives)]
         bound = float(uncertain @ np.abs(whole.positions.drive_rates()).mean(axis=0))
-    return balance_of(mean, MEASURE.small_power * passed, bound)
+    exchanged = (
+        float(np.ptp(kinetic_energy(whole.inside.motion))) / duration
+    )  # where nothing drives, energy still moves
+    return balance_of(mean, max(MEASURE.small_power * passed, exchanged), bound)
 
 
 def _stored(motion: Motion) -> Array:

@@ -20,7 +20,7 @@ SAFETY, LEAST, MOST = 0.9, 0.2, 4.0  # of a step's change: Hairer and Wanner, So
 CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
 FIXED = 1e-9  # tolerance of steps of a stated length (m, rad), which only Newton's method has
 ROUNDING = 1e-9  # of a step, by which the last of even ones may be too short
-SHORT = 0.1  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
+SHORT = 1e-2  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
 NAMES = "r", "R", "v", "w", "a", "al"  # of the parts of a motion of poses
 
 
@@ -153,9 +153,10 @@ class Step:
         return self._states(np.array([self.h]), *self.at(np.ones(1)), [x[-1:] for x in self.measures])
 
     def at_start(self) -> States:
-        """Give the poses at its start, with the accelerations and multipliers that the stages lead back to."""
-        still = np.zeros((1, self.machine.size))
-        return self._states(np.zeros(1), still, self.v[None], self.tableau.back @ self.a[None], self.measures)
+        """Give the poses at its start, with the accelerations and multipliers that a short step leads back to."""
+        still, back = np.zeros((1, self.machine.size)), self.tableau.back
+        short = replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
+        return self._states(np.zeros(1), still, self.v[None], (back @ short.a)[None], short.measures)
 
     def _states(self, after: Array, q: Array, v: Array, a: Array, measures: Sequence[Array]) -> States:
         machine, chart, poses = self.machine, self.machine.chart, []
