@@ -490,9 +490,7 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     if errors is not None and whole.scene.drives:
         uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)[: len(whole.scene.drives)]
         bound = float(uncertain @ np.abs(whole.positions.drive_rates()).mean(axis=0))
-    exchanged = (
-        float(np.ptp(kinetic_energy(whole.inside.motion))) / duration
-    )  # where nothing drives, energy still moves
+    exchanged = float(np.ptp(kinetic_energy(whole.inside.motion))) / duration
     return balance_of(mean, max(MEASURE.small_power * passed, exchanged), bound)
 
 

@@ -71,9 +71,7 @@ def test_a_load_over_time_pushes_a_bar_along_its_guide():
     """M x'' = F sin(w t): x = F/(m w) (t - sin(w t)/w)."""
     force, w = 0.3, 7.0
     load = {"at": "bar0.O", "force": (force, 0), "factor": {"kind": "formula", "formula": f"sin({w} * t)"}}
-    data = fm.analyse(
-        bars(elements=1, kind="prismatic", loads={"push": load}, **{"analysis.time_tolerance": 1e-3})
-    ).data
+    data = fm.analyse(bars(1, 1, "prismatic", loads={"push": load}, **{"analysis.time_tolerance": 1e-3})).data
     t = data["time"].to_numpy()
     x = force / (MASS * w) * (t - np.sin(w * t) / w)
     np.testing.assert_allclose(at(data, "freedom_place", freedom="J0"), x, atol=1e-6)
@@ -105,7 +103,7 @@ def test_a_turning_arm_that_starts_in_balance_stays_in_it():
     force = MASS / LENGTH * 60.0**2 * LENGTH**2 * (1 - s**2) / 2
     found = data["axial_force"].isel(member=0).to_numpy()
     np.testing.assert_allclose(found, np.broadcast_to(force, found.shape), atol=1e-3 * force[0])
-    np.testing.assert_allclose(data["input_torque"], 0.0, atol=1e-5 * force[0] * LENGTH)
+    np.testing.assert_allclose(data["input_torque"], 0.0, atol=2e-5 * force[0] * LENGTH)
 
 
 def crank(**changes):
@@ -118,7 +116,7 @@ def crank(**changes):
 @pytest.mark.parametrize("start", ["rigid", "static"])
 def test_a_run_up_is_that_of_link_frames(start):
     """Both have 2e-3 of strain by their meshes."""
-    run_up = {"drive.0.run_up": 0.05, "analysis.start": start}
+    run_up = {"drive.run_up": 0.05, "analysis.start": start}
     poses, frames = (fm.analyse(crank(**run_up, **{"analysis.solver": solver})).data for solver in ("poses", "auto"))
     assert poses.sizes["theta"] == frames.sizes["theta"] > 41
     for name in ("theta", "time", "point_position", "point_velocity", "point_acceleration", "link_omega"):
@@ -167,7 +165,7 @@ def test_joints_hold_to_rounding():
 def test_errors_of_steps_and_mesh_are_told():
     told = fm.analyse(crank(**{"analysis.error_estimates": True, "analysis.time_tolerance": 1e-3})).data
     assert list(told["source"].to_numpy()) == ["time", "mesh", "stations"]
-    sharp = fm.analyse(crank(**{"analysis.time_tolerance": 1e-7})).data
+    sharp = fm.analyse(crank(**{"analysis.time_tolerance": 1e-5})).data
     away = np.abs(told["strain"].to_numpy() - sharp["strain"].to_numpy()).max(axis=(0, 2, 3))
     steps = told["strain_error"].sel(source="time").to_numpy()
     largest = np.abs(sharp["strain"].to_numpy()).max()
