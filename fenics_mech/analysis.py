@@ -15,6 +15,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.in_time_by_poses import in_time_by_poses
 from fenics_mech.joints.dry_friction import creeping
 from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
@@ -101,6 +102,8 @@ def analyse(
         result = rigid_result(scene, state_to_go_on_from(scene, 0), stated)
     elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
         result = by_poses(scene)
+    elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
+        result = in_time_by_poses(scene)
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:

@@ -203,14 +203,34 @@ def estimated(solved: Solved | AtRest) -> Errors:
     UnresolvedError
         When one is too large.
     """
-    here, scene = quantities(solved.positions), solved.scene
-    largest = here.largest
-    measure = measures(scene, largest)
+    here = quantities(solved.positions)
     parts = {source: (quantities(other) - here).largest for source, other in solved.better()}
-    if "theory" in parts:  # beyond its measure a quantity is not known at all
-        parts["theory"] = {name: np.minimum(error, measure[name]) for name, error in parts["theory"].items()}
     if len(here.axial) > 1:
         parts[BETWEEN] = _missed(solved, here)
+    return told(solved.scene, here, parts)
+
+
+def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> Errors:
+    """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    here
+        What the errors are of.
+    parts
+        Errors by source, then by quantity.
+
+    Raises
+    ------
+    UnresolvedError
+        When one is too large.
+    """
+    largest = here.largest
+    measure = measures(scene, largest)
+    if "theory" in parts:  # beyond its measure a quantity is not known at all
+        parts["theory"] = {name: np.minimum(error, measure[name]) for name, error in parts["theory"].items()}
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
     parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
     if not largest["strain"].max(initial=0.0) > STRAINED:
@@ -277,22 +297,18 @@ def _links_of(solved: Solved, modes: Index) -> list[str]:
     return [list(made.scene.links)[i] for i in most]
 
 
-def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
-    """Label what was found.
+def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
+    """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided.
 
     Parameters
     ----------
-    solved
-        The answer.
+    found
+        The answer at the positions.
     errors
         Its errors; None where they are not estimated.
-    stability
-        What is known of disturbances.
     """
-    scene, found = solved.scene, solved.positions
-    links = found.links()
-    efforts = found.efforts()
-    forces = found.joint_forces
+    scene, links = found.made.scene, found.links()
+    efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
     variables: dict[str, Any] = {
         **found.members(),
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
@@ -304,7 +320,6 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
     variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
-    moments = found.joint_moments()
     if moments:
         variables["joint_moment"] = (("theta", "held"), np.stack(list(moments.values()), axis=1))
     labels = {
@@ -321,14 +336,29 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         "point": list(found.traced),
     }
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
-    machine = solved.made.machine
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
-    attributes |= decisions(machine.n, len(found.mesh.cell), _choices(scene, errors))
+    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, errors))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
-    data = data.drop_vars(solved.untold, errors="ignore")
-    parts = [rigid_places(scene, links), motion_of_links(scene, links), stability, mode_speeds(scene)]
-    if efforts and scene.analysis.method != "static":
+    return joined(data, rigid_places(scene, links), motion_of_links(scene, links), mode_speeds(scene))
+
+
+def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
+    """Label what was found.
+
+    Parameters
+    ----------
+    solved
+        The answer.
+    errors
+        Its errors; None where they are not estimated.
+    stability
+        What is known of disturbances.
+    """
+    scene, found = solved.scene, solved.positions
+    data = joined(read_off(found, errors), stability).drop_vars(solved.untold, errors="ignore")
+    parts = []
+    if "drive_effort" in data and scene.analysis.method != "static":
         parts.append(_power(solved, errors))
     if isinstance(solved, Solved):
         parts += [_modes(solved), _without_vibration(solved)]

@@ -113,3 +113,25 @@ class Fourier:
         back = np.swapaxes(R, -1, -2)
         axial = self.geometry.axial
         return PoseMotion(r, R, v, axial(R1 @ back), a, axial(R2 @ back))
+
+
+@dataclass
+class Given:
+    """A motion that is known at some instants alone.
+
+    Parameters
+    ----------
+    t
+        The instants, ascending (s).
+    motion
+        All poses there.
+    """
+
+    t: Array
+    motion: PoseMotion
+    still: bool = False
+
+    def at(self, t: Array) -> PoseMotion:
+        """Give the motion at some of these instants."""
+        which, known = np.searchsorted(self.t, t), self.motion
+        return PoseMotion(*(x[which].copy() for x in (known.r, known.R, known.v, known.w, known.a, known.al)))

@@ -12,7 +12,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
-from fenics_mech.machine.drawn_from_scene import Bodies
+from fenics_mech.machine.drawn_from_scene import Bodies, clock_of
 from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
@@ -166,8 +166,10 @@ def _between(
     numbers = {"ground": 0} | {name: k for k, name in enumerate(scene.links, start=1)}
     turned = bodies.turned[:, numbers[second]] - bodies.turned[:, numbers[first]]
 
+    clock = clock_of(scene)
+
     def near(t: Array) -> Array:
-        share = np.mod(t / scene.period, 1.0) if scene.drives else np.zeros(len(t))
+        share = np.mod(clock(t) / scene.period, 1.0) if scene.drives else np.zeros(len(t))
         return turned[(share * (len(turned) - 1)).astype(int)]
 
     return (at.end(by_body[first]), at.end(by_body[second])), Look.ANGLE, near
@@ -193,5 +195,6 @@ def _factor(scene: Scene, load: Varying) -> Callable[[Array], Array]:
     """Give the factor of a load by time."""
     factor = load.factor
     if not isinstance(factor, StateFactor):
-        return lambda t: load.factor_at(scene.cycle_rate * t)
+        clock = clock_of(scene)
+        return lambda t: load.factor_at(scene.cycle_rate * clock(t))
     return lambda t: factor.of_state(t, np.zeros_like(t), np.zeros_like(t))

@@ -16,6 +16,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TURN
+from fenics_mech.joints import Row
 from fenics_mech.machine.machine import Machine
 from fenics_mech.terms import Look
 
@@ -55,25 +56,38 @@ def _units(machine: Machine) -> Array:
     return units
 
 
-def left_open(machine: Machine, t: float, q: Array) -> tuple[Array, Array]:
-    """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``."""
+def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Array]:
+    """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``.
+
+    `t` is an instant, or one for each position.
+    """
     n, pattern, zero = machine.n, machine.pattern, np.zeros_like(q)
-    found = machine.residual(np.full(len(q), t), q, zero, zero, loads=0.0, moving=False)
+    t = np.broadcast_to(t, len(q))
+    found = machine.residual(t, q, zero, zero, loads=0.0, moving=False)
     row, column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
     by = (row >= n) & (column < n)
     derivatives = np.zeros((len(q), machine.size - n, n))
     derivatives[:, row[by] - n, column[by]] = found.K[:, by]
-    scale = np.full(machine.size - n, machine.arm)
+    sizes = _sizes(machine, t)
+    return found.force[:, n:] / sizes, derivatives * _units(machine) / sizes[..., None]
+
+
+def _sizes(machine: Machine, t: Array) -> Array:
+    """Give the size of every row, by which it is without units ``(instants, rows)``."""
+    sizes = np.full((len(t), machine.size - machine.n), machine.arm)
     for k, one in enumerate(machine.rows):
         if one.measure.look in {Look.ALIGNED, Look.ANGLE}:
-            value = one.value(np.array([t]))[0] if callable(one.value) else one.value
-            scale[k] = 1 + abs(value)  # angles of many turns have fewer digits
-    return found.force[:, n:] / scale, derivatives * _units(machine) / scale[:, None]
+            sizes[:, k] = 1 + np.abs(_value(one, t))  # angles of many turns have fewer digits
+    return sizes
+
+
+def _value(row: Row, t: Array) -> Array:
+    return np.asarray(row.value(t) if callable(row.value) else np.full(len(t), row.value))
 
 
 def closed(
     machine: Machine,
-    t: float,
+    t: float | Array,
     q: Array,
     rows: Index | slice = slice(None),
     columns: Index | None = None,
@@ -86,7 +100,7 @@ def closed(
     machine
         The machine; what its terms and masses do does not count.
     t
-        Instant of its drives (s).
+        Instant of its drives, or one for each position (s).
     q
         Where to begin ``(positions, size)``.
     rows, columns
@@ -101,10 +115,10 @@ def closed(
     """
     q, columns = q.copy(), np.arange(machine.n) if columns is None else columns
     is_turn = np.isin(columns, machine.places[:, machine.geometry.d :])
-    gaps = np.full(len(q), np.inf)
+    gaps, t = np.full(len(q), np.inf), np.broadcast_to(t, len(q))
     going = np.arange(len(q))
     for step in range(most + 1):
-        missed, J = left_open(machine, t, q[going])
+        missed, J = left_open(machine, t[going], q[going])
         gaps[going] = np.abs(missed[:, rows]).max(axis=1, initial=0.0)
         kept = gaps[going] > CLOSED
         going = going[kept]
@@ -115,6 +129,38 @@ def closed(
         change *= np.minimum(1.0, LONGEST / np.maximum(longest, LONGEST))[:, None]
         q[np.ix_(going, columns)] += change * _units(machine)[columns]
     return q, gaps
+
+
+def rates_of(machine: Machine, t: Array, q: Array, first: Array, second: Array) -> tuple[Array, Array]:
+    """Give rates and accelerations of bodies that meet all rows, by those that the rows demand.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart rests.
+    t, q
+        Instants (s) and coordinates there ``(instants, size)``.
+    first, second
+        Rates of the rows' values, and their second rates ``(instants, rows)``.
+
+    Returns
+    -------
+    tuple
+        Rates and accelerations ``(instants, size)`` each.
+    """
+    n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine, t)
+    back = np.linalg.pinv(left_open(machine, t, q)[1], SMALLEST)
+
+    def solved(demanded: Array) -> Array:
+        found = zero.copy()
+        found[:, :n] = (back @ (demanded / sizes)[..., None])[..., 0] * _units(machine)
+        return found
+
+    v = solved(first)
+    values = np.stack([_value(row, t) for row in machine.rows], axis=1)[..., None]
+    measured = machine.row_group.measure(machine.moved(t, q, v, zero), values)
+    of_rates = np.einsum("temn,ten->te", measured.rate_by_variables, measured.ways)
+    return v, solved(second - of_rates)
 
 
 def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]:

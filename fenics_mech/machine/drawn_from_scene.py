@@ -113,6 +113,13 @@ def law_of(scene: Scene, number: int) -> Law:
     return lambda t: drive.jet(rate * t, rate).value
 
 
+def clock_of(scene: Scene) -> Law:
+    """Give by time the time in which drives at full speed come as far (s): both differ by the run-up of a transient."""
+    if scene.analysis.method != "transient" or not scene.drives:
+        return lambda t: t
+    return lambda t: np.asarray(scene.coordinate(t).value / scene.cycle_rate)
+
+
 def _cycle(scene: Scene) -> Array:
     """Give even instants from the start to the end of the cycle, which show what the laws of all drives do (s)."""
     if not scene.drives:

@@ -16,7 +16,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Ride
 from fenics_mech.machine.acting_from_scene import add_acting
-from fenics_mech.machine.drawn_from_scene import bodies_of, law_of
+from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_of, law_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
@@ -46,7 +46,9 @@ class SceneMachine:
     element_ends
         Ends of every element of the mesh.
     end
-        Gives the end at a point, "link.point" or "ground.point".
+        Gives the end at a point, "link.point" or "ground.point", with axes that are turned by an angle (rad).
+    bodies
+        Its links as rigid bodies.
     driven
         Row of every drive.
     acting
@@ -58,7 +60,8 @@ class SceneMachine:
     links: LinkMatrices | None
     node_pose: list[int]
     element_ends: list[tuple[End, End]]
-    end: Callable[[str], End]
+    end: Callable[..., End]
+    bodies: Bodies
     driven: list[int] = field(default_factory=list)
     acting: dict[str, Term] = field(default_factory=dict)
 
@@ -83,7 +86,7 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
     machine, bodies = Machine(PLANE, scene.gravity), bodies_of(scene)
     links = _matrices(scene)
     nodes = _Nodes(scene, machine, None if links is None else links.mesh, bodies.frames())
-    made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end)
+    made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end, bodies)
     _add_joints(made, nodes)
     if links is not None:
         _add_beams(made, links, nodes.frames, inner)
@@ -214,11 +217,26 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
             machine.join(joint.kind, (guide, replace(slide, turn=axes)), name=name)
         elif isinstance(joint, Prismatic) or (joint.member is not None and name in scene.moved_joints):
             raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
+    clock = clock_of(scene)
     for number, drive in enumerate(scene.drives):
-        joint = scene.joints[drive.joint]
-        turn, freedom = (0.0, "angle") if isinstance(joint, Revolute) else (joint.angle, "stroke")
-        ends = nodes.end(joint.connect[0], turn), nodes.end(joint.connect[1], turn)
-        made.driven.append(machine.drive(joint.kind, freedom, ends, law_of(scene, number), drive.joint))
+        made.driven.append(lead(made, drive.joint, _by_clock(law_of(scene, number), clock)))
+
+
+def _by_clock(law: Law, clock: Law) -> Law:
+    return lambda t: law(clock(t))
+
+
+def moved_ends(made: SceneMachine, name: str) -> tuple[str, tuple[End, End]]:
+    """Give the freedom of a joint that a drive may lead, "angle" or "stroke", and its ends."""
+    joint = made.scene.joints[name]
+    turn, freedom = (0.0, "angle") if isinstance(joint, Revolute) else (joint.angle, "stroke")  # type: ignore[union-attr]
+    return freedom, (made.end(joint.connect[0], turn), made.end(joint.connect[1], turn))
+
+
+def lead(made: SceneMachine, name: str, law: Law) -> int:
+    """Lead the angle or the stroke of a joint by a law of time, and give the number of the row."""
+    freedom, ends = moved_ends(made, name)
+    return made.machine.drive(made.scene.joints[name].kind, freedom, ends, law, name)
 
 
 def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]], inner: int) -> None:

@@ -30,6 +30,8 @@ class Motion:
         Whether the chart moves; else only its places count.
     added
         Stresses of every term beside those by its measures; None where there are none.
+    angles
+        Angles near to those of every term, as the residual takes them; None where the terms know.
     """
 
     machine: Machine
@@ -39,11 +41,12 @@ class Motion:
     a: Array
     moving: bool = True
     added: Sequence[Array] | None = None
+    angles: Sequence[Array] | None = None
 
     @cached_property
     def found(self) -> Evaluation:
         """The residual, with tangents; the added stresses are those of its terms, and no forces."""
-        found = self.machine.residual(self.t, self.q, self.v, self.a, moving=self.moving)
+        found = self.machine.residual(self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles)
         if self.added is None:
             return found
         stressed = [
@@ -55,7 +58,7 @@ class Motion:
     @cached_property
     def chart(self) -> Motion:
         """The motion of the chart."""
-        return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a, self.moving)
+        return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a, self.moving, angles=self.angles)
 
     def of_end(self, end: End) -> tuple[Array, ...]:
         """Give place (m), velocity and acceleration of an end, ``(instants, d)`` each."""

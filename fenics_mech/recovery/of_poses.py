@@ -16,6 +16,7 @@ from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import End
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.measured import Measured
@@ -127,10 +128,14 @@ class OfPoses:
 
     # ---- joints and drives ----
     def efforts(self) -> dict[str, Array]:
-        """Give the torque (N m) or force (N) of every drive on the second body of its joint, ``(instants,)``."""
+        """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints.
+
+        They are ``(instants,)`` each.
+        """
         joints = [drive.joint for drive in self.made.scene.drives]
         first = self.motion.machine.n
-        return {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
+        found = {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
+        return found | {name: np.zeros(len(self.motion.t)) for name in self.made.scene.freedoms}  # nothing leads them
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
@@ -264,7 +269,12 @@ class OfPoses:
         drawn = np.array([link.angle for link in scene.links.values()])  # whole turns count from the rough angles
         angle += 2 * np.pi * np.round((drawn - angle[0]) / (2 * np.pi))
         omega, alpha = (chart.moving * x[:, poses, 0] for x in (known.w, known.al))
-        return LinkMotion(scene.cycle_rate * t, t, tuple(origins), r, v, a, angle, omega, alpha)
+        return LinkMotion(self.theta, t, tuple(origins), r, v, a, angle, omega, alpha)
+
+    @cached_property
+    def theta(self) -> Array:
+        """Drive angles (rad), or phases where nothing is driven."""
+        return np.asarray(self.made.scene.cycle_rate * clock_of(self.made.scene)(self.motion.t))
 
     # ---- power ----
     def drive_rates(self) -> Array:
@@ -282,8 +292,11 @@ class OfPoses:
     def powers(self) -> dict[str, Array]:
         """Give what drives, loads and damping give to the machine ``(instants,)`` (W)."""
         machine, found = self.motion.machine, self.motion.found
-        efforts = np.stack(list(self.efforts().values()), axis=1)
-        given = {cause_of_efforts(self.made.scene): np.sum(efforts * self.drive_rates(), axis=1)}
+        given = np.zeros(len(self.motion.t))
+        if drives := len(self.made.driven):
+            efforts = np.stack(list(self.efforts().values())[:drives], axis=1)
+            given = np.sum(efforts * self.drive_rates(), axis=1)
+        by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
         taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, self.measured[0]))
         drag, at = machine.drag, found.at
@@ -295,8 +308,8 @@ class OfPoses:
         taken += [(causes[id(term)], here.power) for term, here in self._acting]
         for name, power in taken:
             if name is not None and power.any():
-                given[name] = given.get(name, 0.0) - power.sum(axis=1)
-        return given
+                by_cause[name] = by_cause.get(name, 0.0) - power.sum(axis=1)
+        return by_cause
 
     # ---- springs and dampers ----
     @property

@@ -2,7 +2,7 @@
 
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
-from fenics_mech.solve.in_time import Course, march
+from fenics_mech.solve.in_time import Course, States, Step, march, steps_in_time
 from fenics_mech.solve.linear import Iterate, StaticIteration, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, Iteration, Path, converged, periodic
 from fenics_mech.solve.rigid import rigid_cycle
@@ -15,7 +15,9 @@ __all__ = [
     "Iterate",
     "Iteration",
     "Path",
+    "States",
     "StaticIteration",
+    "Step",
     "axial_forces",
     "converged",
     "damp_modes",
@@ -29,5 +31,6 @@ __all__ = [
     "quasi_static",
     "rigid_cycle",
     "running_modes",
+    "steps_in_time",
     "tangents_at",
 ]

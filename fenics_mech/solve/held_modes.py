@@ -14,6 +14,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.machine import Machine
 from fenics_mech.terms import ModalDamping
 
+POSITIONS = 36  # of a cycle, at which modes are damped
 ROUNDING = float(np.finfo(float).eps)
 
 
@@ -122,7 +123,13 @@ def followed_modes(machine: Machine, times: Array) -> FollowedModes:
 
 
 def damp_modes(
-    machine: Machine, period: float, ratio: float | Sequence[float], *, fastest: float = 32.0, positions: int = 36
+    machine: Machine,
+    period: float,
+    ratio: float | Sequence[float],
+    *,
+    fastest: float = 32.0,
+    positions: int = POSITIONS,
+    times: Array | None = None,
 ) -> None:
     """Damp the slow modes of a machine by their ratios, in a cycle of its chart.
 
@@ -140,12 +147,14 @@ def damp_modes(
         stiff crank 32 to be within 4e-5.
     positions
         Even positions of the cycle at which the modes are found: with 24 instead of 48 they are within 2e-5.
+    times
+        Instants at which the chart is at these positions; None for even ones from 0 (s).
     """
     beams, term = machine.beams, machine.terms.index(machine.beams)
     group = machine.groups[term]
-    times = period / positions * np.arange(positions)
+    times = period / positions * np.arange(positions) if times is None else times
     modes = [held_modes(machine, t) for t in times]
-    zero = np.zeros((positions, machine.size))
+    zero = np.zeros((len(times), machine.size))
     measured = machine.residual(times, zero, zero, zero, moving=False, tangents=False).terms[term]
     most = fastest * min(omega[0] for omega, _ in modes)
     stated = np.atleast_1d(ratio)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +17,11 @@ from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 4.0  # of a step's change: Hairer and Wanner, Solving ODE II, chapter IV.8
+CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
+FIXED = 1e-9  # tolerance of steps of a stated length (m, rad), which only Newton's method has
+ROUNDING = 1e-9  # of a step, by which the last of even ones may be too short
+SHORT = 1e-2  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
+NAMES = "r", "R", "v", "w", "a", "al"  # of the parts of a motion of poses
 
 
 @dataclass
@@ -29,15 +36,204 @@ class Course:
         Places, rotations, velocities and spins of all poses at these instants.
     multipliers
         ``(instants, rows)``.
-    steps, refused
-        Steps taken and refused.
     """
 
     t: Array
     motion: list[PoseMotion]
     multipliers: Array
-    steps: int
-    refused: int
+
+
+@dataclass(frozen=True)
+class States:
+    """Poses of a machine at some instants, and what stands with their accelerations.
+
+    Parameters
+    ----------
+    t
+        Instants ``(instants,)`` (s).
+    motion
+        All poses there.
+    others
+        Multipliers, and sizes of modes of stress ``(instants, others)``.
+    measures
+        Of every term ``(instants, elements, measures)``: whole turns are counted.
+    """
+
+    t: Array
+    motion: PoseMotion
+    others: Array
+    measures: Sequence[Array]
+
+    @classmethod
+    def joined(cls, parts: Sequence[States]) -> States:
+        """Put states one after the other."""
+        motion = PoseMotion(*(np.concatenate([getattr(x.motion, name) for x in parts]) for name in NAMES))
+        t, others = np.concatenate([x.t for x in parts]), np.concatenate([x.others for x in parts])
+        return cls(t, motion, others, [np.concatenate(of_term) for of_term in zip(*(x.measures for x in parts))])
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step in time from the poses of the machine's chart, which rests.
+
+    Parameters
+    ----------
+    machine, tableau
+        The machine, and the stages.
+    t, h
+        Start and length (s).
+    v
+        Rates at the start ``(size,)``.
+    tolerance
+        Of every coordinate ``(coordinates,)`` (m, rad).
+    angles
+        Measures of every term at the start; None where the terms know.
+    a
+        Accelerations at the stages ``(stages, size)``.
+    measures
+        Measures of every term at the stages.
+    """
+
+    machine: Machine
+    tableau: Tableau
+    t: float
+    h: float
+    v: Array
+    tolerance: Array
+    angles: Sequence[Array] | None
+    a: Array
+    measures: Sequence[Array] = ()
+
+    def at(self, s: Array) -> tuple[Array, Array, Array]:
+        """Give coordinates, rates and accelerations at shares of the step ``(shares, size)`` each."""
+        tableau, h, n = self.tableau, self.h, self.machine.n
+        values, integrals = tableau.at(s)
+        q = h * s[:, None] * self.v + h * h * integrals @ (tableau.A @ self.a)
+        v = self.v + h * integrals @ self.a
+        q[:, n:] = v[:, n:] = 0.0
+        return q, v, values @ self.a
+
+    def solved(self) -> Step:
+        """Solve it by Newton's method from the accelerations that it has.
+
+        Raises
+        ------
+        SolverError
+            When it has no solution.
+        """
+        machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
+        a, size, stages = self.a, machine.size, len(tableau.c)
+        instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
+        near = None if self.angles is None else [np.broadcast_to(x, (stages, *x.shape[1:])) for x in self.angles]
+        measures: list[Array] = []
+
+        def step() -> float:
+            nonlocal stresses, a
+            q, v, _ = replace(self, a=a).at(tableau.c)
+            found = machine.residual(instants, q, v, a, predicted=stresses, angles=near)
+            measures[:] = [term.x for term in found.terms]
+            matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
+            da = Factors(blocks, matrix, f"step at {self.t:.6g} s").solve(-found.force.T.ravel())
+            da = da.reshape(size, stages).T
+            a = a + da
+            dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
+            dq[:, n:] = dv[:, n:] = 0.0
+            stresses = predicted(machine, found, dq, dv, da)
+            return float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0))
+
+        newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
+        return replace(self, a=a, measures=measures)
+
+    def at_stages(self) -> States:
+        """Give the poses at its stages."""
+        return self._states(self.h * self.tableau.c, *self.at(self.tableau.c), self.measures)
+
+    def at_end(self) -> States:
+        """Give the poses at its end."""
+        return self._states(np.array([self.h]), *self.at(np.ones(1)), [x[-1:] for x in self.measures])
+
+    def at_start(self) -> States:
+        """Give the poses at its start, with the accelerations and multipliers that a short step leads back to."""
+        still, back = np.zeros((1, self.machine.size)), self.tableau.back
+        short = replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
+        return self._states(np.zeros(1), still, self.v[None], (back @ short.a)[None], short.measures)
+
+    def _states(self, after: Array, q: Array, v: Array, a: Array, measures: Sequence[Array]) -> States:
+        machine, chart, poses = self.machine, self.machine.chart, []
+        for k, t in enumerate(self.t + after):
+            poses.append(_now(machine, t, *machine.rebase(q[k], v[k], a[k])))
+            machine.chart = chart
+        motion = PoseMotion(*(np.array([getattr(x, name) for x in poses]) for name in NAMES))
+        return States(self.t + after, motion, a[:, machine.n :], [x[: len(after)] for x in measures])
+
+    def error(self, before: Array) -> float:
+        """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
+        n, tableau = self.machine.n, self.tableau
+        missed = (tableau.back @ self.a - before)[:n] / self.tolerance
+        return float(tableau.inside * self.h**2 * np.abs(missed).max(initial=0.0))
+
+
+def steps_in_time(
+    machine: Machine,
+    v: Array,
+    times: Array,
+    *,
+    h: float | None = None,
+    tolerance: Array | float = 1e-6,
+    stages: int = 3,
+    longest: float = np.inf,
+) -> Iterator[Step]:
+    """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
+
+    A step ends at each of the stated instants. There the equation is fulfilled, and between the stages it is not.
+
+    Parameters
+    ----------
+    machine
+        The machine; its chart rests.
+    v
+        Rates at the start ``(size,)``.
+    times
+        The start, and instants at which a step ends, ascending (s).
+    h
+        Longest step (s), where steps are not chosen; None to choose them.
+    tolerance
+        Largest error of a coordinate in a step (m, rad), of all or of each ``(coordinates,)``, where steps are chosen.
+    stages
+        Stages of a step.
+    longest
+        Longest step where steps are chosen (s).
+
+    Raises
+    ------
+    SolverError
+        When a step has no solution.
+    """
+    tableau, fixed, duration, exponent = radau(stages), h is not None, times[-1] - times[0], 1 / (stages + 2)
+    t, step = float(times[0]), h or min(1e-3 * duration, longest)
+    allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
+    a, angles = np.zeros((stages, machine.size)), None
+    if not fixed:
+        short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
+        a = np.tile(tableau.back @ short.a, (stages, 1))
+    for stop in times[1:]:
+        while t < stop:
+            parts = math.ceil((stop - t) / min(step, longest) - ROUNDING)
+            step, error = (stop - t) / parts, np.inf
+            try:
+                made = Step(machine, tableau, t, step, v, allowed, angles, a).solved()
+                error = 0.0 if fixed else made.error(a[0])
+            except SolverError:
+                if fixed or step < 1e-9 * duration:
+                    raise
+            if error > 1:
+                step *= max(LEAST, SAFETY * error**-exponent)
+                continue
+            yield made
+            t, angles = float(stop) if parts == 1 else t + step, [x[-1:] for x in made.measures]
+            v, last = machine.rebase(*(x[-1] for x in made.at(np.ones(1))))
+            a = np.tile(last, (stages, 1))
+            step = h or step * min(MOST, SAFETY * max(error, 1e-300) ** -exponent)
 
 
 def march(
@@ -74,86 +270,20 @@ def march(
     SolverError
         When a step has no solution.
     """
-    tableau, n = radau(stages), machine.n
-    fixed, t, end = h is not None, start, start + duration
-    step = h if h is not None else min(duration / 100, 1e-3 * duration)
-    before: Array | None = None  # acceleration at the end of the last step
-    times, motion, multipliers = [t], [_now(machine, t, v)], [np.zeros(len(machine.rows))]
-    refused, angles = 0, None
-    while t < end - 1e-12 * duration:
-        step = min(step, end - t)
-        try:
-            a, q1, v1, ahead = _step(
-                machine, tableau, t, step, v, before, 1e-3 * tolerance if not fixed else 1e-12, angles
-            )
-            error = 0.0 if fixed else _error(tableau, step, a, before, n)
-        except SolverError:
-            if fixed or step < 1e-9 * duration:
-                raise
-            error = np.inf
-        if error > tolerance:
-            step *= max(LEAST, SAFETY * (tolerance / error) ** (1 / (stages + 2)))
-            refused += 1
-            continue
-        t, angles = t + step, ahead
-        v, before = machine.rebase(q1, v1, a[-1])
-        times.append(t)
-        motion.append(_now(machine, t, v))
-        multipliers.append(before[n : n + len(machine.rows)])
-        if not fixed:
-            step *= min(MOST, SAFETY * (tolerance / max(error, 1e-300)) ** (1 / (stages + 2)))
-    return Course(np.array(times), motion, np.array(multipliers), len(times) - 1, refused)
+    rows = len(machine.rows)
+    times, motions, multipliers = [start], [_now(machine, start, v, np.zeros_like(v))], [np.zeros(rows)]
+    for step in steps_in_time(machine, v, np.array([start, start + duration]), h=h, tolerance=tolerance, stages=stages):
+        state = step.at_end()
+        m = state.motion
+        times.append(float(state.t[0]))
+        motions.append(PoseMotion(m.r[0], m.R[0], m.v[0], m.w[0], m.a[0], m.al[0]))
+        multipliers.append(state.others[0, :rows])
+    return Course(np.array(times), motions, np.array(multipliers))
 
 
-def _step(
-    machine: Machine,
-    tableau: Tableau,
-    t: float,
-    h: float,
-    v: Array,
-    before: Array | None,
-    tolerance: float,
-    angles: list[Array] | None,
-) -> tuple[Array, Array, Array, list[Array]]:
-    """Solve a step from the chart: accelerations at its stages, coordinates and rates at its end."""
-    n, size, stages = machine.n, machine.size, len(tableau.c)
-    a = np.tile(np.zeros(size) if before is None else before, (stages, 1))
-    instants, stresses = t + h * tableau.c, None
-    ends: list[Array] = []
-
-    def step() -> float:
-        nonlocal stresses, a
-        q = h * tableau.c[:, None] * v + h * h * tableau.square @ a
-        rate = v + h * tableau.A @ a
-        q[:, n:] = rate[:, n:] = 0.0
-        near = None if angles is None else [np.broadcast_to(x, (stages, *x.shape[1:])) for x in angles]
-        found = machine.residual(instants, q, rate, a, predicted=stresses, angles=near)
-        ends[:] = [term.x[-1:] for term in found.terms]
-        matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
-        factors = Factors(blocks_of(machine.pattern, stages), matrix, f"step at {t:.6g} s")
-        da = factors.solve(-found.force.T.ravel()).reshape(size, stages).T
-        a = a + da
-        dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
-        dq[:, n:] = dv[:, n:] = 0.0
-        stresses = predicted(machine, found, dq, dv, da)
-        return float(np.abs(dq).max())
-
-    newton(step, tolerance, 15, f"step at {t:.6g} s")
-    q, rate = h * v + h * h * (tableau.square @ a)[-1], v + h * (tableau.A @ a)[-1]
-    q[n:] = rate[n:] = 0.0
-    return a, q, rate, ends
-
-
-def _error(tableau: Tableau, h: float, a: Array, before: Array | None, n: int) -> float:
-    """Bound the error of the coordinates inside a step by what the acceleration misses at its start."""
-    if before is None:
-        return 0.0
-    return float(tableau.inside * h * h * np.abs(tableau.back @ a[:, :n] - before[:n]).max())
-
-
-def _now(machine: Machine, t: float, v: Array) -> PoseMotion:
-    """Give places, rotations, velocities and spins of the poses of the chart."""
+def _now(machine: Machine, t: float, v: Array, a: Array) -> PoseMotion:
+    """Give places, rotations, velocities, spins and their rates of the poses of the chart."""
     at = machine.known.at(np.array([t]))
-    V = np.append(v, 0.0)[machine.places]
+    V, A = (np.append(x[: machine.n], 0.0)[machine.places] for x in (v, a))
     d = machine.geometry.d
-    return PoseMotion(at.r[0], at.R[0], at.v[0] + V[:, :d], at.w[0] + V[:, d:], at.a[0], at.al[0])
+    return PoseMotion(at.r[0], at.R[0], at.v[0] + V[:, :d], at.w[0] + V[:, d:], at.a[0] + A[:, :d], at.al[0] + A[:, d:])

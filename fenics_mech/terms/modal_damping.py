@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,12 +28,15 @@ class ModalDamping:
         P between these patterns, over time: ``(harmonics,)`` (1/s) and ``(harmonics, patterns, patterns)``.
     modes
         Modes at each instant.
+    clock
+        Time in the cycle by time; None where both are one.
     """
 
     patterns: Array
     exponents: Complex
     coefficients: Complex
     modes: int
+    clock: Callable[[Array], Array] | None = None
 
     @classmethod
     def of(cls, stiffness: Array, strains: Sequence[Array], lags: Sequence[Array], period: float) -> ModalDamping:
@@ -65,6 +68,7 @@ class ModalDamping:
 
     def at(self, t: Array) -> Array:
         """Give E, with E E^T = P, at some instants: ``(instants, elements, strains, modes)``."""
+        t = t if self.clock is None else self.clock(t)
         between = np.tensordot(np.exp(np.outer(t, self.exponents)), self.coefficients, 1).real
         values, vectors = np.linalg.eigh(between)
         roots = vectors[..., -self.modes :] * np.sqrt(np.maximum(values[:, None, -self.modes :], 0.0))

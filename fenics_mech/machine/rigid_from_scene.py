@@ -1,0 +1,128 @@
+"""The motion of a scene's links where they do not bend, as a chart of its machine, near to a motion that is known."""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.errors import AssemblyError
+from fenics_mech.geometry import PLANE, Given, PoseMotion
+from fenics_mech.machine.assembly import COARSELY_MET, closed, rates_of
+from fenics_mech.machine.drawn_from_scene import Law
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.scene.formulas.expression import Jet
+from fenics_mech.terms import Beams
+
+Places = tuple[Array, Array, Array]  # of freedoms, and two derivatives by time ``(instants, freedoms)`` each
+
+
+def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places) -> Given:
+    """Give the motion of all poses as if each were fixed to its link, and links did not bend.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    t
+        Instants, ascending (s).
+    near
+        Coordinates of the links as bodies near to those that are sought ``(instants, size)``.
+    freedoms
+        Angles and strokes of the freedoms, and two derivatives by time.
+
+    Raises
+    ------
+    AssemblyError
+        When the links do not come together there.
+    """
+    bodies, count = made.bodies, len(made.bodies.machine.rows)
+    value, first, second = (np.hstack(pair) for pair in zip(_driven(made, t), freedoms))
+    machine, led = copy(bodies.machine), value.shape[1]
+    still = [row for row in machine.rows if not row.leads]
+    given = [
+        replace(row, value=values_at(t, value[:, k])) for k, row in enumerate(row for row in machine.rows if row.leads)
+    ]
+    machine.rows = [*still, *given]
+    machine.forget_plan()
+    q, gaps = closed(machine, t, near)
+    if (gaps > COARSELY_MET).any():
+        raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
+    rates = (np.pad(x, ((0, 0), (count - led, 0))) for x in (first, second))
+    return Given(t, _of_poses(made, q, *rates_of(machine, t, q, *rates)))
+
+
+def values_at(t: Array, values: Array) -> Law:
+    """Give a law by its values at some instants ``(instants,)``, which it knows alone."""
+    return lambda at: values[np.searchsorted(t, at)]
+
+
+def _driven(made: SceneMachine, t: Array) -> Places:
+    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each."""
+    scene = made.scene
+    if not scene.drives:
+        return (np.zeros((len(t), 0)),) * 3
+    theta = scene.coordinate(t)
+    jets = [drive.jet(theta.value, scene.cycle_rate) for drive in scene.drives]
+    chained = [
+        Jet(jet.value, jet.first * theta.first, jet.second * theta.first**2 + jet.first * theta.second) for jet in jets
+    ]
+    return tuple(np.stack(part, axis=1) for part in zip(*((x.value, x.first, x.second) for x in chained)))  # type: ignore[return-value]
+
+
+def links_of_poses(made: SceneMachine) -> Index:
+    """Give the link that every pose of a machine is fixed to where links do not bend, -1 for the ground."""
+    names, machine = list(made.scene.links), made.machine
+    found = np.full(len(machine.r), -1)
+    for number, name in enumerate(names):
+        for point in made.scene.links[name].points:
+            found[made.end(f"{name}.{point}").pose] = number
+    if made.links is not None:
+        mesh = made.links.mesh
+        found[made.node_pose] = mesh.node_link
+        for term in machine.terms:
+            if isinstance(term, Beams):
+                for inside, member in zip(term.inside, mesh.cell_member):
+                    found[list(inside)] = mesh.member_link[member]
+    found[machine.ground] = -1
+    return found
+
+
+def _of_poses(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMotion:
+    """Give the motion of all poses by coordinates, rates and accelerations of the links as bodies."""
+    bodies, machine = made.bodies, made.machine
+    count, drawn = len(made.scene.links), made.bodies.frames()
+    of_links = [x[:, : 3 * count].reshape(len(x), count, 3) for x in (q, v, a)]
+    place = np.array(bodies.machine.r)[1:] + of_links[0][..., :2]
+    axes = PLANE.turn(bodies.angles[:, None] + of_links[0][..., 2:])
+    whole = [np.zeros((len(q), len(machine.r), *shape)) for shape in ((2,), (2, 2), (2,), (1,), (2,), (1,))]
+    r, R, velocity, w, acceleration, al = whole
+    r[:], R[:] = np.array(machine.r), np.array(machine.R)
+    for pose, link in enumerate(links_of_poses(made)):
+        if link < 0:
+            continue
+        origin, own = drawn[list(made.scene.links)[link]]
+        arm = axes[:, link] @ (own.T @ (machine.r[pose] - origin))
+        across = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+        _, rates, seconds = (x[:, link] for x in of_links)
+        r[:, pose], R[:, pose] = place[:, link] + arm, axes[:, link] @ (own.T @ machine.R[pose])
+        w[:, pose], al[:, pose] = rates[:, 2:], seconds[:, 2:]
+        velocity[:, pose] = rates[:, :2] + rates[:, 2:] * across
+        acceleration[:, pose] = seconds[:, :2] + seconds[:, 2:] * across - rates[:, 2:] ** 2 * arm
+    return PoseMotion(r, R, velocity, w, acceleration, al)
+
+
+def near_links(made: SceneMachine, motion: PoseMotion) -> Array:
+    """Give coordinates of the links as bodies where the first point of each is in a motion ``(instants, size)``."""
+    bodies, scene = made.bodies, made.scene
+    q = np.zeros((len(motion.r), bodies.machine.size))
+    for k, (name, link) in enumerate(scene.links.items()):
+        point, at = next(iter(link.points.items()))
+        end = made.end(f"{name}.{point}")
+        axes = motion.R[:, end.pose] @ end.turn
+        place = motion.r[:, end.pose] + motion.R[:, end.pose] @ end.offset - axes @ np.array(at)
+        q[:, 3 * k : 3 * k + 2] = place - bodies.machine.r[k + 1]
+        q[:, 3 * k + 2] = np.arctan2(axes[:, 1, 0], axes[:, 0, 0]) - bodies.angles[k]
+    return q
