@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
-from fenics_mech.by_poses import by_poses
+from fenics_mech.by_poses import RefinedByPoses, by_poses
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
@@ -21,7 +21,7 @@ from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.answer_remarks import answer_remarks
-from fenics_mech.planning.effect_choice import rungs, sized, suffices, theory_share
+from fenics_mech.planning.effect_choice import Rung, rungs, sized, suffices, theory_share
 from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state, state_to_go_on_from
@@ -101,7 +101,7 @@ def analyse(
         progress("response")
         result = rigid_result(scene, state_to_go_on_from(scene, 0), stated)
     elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
-        result = by_poses(scene)
+        result = by_poses(scene) if scene.tolerance is None else within(scene, RefinedByPoses(scene.effects == "auto"))
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
         result = in_time_by_poses(scene)
     elif scene.tolerance is not None:
@@ -237,6 +237,10 @@ class RefinedAnalysis:
     common: CommonParts
     theory: bool
     _last: _Trial | None = None
+
+    def theories(self, scene: Scene) -> list[Rung]:
+        """Give a scene with the effects of each theory that may answer it."""
+        return rungs(scene, self.common)
 
     def analyse(self, trial: Scene, choices: Sequence[Choice]) -> Result:
         """Analyse a scene as it states, and give as much as tells whether it is within its tolerance.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.motion import Motion
-from fenics_mech.planning.effect_choice import CHOICE
+from fenics_mech.planning.effect_choice import CHOICE, Rung
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
@@ -77,6 +77,46 @@ def by_poses(scene: Scene) -> Result:
     return collected(solved, errors, stability)
 
 
+@dataclass
+class RefinedByPoses:
+    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`.
+
+    Parameters
+    ----------
+    choosing
+        Whether a linear theory may answer.
+    """
+
+    choosing: bool
+    _last: tuple[Solved | AtRest, Errors] | None = None
+    _stability: xr.Dataset = field(default_factory=xr.Dataset)
+
+    def theories(self, scene: Scene) -> list[Rung]:
+        """Give a scene with its effects: `solution` finds out whether a linear theory suffices."""
+        return [(planned(scene), ())]
+
+    def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
+        """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
+        solved = solution(trial, self.choosing)
+        errors = estimated(solved)
+        self._last = solved, errors
+        return Result.with_scene(solved.scene, joined(read_off(solved.positions, errors), of_errors(errors).dataset()))
+
+    def judge(self, allow_unstable: bool) -> None:
+        """Raise `SolverError` where the last motion is unstable and may not be so."""
+        assert self._last is not None
+        if isinstance(solved := self._last[0], Solved):
+            self._stability = _stability(solved)
+
+    def refuse_missed(self, allow_coarse: bool) -> None:
+        """Let the last trial pass: what its positions miss is in the errors that it was chosen by."""
+
+    def whole(self) -> Result:
+        """Give the whole result of the last trial."""
+        assert self._last is not None
+        return collected(*self._last, self._stability)
+
+
 COUPLED = "coupling"  # effect that acts in every motion of poses
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
 NOT_YET = ("inextensible", "lumped-mass", "motor")
@@ -93,15 +133,9 @@ def planned(scene: Scene) -> Scene:
     Raises
     ------
     SceneError
-        When it lists effects that the equation has not yet, or leaves out those that it always has. When it has a
-        tolerance, or asks for other points in a step.
+        When it lists effects that the equation has not yet, leaves out those that it always has, or asks for other
+        points in a step.
     """
-    if scene.tolerance is not None:
-        raise SceneError(
-            "solver = 'poses' does not choose mesh and steps for a tolerance yet",
-            place="tolerance",
-            hint="Leave it out, and read the errors that are told, or write solver = 'collocation'",
-        )
     if scene.analysis.scheme != "radau":
         raise SceneError("solver = 'poses' has the points 'radau' alone", place="analysis.scheme")
     if scene.effects == "auto":
@@ -340,7 +374,7 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
     attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, errors))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
-    return joined(data, rigid_places(scene, links), motion_of_links(scene, links), mode_speeds(scene))
+    return joined(data, rigid_places(scene, links), motion_of_links(scene, links))
 
 
 def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
@@ -356,7 +390,7 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         What is known of disturbances.
     """
     scene, found = solved.scene, solved.positions
-    data = joined(read_off(found, errors), stability).drop_vars(solved.untold, errors="ignore")
+    data = joined(read_off(found, errors), stability, mode_speeds(scene)).drop_vars(solved.untold, errors="ignore")
     parts = []
     if "drive_effort" in data and scene.analysis.method != "static":
         parts.append(_power(solved, errors))

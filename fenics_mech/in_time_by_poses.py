@@ -33,6 +33,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
+from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
@@ -451,6 +452,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
         _power(whole, errors),
         _of_freedoms(found),
         residual_vibration(scene, data),
+        mode_speeds(scene),
         *([] if errors is None else [of_errors(errors).dataset()]),
     ]
     data = joined(data, *parts)

@@ -35,7 +35,12 @@ class DiscretisationLimits:
 
 REFINE = DiscretisationLimits()
 
-TAKEN = {"solver": ("auto", "collocation"), "scheme": ("radau",), "stages": (3, REFINE.stages)}  # or the default
+# what a scene may state beside a tolerance: what it takes, or the default
+TAKEN = {
+    "solver": ("auto", "collocation", "poses"),
+    "scheme": ("radau",),
+    "stages": (3, REFINE.stages),
+}  # or the default
 NUMBERS = {
     "time": "sub_intervals",
     "positions": "sub_intervals",
@@ -80,7 +85,8 @@ class Discretisation:
         """
         values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
-            values |= {"solver": "collocation", "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}
+            solver = "poses" if scene.analysis.solver == "poses" else "collocation"
+            values |= {"solver": solver, "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}
         changes = {f"analysis__{name}": value for name, value in values.items()}
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 

@@ -17,7 +17,7 @@ from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, perc
 from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
 from fenics_mech.planning.answer_remarks import WORDS
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
-from fenics_mech.planning.effect_choice import CHOICE, rungs, sized, suffices, theory_share
+from fenics_mech.planning.effect_choice import CHOICE, Rung, sized, suffices, theory_share
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import BETWEEN, PEAK, PEAKS, doubts
@@ -32,6 +32,9 @@ logger = logging.getLogger(__name__)
 
 class Analyser(Protocol):
     """Analyses with one discretisation after the other, of which the last one is kept."""
+
+    def theories(self, scene: Scene) -> list[Rung]:
+        """Give a scene with the effects of each theory that may answer it, from the least exact to the most."""
 
     def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
         """Analyse a scene as it states, and give as much as tells whether it is within its tolerance."""
@@ -102,7 +105,7 @@ def within(
     """
     refuse_stated(scene)
     common = common or CommonParts()
-    theories = rungs(scene, common)
+    theories = analyser.theories(scene)
     chosen, choices = theories.pop(0)
     refuse_unknown(chosen)
     discretisation, trials, judged = _start(chosen, common), list[Trial](), False
@@ -338,7 +341,7 @@ def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:
     analysis, alone = scene.analysis, list(scene.tolerances) == ["strain"]
     parts = [f"{result.data.attrs['elements']} elements"]
     if analysis.method == "periodic":
-        parts.insert(0, f"collocation in {analysis.sub_intervals} sub_intervals")
+        parts.insert(0, f"{analysis.solver} in {analysis.sub_intervals} sub_intervals")
     parts.append(f"{analysis.stations} stations")
     met = " and ".join(f"{WORDS[what]} to {percent(most)}" for what, most in scene.tolerances.items())
     least = "; ".join(
