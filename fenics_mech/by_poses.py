@@ -22,6 +22,7 @@ from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.motion import Motion
 from fenics_mech.planning.effect_choice import CHOICE, Rung
 from fenics_mech.recovery.balance import balance_of
@@ -119,7 +120,7 @@ class RefinedByPoses:
 
 COUPLED = "coupling"  # effect that acts in every motion of poses
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-NOT_YET = ("inextensible", "lumped-mass", "motor")
+NOT_YET = ("inextensible", "lumped-mass")
 
 
 def planned(scene: Scene) -> Scene:
@@ -154,6 +155,12 @@ def planned(scene: Scene) -> Scene:
             place="effects",
             hint="Add 'coupling', or write solver = 'sub-intervals'",
         )
+    if "motor" in acting and EXACT not in acting:
+        raise SceneError(
+            f"where a motor's shaft twists, the equation of poses has exact strains alone, and {EXACT!r} is not listed",
+            place="effects",
+            hint=f"Add {EXACT!r}, or write solver = 'collocation'",
+        )
     if STIFFENED in acting and scene.analysis.tension == "settled":
         raise SceneError(
             "the axial forces of the equation of poses are those of the static answer, or exact",
@@ -180,7 +187,7 @@ def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
     """
     periodic = scene.analysis.method == "periodic"
     linear: type[LinearCycle | AtRest] = LinearCycle if periodic else AtRest
-    if choosing:
+    if choosing and not any(drive.motor for drive in scene.drives):
         effects = tuple(STIFFENED if name == EXACT else name for name in scene.effects)
         try:
             found = linear.of(scene.changed(effects=effects))
@@ -394,6 +401,8 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
     parts = []
     if "drive_effort" in data and scene.analysis.method != "static":
         parts.append(_power(solved, errors))
+    if found.shaft is not None:
+        parts.append(_shaft(found))
     if isinstance(solved, Solved):
         parts += [_modes(solved), _without_vibration(solved)]
     if errors is not None:
@@ -425,6 +434,15 @@ def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
     return found.assign_attrs(energy_fluctuation=float(np.ptp(stored)))
+
+
+def _shaft(found: OfPoses) -> xr.Dataset:
+    """Give how far a motor's crank is ahead of its drive, its rate, and the range of that over its mean."""
+    assert found.shaft is not None
+    law = law_of(found.made.scene, 0)(found.motion.t)
+    ahead, rate = found.shaft.x[:, 0, 0] - law, found.shaft.rate[:, 0, 0]
+    figures = {"speed_fluctuation": float(np.ptp(rate) / abs(rate.mean()))}
+    return xr.Dataset({"drive_twist": ("theta", ahead), "drive_rate": ("theta", rate)}, attrs=figures)
 
 
 def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: float) -> xr.Dataset:

@@ -29,7 +29,7 @@ from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of, moved_ends
-from fenics_mech.machine.motion import Motion
+from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
@@ -278,7 +278,7 @@ def _start(made: SceneMachine) -> Array:
     else:
         known, q = _slow_start(made)
     machine.chart = Rest(PLANE, known.r[0], known.R[0])
-    v = _coordinates(machine, known.v, known.w)[0]
+    v = coordinates(machine, known.v, known.w)[0]
     return machine.rebase(q, v, np.zeros_like(v))[0]
 
 
@@ -325,13 +325,6 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     middle = slice(len(t) // 2, len(t) // 2 + 1)
     known = PoseMotion(*(x[middle] for x in (known.r, known.R, known.v, known.w, known.a, known.al)))
     return known, np.append(q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n))
-
-
-def _coordinates(machine: Machine, places: Array, turns: Array) -> Array:
-    """Give the coordinates, or their rates, by those of all poses ``(instants, poses, 2)`` and ``(..., 1)``."""
-    found, there = np.zeros((len(places), machine.size)), machine.places >= 0
-    found[:, machine.places[there]] = np.concatenate([places, turns], axis=-1)[:, there]
-    return found
 
 
 class _Taken:
@@ -384,34 +377,13 @@ class _Taken:
 
     def _beside(self, states: States) -> OfTime:
         """Give a motion beside the rigid one."""
-        alone, mine = self._alone(states).motion, states.motion
-        followed = [
-            (here, alone.machine.groups[k])
-            for k, (here, term) in enumerate(zip(alone.found.terms, alone.machine.terms))
-            if isinstance(term, Followed)
-        ]
-        seconds = np.concatenate([mine.a, mine.al], axis=-1)
-        of_freedoms = [
-            (
-                here.x[:, 0, 0],
-                here.rate[:, 0, 0],
-                np.einsum("tn,tn->t", here.gradient[:, 0, 0], group.variables_of(seconds)[:, 0])
-                + np.einsum("tn,tn->t", here.rate_by_variables[:, 0, 0], here.ways[:, 0]),
-            )
-            for here, group in followed
-        ]
+        alone = self._alone(states).motion
+        followed = [k for k, term in enumerate(alone.machine.terms) if isinstance(term, Followed)]
         none = (np.zeros((len(states.t), 0)),) * 3
-        places = tuple(np.stack(part, axis=1) for part in zip(*of_freedoms)) if followed else none
-        rigid = rigid_motion(self.made, states.t, near_links(self.made, mine), places)  # type: ignore[arg-type]
-        machine, chart = copy(self.made.machine), rigid.motion
-        machine.chart = rigid
-        turned = PLANE.vector(mine.R @ np.swapaxes(chart.R, -1, -2))
-        q = _coordinates(machine, mine.r - chart.r, turned)
-        v = _coordinates(machine, mine.v - chart.v, mine.w - chart.w)
-        a = _coordinates(machine, mine.a - chart.a, mine.al - chart.al)
-        a[:, machine.n :] = states.others
-        motion = Motion(machine, states.t, q, v, a, angles=states.measures)
-        return OfTime(replace(self.made, machine=machine), motion, places)  # type: ignore[arg-type]
+        places = tuple(np.stack(part, axis=1) for part in zip(*map(alone.jet, followed))) if followed else none
+        rigid = rigid_motion(self.made, states.t, near_links(self.made, states.motion), places)  # type: ignore[arg-type]
+        motion = alone.beside(rigid)
+        return OfTime(replace(self.made, machine=motion.machine), motion, places)  # type: ignore[arg-type]
 
     def whole(self) -> InTime:
         """Give the motion."""

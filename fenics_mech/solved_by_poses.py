@@ -14,11 +14,13 @@ from fenics_mech._constants import TURN
 from fenics_mech.errors import SolverError
 from fenics_mech.estimate import finer_mesh, finer_steps
 from fenics_mech.machine import Machine
+from fenics_mech.machine.acting_from_scene import SHAFT
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.motion import LinearMotion, Motion
+from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Drive, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import (
@@ -43,10 +45,15 @@ def built(scene: Scene) -> SceneMachine:
     """Build a machine that is damped, with the motion of its rigid links as chart."""
     made = machine_of(scene)
     if scene.drives:
-        made.machine.chart = rigid_cycle(made.machine, scene.period)
+        led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
+        made.machine.chart = rigid_cycle(led.machine, scene.period)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
+
+
+def _without_motor(drive: Drive) -> Drive:
+    return drive.model_copy(update={"motor": None})
 
 
 def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
@@ -101,7 +108,13 @@ class Solved:
         return cls(scene, made, periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
-        return OfPoses(self.made, Motion(self.made.machine, t, q, v, a))
+        motion = Motion(self.made.machine, t, q, v, a)
+        if SHAFT in self.made.acting:  # deflections are measured from where the crank is, and not its drive
+            crank = motion.jet(motion.machine.terms.index(self.made.acting[SHAFT]))
+            near, none = near_links(self.made, motion.poses), (np.zeros((len(t), 0)),) * 3
+            drives = crank[0][:, None], crank[1][:, None], crank[2][:, None]
+            motion = motion.beside(rigid_motion(self.made, t, near, none, drives))
+        return OfPoses(replace(self.made, machine=motion.machine), motion)
 
     def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
         """Give instants, coordinates, rates and accelerations at a share of every sub-interval."""

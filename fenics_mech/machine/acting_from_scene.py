@@ -12,7 +12,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
-from fenics_mech.machine.drawn_from_scene import Bodies, clock_of
+from fenics_mech.machine.drawn_from_scene import Bodies, clock_of, law_of
 from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
@@ -20,7 +20,21 @@ from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
 from fenics_mech.scene.joints import Prismatic, Slot
 from fenics_mech.scene.springs_dampers import Hinge, HingeSpring, Line
 from fenics_mech.scene.state_factors import FactorFormula, StateFactor
-from fenics_mech.terms import AirForce, AlongBeams, Damper, LineForce, Look, Measure, OverState, PointLoad, Spring, Term
+from fenics_mech.terms import (
+    AirForce,
+    AlongBeams,
+    Damper,
+    LineForce,
+    Look,
+    Measure,
+    OverState,
+    PointLoad,
+    Shaft,
+    Spring,
+    Term,
+)
+
+SHAFT = "drive.motor"  # place of the one shaft that a scene may have
 
 
 class Ends(Protocol):
@@ -76,6 +90,12 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
         end = at.end(_place(scene, impulse.at))
         size = impulse.impulse, impulse.angular_impulse
         machine.blows.append((float(t), PointLoad(machine.at_ground(), end, *size, np.ones_like)))
+    for number, drive in enumerate(scene.drives):
+        if (motor := drive.motor) is not None:
+            one, other = scene.joints[drive.joint].connect
+            law, crank = law_of(scene, number), one if other.startswith("ground.") else other
+            acting[SHAFT] = Shaft((at.end(one), at.end(other)), motor.stiffness, motor.damping, law, scene.cycle_rate)
+            machine.masses.add_body(at.end(crank), 0.0, np.eye(2) * motor.inertia / 2)
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
@@ -93,9 +113,6 @@ def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what acts on the links and has no term yet."""
     for name in scene.joint_laws:
         raise SceneError("no term states a law of a joint yet", place=f"joint_laws.{name}")
-    for number, drive in enumerate(scene.drives):
-        if drive.motor is not None:
-            raise SceneError("no term states the shaft of a motor yet", place=f"drives.{number}.motor")
     for name, freedom in scene.freedoms.items():
         for key in ("effort", "inertia"):
             if getattr(freedom, key) != 0:

@@ -25,7 +25,7 @@ from fenics_mech.terms import Element, Term
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {"rotary-inertia": with_rotary_inertia, "shear": sheared}  # effects that change the matrices of links
 ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
-ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "springs"}  # where it is stated
+ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "motor", "springs"}  # where it is stated
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
 
 
@@ -50,7 +50,7 @@ class SceneMachine:
     bodies
         Its links as rigid bodies.
     driven
-        Row of every drive.
+        Row of every drive; a motor's shaft has none.
     acting
         Terms of springs, dampers, loads and air, by their place in the scene, such as "springs.NAME".
     """
@@ -219,7 +219,8 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
             raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
     clock = clock_of(scene)
     for number, drive in enumerate(scene.drives):
-        made.driven.append(lead(made, drive.joint, _by_clock(law_of(scene, number), clock)))
+        if drive.motor is None:
+            made.driven.append(lead(made, drive.joint, _by_clock(law_of(scene, number), clock)))
 
 
 def _by_clock(law: Law, clock: Law) -> Law:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.geometry import End
+from fenics_mech.geometry import End, Given, PoseMotion
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.machine import Machine
 
@@ -60,6 +61,41 @@ class Motion:
         """The motion of the chart."""
         return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a, self.moving, angles=self.angles)
 
+    @cached_property
+    def poses(self) -> PoseMotion:
+        """Places, rotations and their rates of all poses in the plane, where rates of turns add up."""
+        chart, places, d = self.machine.known.at(self.t), self.machine.places, self.machine.geometry.d
+        v, a = (np.pad(x, ((0, 0), (0, 1)))[:, places] for x in (self.v, self.a))
+        place, turn = (v[..., :d], a[..., :d]), (v[..., d:], a[..., d:])
+        return PoseMotion(
+            self.found.at.r,
+            self.found.at.R,
+            chart.v + place[0],
+            chart.w + turn[0],
+            chart.a + place[1],
+            chart.al + turn[1],
+        )
+
+    def beside(self, chart: Given) -> Motion:
+        """Give the same motion in the plane beside another chart."""
+        machine, mine, other = copy(self.machine), self.poses, chart.motion
+        machine.chart = chart
+        turned = machine.geometry.vector(mine.R @ np.swapaxes(other.R, -1, -2))
+        q = coordinates(machine, mine.r - other.r, turned)
+        v = coordinates(machine, mine.v - other.v, mine.w - other.w)
+        a = coordinates(machine, mine.a - other.a, mine.al - other.al)
+        a[:, machine.n :] = self.a[:, machine.n :]
+        return Motion(machine, self.t, q, v, a, angles=self.angles)
+
+    def jet(self, term: int) -> tuple[Array, Array, Array]:
+        """Give the measure of a term of one element in the plane, and two derivatives by time ``(instants,)`` each."""
+        here, seconds = self.found.terms[term], np.concatenate([self.poses.a, self.poses.al], axis=-1)
+        by_seconds = np.einsum(
+            "tn,tn->t", here.gradient[:, 0, 0], self.machine.groups[term].variables_of(seconds)[:, 0]
+        )
+        by_rates = np.einsum("tn,tn->t", here.rate_by_variables[:, 0, 0], here.ways[:, 0])
+        return here.x[:, 0, 0], here.rate[:, 0, 0], by_seconds + by_rates
+
     def of_end(self, end: End) -> tuple[Array, ...]:
         """Give place (m), velocity and acceleration of an end, ``(instants, d)`` each."""
         at = self.found.at
@@ -71,6 +107,13 @@ class Motion:
     def axes(self, end: End) -> Array:
         """Give the axes of an end ``(instants, d, d)``."""
         return np.asarray(self.found.at.R[:, end.pose] @ end.turn)
+
+
+def coordinates(machine: Machine, places: Array, turns: Array) -> Array:
+    """Give the coordinates, or their rates, by those of all poses ``(instants, poses, d)`` and ``(..., turns)``."""
+    found, there = np.zeros((len(places), machine.size)), machine.places >= 0
+    found[:, machine.places[there]] = np.concatenate([places, turns], axis=-1)[:, there]
+    return found
 
 
 SMALL = 1e-3  # of a change, by which differences are taken: its cube, and rounding over it, are 1e-9 of what bends

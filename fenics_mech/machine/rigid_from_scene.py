@@ -19,7 +19,7 @@ from fenics_mech.terms import Beams
 Places = tuple[Array, Array, Array]  # of freedoms, and two derivatives by time ``(instants, freedoms)`` each
 
 
-def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places) -> Given:
+def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None) -> Given:
     """Give the motion of all poses as if each were fixed to its link, and links did not bend.
 
     Parameters
@@ -32,6 +32,8 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places) ->
         Coordinates of the links as bodies near to those that are sought ``(instants, size)``.
     freedoms
         Angles and strokes of the freedoms, and two derivatives by time.
+    drives
+        The same of drives, where their cranks go other ways; None for their laws.
 
     Raises
     ------
@@ -39,7 +41,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places) ->
         When the links do not come together there.
     """
     bodies, count = made.bodies, len(made.bodies.machine.rows)
-    value, first, second = (np.hstack(pair) for pair in zip(_driven(made, t), freedoms))
+    value, first, second = (np.hstack(pair) for pair in zip(drives or _driven(made, t), freedoms))
     machine, led = copy(bodies.machine), value.shape[1]
     still = [row for row in machine.rows if not row.leads]
     given = [

@@ -15,6 +15,7 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import End
 from fenics_mech.kinematics import Motion as LinkMotion
+from fenics_mech.machine.acting_from_scene import SHAFT
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
@@ -130,12 +131,35 @@ class OfPoses:
     def efforts(self) -> dict[str, Array]:
         """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints.
 
-        They are ``(instants,)`` each.
+        They are ``(instants,)`` each. A motor's rotor takes its own part of the moment of the shaft.
         """
         joints = [drive.joint for drive in self.made.scene.drives]
+        if self.shaft is not None:
+            motor = self.made.scene.drives[0].motor
+            assert motor is not None
+            change = self.motion.jet(self.motion.machine.terms.index(self.made.acting[SHAFT]))[2]
+            return {joints[0]: self._of_shaft - motor.inertia * change}
         first = self.motion.machine.n
         found = {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
         return found | {name: np.zeros(len(self.motion.t)) for name in self.made.scene.freedoms}  # nothing leads them
+
+    @property
+    def shaft(self) -> Measured | None:
+        """The measure of a motor's shaft, and its moment; None without a motor."""
+        own = self.made.acting.get(SHAFT)
+        return next((here for term, here in self._acting if term is own), None)
+
+    @property
+    def _of_shaft(self) -> Array:
+        """Moment of a motor's shaft on the second body of the drive's joint ``(instants,)`` (N m)."""
+        assert self.shaft is not None
+        return -self.shaft.response.stress[:, 0, 0]
+
+    def _of_drive(self, name: str, joint: Joint, body: str) -> Array | float:
+        """Give the moment of a motor's shaft on one of the bodies of a joint (N m): a drive without one has a row."""
+        if self.shaft is None or name != self.made.scene.drives[0].joint:
+            return 0.0
+        return self._of_shaft if joint.connect[1].split(".")[0] == body else -self._of_shaft
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
@@ -164,7 +188,7 @@ class OfPoses:
             return self._at_weld(body, end)
         found = self._reactions.of(name)[:, end.pose]
         arm = self.motion.of_end(end)[0] - self.motion.found.at.r[:, end.pose]
-        moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0]
+        moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0] + self._of_drive(name, joint, body)
         return np.concatenate([found[:, :2], moment[:, None]], axis=1)
 
     def _at_weld(self, body: str, end: End) -> Array:
@@ -279,6 +303,8 @@ class OfPoses:
     # ---- power ----
     def drive_rates(self) -> Array:
         """Give the rates of angles (rad/s) and strokes (m/s) of the drives ``(instants, drives)``."""
+        if self.shaft is not None:
+            return self.shaft.rate[:, 0]
         motion, rows = self.motion, self.motion.machine.rows
         value = [row.value(motion.t) if callable(row.value) else np.zeros(len(motion.t)) for row in rows]
         measured = motion.machine.row_group.measure(motion.found.at, np.stack(value, axis=1)[..., None])
@@ -293,7 +319,7 @@ class OfPoses:
         """Give what drives, loads and damping give to the machine ``(instants,)`` (W)."""
         machine, found = self.motion.machine, self.motion.found
         given = np.zeros(len(self.motion.t))
-        if drives := len(self.made.driven):
+        if drives := len(self.made.scene.drives):
             efforts = np.stack(list(self.efforts().values())[:drives], axis=1)
             given = np.sum(efforts * self.drive_rates(), axis=1)
         by_cause = {cause_of_efforts(self.made.scene): given}

@@ -320,9 +320,9 @@ def _check_motor(scene: Scene) -> None:
     joint = scene.joints[drive.joint]
     if joint.kind != "revolute" or not any(point.startswith("ground.") for point in joint.connect):
         raise SceneError("a motor must drive a link on a pin of the ground", place=place)
-    if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation") or scene.impulses:
+    if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation", "poses") or scene.impulses:
         raise SceneError(
-            "the twist of a motor's shaft comes with the periodic response by collocation, without impulses",
+            "the twist of a motor's shaft comes with the periodic response by collocation or poses, without impulses",
             place=place,
             hint="Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out",
         )

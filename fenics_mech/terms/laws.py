@@ -81,6 +81,44 @@ class Damper(Term):
         return Response(self.factor * v, by_rate=diagonal(np.full_like(x, self.factor)))
 
 
+class Shaft(Term):
+    """A shaft that twists between a law of its angle and what it turns.
+
+    Parameters
+    ----------
+    pair
+        Ends between which the angle is.
+    stiffness, damping
+        N m/rad, and N m s/rad.
+    law
+        The angle without moment, by time ``(instants,)`` (s).
+    rate
+        That of the law, which is constant (rad/s).
+    """
+
+    measures = (Measure(Look.ANGLE),)
+
+    def __init__(
+        self, pair: tuple[End, End], stiffness: float, damping: float, law: Callable[[Array], Array], rate: float
+    ) -> None:
+        super().__init__([pair])
+        self.stiffness, self.damping, self.law, self.rate = stiffness, damping, law, rate
+
+    def near(self, t: Array) -> Array:
+        """Give the angles without moment."""
+        return np.asarray(self.law(t)[:, None, None])
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give the moments: k (x - law) + c (v - rate)."""
+        stress = self.stiffness * (x - self.near(t)) + self.damping * (v - self.rate)
+        by_measure, by_rate = (diagonal(np.full_like(x, factor)) for factor in (self.stiffness, self.damping))
+        return Response(stress, by_measure, by_rate)
+
+    def energy(self, t: Array, x: Array) -> Array:
+        """Give the energy: k (x - law)^2/2."""
+        return self.stiffness * np.sum((x - self.near(t)) ** 2, axis=-1) / 2
+
+
 class PointLoad(Term):
     """A force and a moment at an end in the plane, times a factor over time.
 
