@@ -110,7 +110,7 @@ def modal_damping(ratio: Ratio, system: System, modes: DampedModes | None = None
     SolverError
         When the stiffness is not positive.
     """
-    if not np.any(ratio):
+    if not np.any(ratio) or (modes is not None and not modes.count):  # all may be too fast for the steps
         return None
     key, system = (str(ratio), modes), natural(system)
     if modes is None:

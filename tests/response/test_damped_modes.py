@@ -171,3 +171,17 @@ def test_shapes_that_rounding_makes_alike_are_left_out():
     assert shapes.shape == (1, 2, 4)
     with pytest.raises(SolverError, match="the damping needs 3 modes, and rounding leaves 2"):
         slowest(mass, stiffness, start, 3)
+
+
+def test_steps_that_resolve_no_mode_leave_all_undamped(monkeypatch):
+    """At 0.05 rad/s the answer is the static one to 1e-4: steps of 2 s damp by themselves what they do not resolve."""
+    monkeypatch.setattr(module, "DAMPED", replace(module.DAMPED, small=10))
+    scene = seed_four_bar(
+        damping={"ratio": 0.02},
+        effects=("coupling",),
+        analysis={"sub_intervals": 60, "stations": 5, "solver": "collocation"},
+    ).changed(drive__speed=0.05, analysis__allow_coarse=True)
+    assert damped_modes(scene, mechanism(scene)).count == 0
+    found = response_of(scene).data["strain"]
+    static = response_of(scene.changed(analysis__method="quasi-static", analysis__solver="auto", damping__ratio=0.0))
+    assert abs(found - static.data["strain"]).max() < 1e-4 * abs(found).max()
