@@ -115,7 +115,11 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
         materials=scene.materials,
         sections=scene.sections,
         mesh=scene.mesh,
-        loads={(at := f"{label}@{s}"): Load(at=at) for label, inside in scene.loaded_places().items() for s in inside},
+        loads={
+            (at := f"{label}@{s}"): Load.model_construct(at=at)
+            for label, inside in scene.loaded_places().items()
+            for s in inside
+        },
         effects=tuple(name for name in SECTIONS if name in scene.named_effects),
     )
     return MADE.once((order_of(stated), stated), _assembled, stated)
