@@ -22,5 +22,9 @@ KINDS = {np.dtype(np.float64): "double[]", np.dtype(np.int32): "int[]"}
 
 def call(name: str, *arguments: Any) -> None:
     """Call a loop; arrays have to be contiguous, of doubles or of 32-bit integers, and None is no array."""
-    given = [_compiled.ffi.from_buffer(KINDS[x.dtype], x) if isinstance(x, np.ndarray) else x for x in arguments]
-    getattr(_compiled.lib, name)(*[_compiled.ffi.NULL if x is None else x for x in given])
+    ffi = _compiled.ffi
+    given = [
+        ffi.NULL if x is None else ffi.from_buffer(KINDS[x.dtype], x) if isinstance(x, np.ndarray) else x
+        for x in arguments
+    ]
+    getattr(_compiled.lib, name)(*given)

@@ -1,12 +1,13 @@
-"""What is made from a mesh, or from a layout on it, and is the same for all scenes that share it."""
+"""What is made once: from a mesh or a layout for all scenes that share it, and for scenes that state the same."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 Made = TypeVar("Made")
+Given = ParamSpec("Given")
 
 
 @dataclass(frozen=True)
@@ -28,3 +29,34 @@ class MadeOnce:
         if what not in self._made:
             self._made[what] = make()
         return self._made[what]
+
+
+class LastMade:
+    """The last things of one kind that were made, given again for what they were made from.
+
+    Parameters
+    ----------
+    most
+        How many are kept.
+    """
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self._made: list[tuple[Any, Any]] = []
+
+    def once(self, needed: Any, make: Callable[Given, Made], *given: Given.args, **options: Given.kwargs) -> Made:
+        """Make something, or give it as it was made from what is equal.
+
+        Parameters
+        ----------
+        needed
+            All that it depends on.
+        make, *given, **options
+            Makes it, and what it takes.
+        """
+        for known, made in self._made:
+            if known == needed:
+                return made  # type: ignore[no-any-return]
+        found = make(*given, **options)
+        self._made = [*self._made, (needed, found)][-self.most :]
+        return found

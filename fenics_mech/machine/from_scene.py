@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.beams.element_matrices import assemble_beams
+from fenics_mech.beams.made_once import LastMade
 from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.timoshenko import sheared, with_rotary_inertia
 from fenics_mech.errors import SceneError
@@ -19,14 +20,18 @@ from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_of, law_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
+from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
+from fenics_mech.scene.numbering import order_of
 from fenics_mech.terms import Element, Term
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {"rotary-inertia": with_rotary_inertia, "shear": sheared}  # effects that change the matrices of links
 ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
 ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "motor", "springs"}  # where it is stated
+RESTING, BENDING, STIFF = range(3)  # what carries a point: the ground, a link that bends, a rigid link
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
+MADE = LastMade(2 ** len(SECTIONS))  # matrices of links: those of a scene with and without each of these effects
 
 
 @dataclass
@@ -97,16 +102,37 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
 
 
 def _matrices(scene: Scene) -> LinkMatrices | None:
-    """Assemble the links that bend by their UFL forms on the mesh of gmsh, with a node at each load; None without."""
+    """Give the matrices of the links that bend, by their UFL forms on the mesh of gmsh; None where all are rigid.
+
+    They are made from a scene with nothing but what they depend on. Where that is equal they are those made before.
+    """
     for name in scene.named_effects:
         if name not in ALWAYS and name not in SECTIONS:
             raise SceneError(f"no term states the effect {name!r} yet", place="effects")
     if not scene.members():
         return None
-    links = assemble_beams(scene, mesh_scene(scene, loads_at_nodes=True))
-    for name, changed in SECTIONS.items():
-        if name in scene.named_effects:
-            links = changed(scene, links)
+    stated = Scene.model_construct(
+        links=scene.links,
+        joints=scene.joints,  # pins that travel along members, which not all members can have
+        masses=scene.masses,
+        materials=scene.materials,
+        sections=scene.sections,
+        mesh=scene.mesh,
+        loads={
+            (at := f"{label}@{s}"): Load.model_construct(at=at)
+            for label, inside in scene.loaded_places().items()
+            for s in inside
+        },
+        effects=tuple(name for name in SECTIONS if name in scene.named_effects),
+    )
+    return MADE.once((order_of(stated), stated), _assembled, stated)
+
+
+def _assembled(stated: Scene) -> LinkMatrices:
+    """Assemble the links of a scene, with a node at each load."""
+    links = assemble_beams(stated, mesh_scene(stated, loads_at_nodes=True))
+    for name in stated.effects:
+        links = SECTIONS[name](stated, links)
     return links
 
 
@@ -122,7 +148,7 @@ class _Nodes:
         self._number = {label: node for node, (label, *_) in enumerate(nodes)}
         self._drawn = {label: (names[link], at) for label, link, at in nodes}
         self.rigid: dict[str, int] = {"ground": machine.ground}
-        welded = self._welded(scene)
+        welded = self._welded()
         poses: dict[int, int] = {}
         for name, link in scene.links.items():
             if link.rigid is not None and welded.get(name, name) == name:
@@ -131,7 +157,7 @@ class _Nodes:
         for name in welded:
             if name in scene.links and scene.links[name].rigid is not None and name not in self.rigid:
                 self.rigid[name] = self.rigid[welded[name]]
-        fixed, shared = self._pinned(scene)
+        fixed, shared = self._pinned()
         for node, (label, link, at) in enumerate(nodes):
             body = names[link]
             place, axes = frames[body]
@@ -145,36 +171,28 @@ class _Nodes:
                 poses[node] = machine.add_pose(place + axes @ at, axes, known, "place" if label in fixed else "")
         self.pose = [poses[node] for node in range(len(nodes))]
 
-    def _welded(self, scene: Scene) -> dict[str, str]:
+    def _welded(self) -> dict[str, str]:
         """Give by "link.point", or by rigid link, what carries it: "ground", a rigid link, or another point."""
         carried: dict[str, str] = {}
-        for name, joint in scene.joints.items():
+        for name, joint in self.scene.joints.items():
             if not isinstance(joint, Weld):
                 continue
-            sides = []
-            for point in joint.connect:
-                link = point.split(".")[0]
-                sides.append(link if link == "ground" or scene.links[link].rigid is not None else point)
+            sides = [point if self.stiffness(point) == BENDING else point.split(".")[0] for point in joint.connect]
             one, other = sorted(sides, key=lambda side: (side != "ground", "." in side, sides.index(side)))
             if other in carried:
                 raise SceneError("no joint states two welds at one point yet", place=f"joints.{name}")
             carried[other] = carried.get(one, one)
         return carried
 
-    def _pinned(self, scene: Scene) -> tuple[set[str], dict[str, str]]:
+    def _pinned(self) -> tuple[set[str], dict[str, str]]:
         """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
         fixed: set[str] = set()
         shared: dict[str, str] = {}
-        for joint in scene.joints.values():
+        for joint in self.scene.joints.values():
             if not isinstance(joint, Revolute):
                 continue
-            links = [point.split(".")[0] for point in joint.connect]
-            bending = [
-                point
-                for point, link in zip(joint.connect, links)
-                if link != "ground" and scene.links[link].rigid is None
-            ]
-            if "ground" in links:
+            bending = [point for point in joint.connect if self.stiffness(point) == BENDING]
+            if min(map(self.stiffness, joint.connect)) == RESTING:
                 fixed |= set(bending)
             else:
                 shared |= {point: bending[0] for point in bending[1:]}
@@ -194,9 +212,9 @@ class _Nodes:
         return self.machine.end(pose, place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 
     def stiffness(self, point: str) -> int:
-        """Order points by what carries them: the ground, a link that bends, a rigid link."""
+        """Order points by what carries them."""
         link = point.split(".", maxsplit=1)[0]
-        return 0 if link == "ground" else 1 if self.scene.links[link].rigid is None else 2
+        return RESTING if link == "ground" else BENDING if self.scene.links[link].rigid is None else STIFF
 
 
 def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:

@@ -138,13 +138,14 @@ class Group:
             self.count, self._kernel = 3 * (geometry.d - 1), "beam_strains"
             self._elements: tuple[Array | Places, ...] = (self.pose, arms, what.parameters(geometry))
         else:
-            self.count, self._kernel = max((len(own) for own in what), default=1), "relations"
-            for measure in (one for own in what for one in own):
+            self.count, self._kernel = len(what[0]) if what else 1, "relations"
+            measures = [measure for own in what for measure in own]
+            for measure in measures:
                 if not {measure.axis, measure.other} <= set(range(geometry.d)):
                     raise ValueError(
                         f"{measure} looks at an axis that is not there: the {geometry.name} has 0 to {geometry.d - 1}"
                     )
-            numbers = np.array([tuple(one) for own in what for one in own], dtype=np.int32).reshape(-1, 3)
+            numbers = np.array(measures, dtype=np.int32).reshape(-1, 3)
             repeated = (np.repeat(self.pose, self.count, axis=0), np.repeat(arms, self.count, axis=0))
             self._elements = (*repeated, numbers)
         self._table: tuple[int, Array] | tuple[()] = ()  # of elements with places inside
@@ -316,10 +317,10 @@ class InertiaPlan:
     """
 
     def __init__(self, geometry: Geometry, places: Places, masses: Masses) -> None:
-        kept = [(*a, *b, m) for (a, b), m in masses.entries.items() if m]
+        kept = np.array([(*a, *b, m) for (a, b), m in masses.entries.items() if m]).reshape(-1, 5)
         self.geometry, self.places = geometry, places
-        self.entries = np.array([one[:4] for one in kept], dtype=np.int32).reshape(-1, 4)
-        self.mass = np.array([one[4] for one in kept], dtype=float)
+        self.entries = kept[:, :4].astype(np.int32)
+        self.mass = np.ascontiguousarray(kept[:, 4])
 
     @cached_property
     def dof(self) -> Places:

@@ -226,8 +226,9 @@ class Machine:
         """
         pairs = [*(pair for term in self.terms for pair in term.pairs), *(row.pair for row in self.rows)]
         ends = [end for pair in pairs for end in pair]
-        poses, drawn = [*range(len(self.r)), *(end.pose for end in ends)], np.array([*self.r, *map(self.drawn, ends)])
+        drawn = np.array([*self.r, *map(self.drawn, ends)])
         if not np.isfinite(drawn).all():
+            poses = [*range(len(self.r)), *(end.pose for end in ends)]
             pose = poses[int(np.argmin(np.isfinite(drawn).all(axis=1)))]
             raise ValueError(f"pose {pose}, or what is fixed to it, is drawn at a place that is no number")
         return float(np.ptp(drawn, axis=0).max()) or 1.0
@@ -293,8 +294,8 @@ class Machine:
     @cached_property
     def mode_numbers(self) -> list[Places]:
         """Numbers of the modes of stress of every term, after the multipliers."""
-        ends = self.n + self.held + np.cumsum([term.modes for term in self.terms])
-        return [np.arange(end - term.modes, end, dtype=np.int32) for term, end in zip(self.terms, ends)]
+        ends = np.cumsum([term.modes for term in self.terms], dtype=int)
+        return np.split(np.arange(self.n + self.held, self.size, dtype=np.int32), ends[:-1])
 
     @cached_property
     def _row_at(self) -> tuple[Places, Places, Places]:

@@ -12,6 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.beams.element_matrices import Beams
+from fenics_mech.beams.made_once import LastMade
 from fenics_mech.beams.mesh import BeamMesh, mesh_depends_on, mesh_scene
 from fenics_mech.effects import EFFECTS, NOTHING, AxialForces, Situation, build_terms
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
@@ -61,8 +62,7 @@ class CommonParts:
         self._begin_from_last = begin_from_last
         self._place = 0.0
         self._motions: list[tuple[float, KnownMotion]] = []  # the last two, and where in a run they are
-        self._meshes: list[tuple[object, BeamMesh]] = []
-        self._links: list[tuple[object, Beams]] = []
+        self._meshes, self._links = LastMade(CACHE.most_shared), LastMade(CACHE.most_shared)
         self._linkages: list[Linkage] = []
 
     def links(self, scene: Scene) -> Beams:
@@ -73,21 +73,11 @@ class CommonParts:
         scene
             The scene.
         """
-        needed = links_depend_on(scene)
-        found = next((links for known, links in self._links if known == needed), None)
-        if found is None:
-            found = build_links(scene, self._mesh)
-            self._links = [*self._links, (needed, found)][-CACHE.most_shared :]
-        return found
+        return self._links.once(links_depend_on(scene), build_links, scene, self._mesh)
 
     def _mesh(self, scene: Scene, loads_at_nodes: bool) -> BeamMesh:
         """Give the mesh of a scene's members."""
-        needed = mesh_depends_on(scene, loads_at_nodes)
-        found = next((mesh for known, mesh in self._meshes if known == needed), None)
-        if found is None:
-            found = mesh_scene(scene, loads_at_nodes)
-            self._meshes = [*self._meshes, (needed, found)][-CACHE.most_shared :]
-        return found
+        return self._meshes.once(mesh_depends_on(scene, loads_at_nodes), mesh_scene, scene, loads_at_nodes)
 
     def linkage(self, scene: Scene) -> Linkage:
         """Give the linkage of a scene that has drives.

@@ -205,9 +205,8 @@ class TwistInside:
         bending = own[:, 1 + planes : 1 + 2 * planes]
         difference = np.ptp(bending, axis=1)  # 0 in the plane, where there is one of them
         self.at = np.flatnonzero(difference)
-        self.stiff, self.soft = (
-            1 + planes + order[self.at] for order in (bending.argmax(axis=1), bending.argmin(axis=1))
-        )
+        self.stiff = 1 + planes + bending.argmax(axis=1)[self.at]
+        self.soft = 1 + planes + bending.argmin(axis=1)[self.at]
         self.difference, self.torsion = difference[self.at], own[self.at, -1]
 
     def _softening(self, x: Array) -> tuple[Array, Array, Array, Array]:
