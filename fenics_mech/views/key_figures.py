@@ -40,7 +40,7 @@ def key_figures(result: Result) -> dict[str, Any]:
     ['coupler', 'crank', 'follower']
     """
     data, scene = result.data, result.scene
-    closer = between_positions(result) if scene.members() else result
+    closer = between_positions(result)
     found: dict[str, Any] = {
         "scene": scene.name,
         "method": str(scene.analysis.method),
@@ -49,11 +49,11 @@ def key_figures(result: Result) -> dict[str, Any]:
         "notices": list(result.notices),
         "joints": _joints(closer),
     }
+    judged = judgements(result)
+    level, sentence = verdict(judged)
+    found["verdict"] = {"level": level, "sentence": sentence}
+    found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
     if scene.members():
-        judged = judgements(result)
-        level, sentence = verdict(judged)
-        found["verdict"] = {"level": level, "sentence": sentence}
-        found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
         found["members"] = _members(closer)
         found["safety"] = safety_figures(result, prefixed(result, scene.answer_units))
         for member, swing in _ranges(result).items():
