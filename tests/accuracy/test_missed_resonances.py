@@ -167,6 +167,7 @@ def test_steps_hide_what_they_change_more_than_damping(stages, loss, hidden):
         assert (found.met & by_steps).any() == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tuned", [1.0, 0.985])
 def test_a_resonance_that_better_steps_show_is_told_by_their_difference(tuned):
     """A turning arm under harmonic 10 of a load, in its axes 11 times the drive: at its second mode, and 1.5 % below.
