@@ -2,8 +2,8 @@
 
 In a step of length h a vibration becomes ``R(i omega h)`` times as large instead of ``exp(i omega h)``: weaker
 (dissipation) and late or early (dispersion). Elements put its frequency too high, and lumped mass too low. Where that
-outweighs the damping, an estimate from the motion found does not show how large the vibration may be. Its load and its
-damping do.
+outweighs the damping also for the more accurate steps that estimate the error, or in the mesh, an estimate from the
+motion found does not show how large the vibration may be. Its load and its damping do.
 """
 
 from __future__ import annotations
@@ -40,8 +40,7 @@ class ResonanceLimits:
 
     near: float = 0.02  # of a natural frequency, up to which a harmonic beside it is on it
     mesh_safety: float = 2.0  # on the error of a frequency by the mesh: with one element it is 1.6
-    steps: float = 1.0  # times the damping ratio: change by steps that conceals a resonance
-    finer: float = 0.3  # the same, by more accurate steps or by a mesh
+    finer: float = 0.3  # times the damping ratio: change by more accurate steps or a mesh that conceals a resonance
     coarse: float = 0.05  # of a natural frequency by the mesh, from which its first order says too little
     felt: float = 1e-3  # of the largest static answer, as a root of energy, that a vibration is to count
     farthest: float = 1.25  # times its frequency, up to which the mesh may put a mode that a harmonic meets
@@ -68,8 +67,8 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
             yield from _by_sub_intervals(solution)
         case CollocationSolution():
             equation, cycle = solution.equation, solution.cycle
-            points = cycle.tableau, more_accurate(solution.scene.analysis.stages)
-            hidden = partial(hidden_by_steps, *points, float(cycle.steps.duration.max()))
+            points = more_accurate(solution.scene.analysis.stages)
+            hidden = partial(hidden_by_steps, points, float(cycle.steps.duration.max()))
             resonances = _resonances_of(solution, equation, hidden)
             by_steps = resonances.met & hidden(resonances.harmonics, resonances.width)
             at, size = cycle.steps.regular, equation.system.size
@@ -227,13 +226,15 @@ def _width(loss: float) -> float:
     return loss if loss > RESONANCES.undamped else RESONANCES.least_loss
 
 
-def hidden_by_steps(tableau: Tableau, finer: Tableau, step: float, omega: Array, width: Array) -> Mask:
-    """Say which resonances steps hide, or the more accurate ones that estimate the error of these.
+def hidden_by_steps(finer: Tableau, step: float, omega: Array, width: Array) -> Mask:
+    """Say which resonances the steps hide that estimate the error of others.
+
+    What these show, the difference from the others tells, which also hide it then.
 
     Parameters
     ----------
-    tableau, finer
-        Points of the steps, and of those that estimate their error.
+    finer
+        Points of the steps that estimate the error.
     step
         Longest duration of a step (s).
     omega
@@ -246,8 +247,7 @@ def hidden_by_steps(tableau: Tableau, finer: Tableau, step: float, omega: Array,
     numpy.ndarray
         Of bool, ``(frequencies, modes)``.
     """
-    change, beside = (points.change(omega * step)[:, None] for points in (tableau, finer))
-    return (change > RESONANCES.steps * width / 2) | (beside > RESONANCES.finer * width / 2)
+    return finer.change(omega * step)[:, None] > RESONANCES.finer * width / 2
 
 
 def fastest_felt(system: System, load: Array, rate: float, width: float) -> float:

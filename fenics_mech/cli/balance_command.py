@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from fenics_mech.scene.answer_units import AnswerUnits
     from fenics_mech.studies.synthesis.balancing import Balanced
 
+SHAKEN = {"force": "force", "moment": "moment", "torque": "moment"}  # kinds of the units of what balancing lowers
+
 
 def balance(
     scene: SceneFile,
@@ -68,13 +70,19 @@ def _table(found: Balanced, units: AnswerUnits) -> str:
     """Write the counterweights, and what inertia does to the frame before and after."""
     from math import degrees  # noqa: PLC0415
 
+    from fenics_mech.views.prefixes import fitted  # noqa: PLC0415
+
+    of_kinds: dict[str, float] = {}
+    for what, kind in SHAKEN.items():
+        of_kinds[kind] = max(of_kinds.get(kind, 0.0), found.before.rms[what], found.after.rms[what])
+    units = fitted(of_kinds, units)
     lines = [
         f"{one.link}: {1e3 * one.mass:.4g} g at {units.text(one.radius, 'length')} from {one.pivot}, "
         f"{degrees(one.angle):.1f}\N{DEGREE SIGN} from the link's x axis"
         for one in found.counterweights
     ]
     lines.append("Root mean square over the cycle, links that do not bend:")
-    for what, kind in (("force", "force"), ("moment", "moment"), ("torque", "moment")):
+    for what, kind in SHAKEN.items():
         before, after = found.before.rms[what], found.after.rms[what]
         now = 0.0 if after < 1e-9 * before else after
         name = "torque" if what == "torque" else f"shaking {what}"

@@ -20,7 +20,7 @@ from fenics_mech.views.frames import ShownPeak, cycle, default_magnification, fr
 from fenics_mech.views.geometry import motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of
 from fenics_mech.views.moving_points import load_names
-from fenics_mech.views.reading import reading_of_a_file
+from fenics_mech.views.reading import reading_of, reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
 from fenics_mech.views.words import short
@@ -158,7 +158,7 @@ def _pictures(
         shown, peak = frames_at(result, *drawn, look[0]), peak_of(result, look[0])
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     ground = (ground_points(scene), guides_of(scene, motion_of(result)))
-    unit = scene.answer_units.label(look[0])
+    unit = reading_of(result).units.label(look[0])
     text = f"{scene.name}, {driven}", _caption(peak, f"{look[0]} {{}} {unit}", drawn[1])
     limit = 1.0 if peak is None else peak.limit
     stage = Stage(shown, ground, size, Look(limit, f"{look[0]} ({unit})", *look[1:]), text)

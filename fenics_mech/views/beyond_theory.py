@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, remedy
 from fenics_mech.recovery.result import Result
 from fenics_mech.safety import buckled_sideways
+from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.words import sentence, share, short
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def _sideways(result: Result) -> list[Reason]:
     """Say which members buckle across the plane of motion, or may."""
     if not (found := buckled_sideways(result.scene, result.data)):
         return []
-    units, said = result.scene.answer_units, []
+    units, said = prefixed(result, result.scene.answer_units), []
     for one in found[:MOST_NAMED]:
         force, pinned, clamped = (
             f"{short(units.number(load, 'force'))} {units.label('force')}"

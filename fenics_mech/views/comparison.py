@@ -17,10 +17,12 @@ from fenics_mech._constants import TINY
 from fenics_mech._files import write_frame
 from fenics_mech.errors import ViewError, percent
 from fenics_mech.scene import Scene
+from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.compare import COLUMNS
 from fenics_mech.studies.compared_curves import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED
+from fenics_mech.views.prefixes import fitted, without_rounding
 from fenics_mech.views.reading import place_along
 from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.words import DEGREE, MINUS, in_degrees, sentence
@@ -48,15 +50,16 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) 
         Scene of the reference, with the units of the numbers.
     """
     tables: list[RenderableType] = []
+    units = _units(sources, data, scene)
     known = {quantity.label: quantity for source in sources for quantity in source.known}
     for source in sources[1:]:
         columns = "peak of\nreference", "peak", "largest\ndifference", "rms", "shift"
         table = table_of(f"{source.label} against {data.attrs['reference']}", "quantity", *columns)
         found = data.sel(other=source.label)
-        _fill(table, found, known, scene)
+        _fill(table, found, known, scene, units)
         tables.append(table)
         if not np.isnan(found["largest_difference"]).all():
-            tables.append(_anywhere_table(found, known, scene))
+            tables.append(_anywhere_table(found, known, scene, units))
     tables.append(Text(MEANING))
     members = dict.fromkeys(member for source in sources for member in source.vibration)
     if members:
@@ -87,7 +90,7 @@ def differing_speeds(scenes: Mapping[str, Scene], told: Scene) -> str:
     return f"The runs differ in speed, and are compared at equal drive angles. {said}."
 
 
-def _anywhere_table(found: xr.Dataset, known: dict[str, Quantity], scene: Scene) -> Table:
+def _anywhere_table(found: xr.Dataset, known: dict[str, Quantity], scene: Scene, units: AnswerUnits) -> Table:
     """Tabulate the largest differences along the members, with their places and drive angles."""
     table = table_of("Largest difference anywhere along a member", "quantity", "difference", "where", "at")
     group = ""
@@ -95,7 +98,7 @@ def _anywhere_table(found: xr.Dataset, known: dict[str, Quantity], scene: Scene)
         one = found.isel(quantity=i)
         if np.isnan(one["largest_difference"]):
             continue
-        quantity, (size, unit) = known[str(label)], _scale(known[str(label)].kind, str(one["unit"].item()), scene)
+        quantity, (size, unit) = known[str(label)], _scale(known[str(label)].kind, str(one["unit"].item()), units)
         if quantity.kind != group:
             group = quantity.kind
             table.add_row(escape(f"{group} ({unit})"))
@@ -118,22 +121,38 @@ def _place(quantity: Quantity, scene: Scene) -> str:
     return place_along(scene, quantity.part, quantity.s, scene.answer_units)
 
 
-def _scale(kind: str, unit: str, scene: Scene) -> tuple[float, str]:
-    """Size of a unit in SI and its name, for a kind of quantity with a unit in SI."""
-    of, units = KINDS.get(kind, kind), scene.answer_units
+def _units(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) -> AnswerUnits:
+    """Units of the comparison: those of the scene, with prefixes that fit the largest of all peaks."""
+    known = {quantity.label: quantity for source in sources for quantity in source.known}
+    largest = {"force": 0.0, "moment": 0.0}
+    for label, unit in zip(data["quantity"].to_numpy(), data["unit"].to_numpy()):
+        if (kind := _kind(known[str(label)].kind, str(unit))) in largest:
+            peaks = [data[name].sel(quantity=label).to_numpy() for name in ("peak_reference", "peak")]
+            largest[kind] = max(largest[kind], float(np.nanmax(np.abs(peaks), initial=0.0)))
+    return fitted(without_rounding(largest, largest["force"]), scene.answer_units)
+
+
+def _kind(kind: str, unit: str) -> str:
+    """Kind of unit of a kind of quantity with a unit in SI."""
     if kind == "input_torque":
-        of = "force" if unit == "N" else "moment"
+        return "force" if unit == "N" else "moment"
+    return KINDS.get(kind, kind)
+
+
+def _scale(kind: str, unit: str, units: AnswerUnits) -> tuple[float, str]:
+    """Size of a unit in SI and its name, for a kind of quantity with a unit in SI."""
+    of = _kind(kind, unit)
     return units.size(of), units.label(of)
 
 
-def _fill(table: Table, data: xr.Dataset, known: dict[str, Quantity], scene: Scene) -> None:
+def _fill(table: Table, data: xr.Dataset, known: dict[str, Quantity], scene: Scene, units: AnswerUnits) -> None:
     """Fill in a line for each quantity that both have, below a line for its kind."""
     group = ""
     for i, label in enumerate(data["quantity"].to_numpy()):
         row, quantity = {name: float(data[name][i]) for name in COLUMNS}, known[str(label)]
         if np.isnan(row["peak"]):
             continue
-        size, unit = _scale(quantity.kind, str(data["unit"].to_numpy()[i]), scene)
+        size, unit = _scale(quantity.kind, str(data["unit"].to_numpy()[i]), units)
         name = f"{quantity.kind.replace('_', ' ')} ({unit})"
         if quantity.part and quantity.kind != group:
             table.add_row(escape(name))
@@ -191,20 +210,22 @@ def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, s
     drawn = [q for q in asked if q.label in order and any(other.has(q) for other in sources[1:])]
     if not drawn:
         raise ViewError("these sources have no quantity in common: there is nothing to draw")
-    paths = []
+    units, paths = _units(sources, data, scene), []
     for kind in dict.fromkeys(quantity.kind for quantity in drawn):
         of_kind = sorted((q for q in drawn if q.kind == kind), key=lambda q: -rms[order[q.label]])[:MOST_PANELS]
         of_kind.sort(key=lambda q: order[q.label])
-        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png", scene))
+        paths.append(_figure(sources, of_kind, folder / f"compare_{kind}.png", scene, units))
     return paths
 
 
-def _figure(sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path, scene: Scene) -> Path:
+def _figure(
+    sources: Sequence[Curves], quantities: Sequence[Quantity], path: Path, scene: Scene, units: AnswerUnits
+) -> Path:
     """Draw one panel a quantity."""
     figure, panels = new_figure(rows=len(quantities), height=1.0 + 2.6 * len(quantities))
     for axes, quantity in zip(panels, quantities):
         known = next(source for source in sources if source.has(quantity))
-        size, unit = _scale(quantity.kind, known.unit(quantity), scene)
+        size, unit = _scale(quantity.kind, known.unit(quantity), units)
         for i, source in enumerate(sources):
             if not source.has(quantity):
                 continue

@@ -14,7 +14,7 @@ from fenics_mech.views.geometry import ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
 from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
-from fenics_mech.views.reading import Peak, reading_of_members
+from fenics_mech.views.reading import Peak, reading_of, reading_of_members
 from fenics_mech.views.symbols import BLOCK_CORNERS
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
@@ -113,7 +113,7 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
 def _sides(result: Result, shown: Moments, quantity: str) -> Array:
     """Stress or strain of both sides, as `Frames` has them."""
     values = result.data[quantity].sel(fibre=["+", "-"]).transpose("theta", "member", "s", "fibre").to_numpy()
-    return np.asarray(shown.of(values) / result.scene.answer_units.size(quantity))
+    return np.asarray(shown.of(values) / reading_of(result).units.size(quantity))
 
 
 def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array]:

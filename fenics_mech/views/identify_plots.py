@@ -58,7 +58,7 @@ def curve_figure(found: Identified, which: int) -> Figure:
     angle = np.degrees(one.of.angles) % 360
     order = np.argsort(angle)
     figure, (above, below) = empty_figure(rows=2, height=5.2, grid=HEIGHTS)
-    told = number_unit(one.of, found.explorer.trials.design)
+    told = number_unit(one.of, found.explorer.trials.design, one.values)
     first, last, measured = (v / told.size for v in (found.first[part], found.fit.predicted[part], one.values))
     above.plot(angle, measured, ".", color="0.45", ms=4, label="measured")
     above.plot(angle[order], first[order], "--", color=COLOURS[1], lw=1.1, label="at the start")

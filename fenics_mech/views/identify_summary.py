@@ -121,7 +121,7 @@ def _correlations(found: Identified) -> list[str]:
 def _fit(found: Identified) -> Table:
     table = table_of("Prediction and measurement", "measured", "points", "rms difference", "noise", "unit")
     for k, (one, part) in enumerate(zip(found.observations, found.parts)):
-        told = number_unit(one.of, found.explorer.trials.design)
+        told = number_unit(one.of, found.explorer.trials.design, one.values)
         rms = float(np.sqrt(((one.values - found.fit.predicted[part]) ** 2).mean()))
         noise = told.text(found.fit.noise[k], 3) + " (estimated)" * math.isnan(one.deviation)
         table.add_row(escape(one.text), str(len(one.values)), told.text(rms, 3), noise, told.unit)

@@ -17,7 +17,7 @@ from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.planning.answer_remarks import unmet
 from fenics_mech.planning.effect_choice import CHOICE
-from fenics_mech.recovery.peaks import PEAK, doubts
+from fenics_mech.recovery.peaks import CYCLIC, PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
@@ -182,6 +182,10 @@ def _rigid(result: Result) -> Judgement:
     if "not_estimated" in attributes:
         text += f" Not known: {attributes['not_estimated']}."
         return Judgement("warn", "links are rigid, error not known", text)
+    if not known and (in_time or result.scene.analysis.method in CYCLIC):
+        cause = "analysis.error_estimates = false" if not result.scene.analysis.error_estimates else "positions are few"
+        text += f" Nothing tells by how much the forces are off, as {cause}."
+        return Judgement("warn", "links are rigid, error not estimated", text)
     if not in_time and max(known.values(), default=0.0) > PEAK.doubtful:
         level: Level = "bad" if attributes["too_coarse"] else "warn"
         return Judgement(level, "links are rigid, positions too few", f"{text} Take more sub_intervals.")

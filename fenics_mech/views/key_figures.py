@@ -13,6 +13,7 @@ from fenics_mech.safety.critical_speeds import CriticalSpeed, critical_speeds, s
 from fenics_mech.views.critical_words import frequency_ranges
 from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import acting, judgements, verdict
+from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.safety_words import safety_figures
 
 ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
@@ -39,7 +40,7 @@ def key_figures(result: Result) -> dict[str, Any]:
     ['coupler', 'crank', 'follower']
     """
     data, scene = result.data, result.scene
-    closer = between_positions(result) if scene.members() else result
+    closer = between_positions(result)
     found: dict[str, Any] = {
         "scene": scene.name,
         "method": str(scene.analysis.method),
@@ -48,13 +49,13 @@ def key_figures(result: Result) -> dict[str, Any]:
         "notices": list(result.notices),
         "joints": _joints(closer),
     }
+    judged = judgements(result)
+    level, sentence = verdict(judged)
+    found["verdict"] = {"level": level, "sentence": sentence}
+    found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
     if scene.members():
-        judged = judgements(result)
-        level, sentence = verdict(judged)
-        found["verdict"] = {"level": level, "sentence": sentence}
-        found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
         found["members"] = _members(closer)
-        found["safety"] = safety_figures(result, scene.answer_units)
+        found["safety"] = safety_figures(result, prefixed(result, scene.answer_units))
         for member, swing in _ranges(result).items():
             found["members"][member]["stress_range"] = swing
     for name in ("input_torque", "shaking_force", "shaking_moment"):

@@ -67,8 +67,20 @@ def _largest(result: Result) -> dict[str, float]:
         kind: max((float(np.abs(data[name]).max()) for name in of if name in data and data[name].size), default=0.0)
         for kind, of in names.items()
     }
-    found = {kind: largest if np.isfinite(largest) else 0.0 for kind, largest in found.items()}
-    of_links = largest_force(result)
+    return without_rounding(found, largest_force(result))
+
+
+def without_rounding(of_kinds: Mapping[str, float], force: float) -> dict[str, float]:
+    """Give the largest of each kind of unit, with 0 for forces and moments that are rounding or not finite.
+
+    Parameters
+    ----------
+    of_kinds
+        The largest of each kind of unit, in SI.
+    force
+        Largest force beside which they are rounding (N).
+    """
     return {
-        kind: 0.0 if largest < NOTHING * of_links and kind != "stress" else largest for kind, largest in found.items()
+        kind: largest if np.isfinite(largest) and (kind == "stress" or largest >= NOTHING * force) else 0.0
+        for kind, largest in of_kinds.items()
     }

@@ -72,8 +72,8 @@ class ForceReading:
 
     def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
         self.units = prefixed(result, units or AnswerUnits())
-        self.result, self.scene, self.data = result, result.scene, result.data
-        _refuse_lacking(self.data, ("joint_force",))
+        _refuse_lacking(result.data, ("joint_force",))
+        self.result, self.scene, self.data = result, result.scene, between_positions(result).data
         self.joints = [str(name) for name in result.data["joint"].to_numpy()]
         self.theta, self.in_time = self.data["theta"].to_numpy(), self.scene.analysis.method == "transient"
 
@@ -180,8 +180,6 @@ class Reading(ForceReading):
     def __init__(self, result: Result, units: AnswerUnits | None = None) -> None:
         _refuse_incomplete(result.data, result.scene)
         super().__init__(result, units)
-        self.data = between_positions(result).data
-        self.theta = self.data["theta"].to_numpy()
         self.members = [str(name) for name in result.data["member"].to_numpy()]
         self.fibres = [str(name).replace("-", MINUS) for name in result.data["fibre"].to_numpy()]
         self.s = result.data["s"].to_numpy()

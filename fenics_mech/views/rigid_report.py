@@ -12,10 +12,12 @@ from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.balance import mean_in_time
+from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
 from fenics_mech.views.details import balanced, damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
+from fenics_mech.views.judgements import judgements, verdict
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
@@ -38,9 +40,12 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     for name, value in rigid_decisions(result, units).items():
         grid.add_row(name, escape(value))
     told = [Text(f"Warning: {text}", style="yellow") for text in result.warnings]
+    judged = judgements(result)
+    doubts = [f"{verdict(judged)[1]} {one.text}" for one in judged if one.level in ("bad", "warn")]
+    told = [*(Text(text, style="bold yellow") for text in doubts), *told]
     parts: list[RenderableType] = [Text(result.scene.name, style="bold"), *told, grid, Text()]
     if result.data.sizes["joint"]:
-        parts.append(joints_table(result, units))
+        parts.append(joints_table(between_positions(result), units))
         if result.data.attrs.get("contacts_closed"):
             text = "Joint forces are those at the positions. Contacts between these are shorter: see the joint laws.\n"
             parts.append(Text(text, style="yellow"))

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from fenics_mech.studies.design.problem import bounds_of
 from fenics_mech.views.figures import COLOURS, angle_axis, curve, empty_figure, finish, save_all
+from fenics_mech.views.spread_summary import unit_of
 from fenics_mech.views.study_units import number_unit
 
 if TYPE_CHECKING:
@@ -61,8 +62,7 @@ def distributions_figure(found: Spread) -> Figure:
 
 
 def _draw_distribution(axes: Axes, found: Spread, name: str) -> None:
-    of = found.explorer.trials.quantity(name)
-    told = number_unit(of, found.scattered.design)
+    told = unit_of(found, name)
     values = found.data["result"].sel(name=name).dropna("sample").to_numpy() / told.size
     axes.hist(values, bins="auto", color=COLOURS[5], edgecolor="white", lw=0.4)
     for share in np.quantile(values, (0.05, 0.95)) if len(values) else ():
@@ -88,15 +88,15 @@ def band_figure(found: Spread, which: int) -> Figure:
         Which of its curves.
     """
     one = found.curves[which]
-    told = number_unit(one, found.scattered.design)
-    theta = np.array(one.angles)
+    at_means, theta = one.values(found.explorer.first.numbers), np.array(one.angles)
+    told = number_unit(one, found.scattered.design, at_means)
     values = found.data["curve"].isel(of=which).dropna("sample", how="all").to_numpy() / told.size
     figure, (axes,) = empty_figure()
     for low, high, dense in BANDS:
         ends = [curve(theta, row) for row in np.quantile(values, (low, high), axis=0)]
         said = f"{100 * (high - low):.0f} % of the samples at each angle"
         axes.fill_between(ends[0][0], ends[0][1], ends[1][1], color=COLOURS[0], alpha=dense, lw=0, label=said)
-    axes.plot(*curve(theta, one.values(found.explorer.first.numbers) / told.size), color="black", label="at the means")
+    axes.plot(*curve(theta, at_means / told.size), color="black", label="at the means")
     angle_axis(axes)
     finish(axes, "Scatter of a curve", told.label(one.text), columns=3)
     return figure

@@ -14,7 +14,7 @@ from rich.text import Text
 from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import percent
 from fenics_mech.studies.design.spread import statistics
-from fenics_mech.views.study_units import number_unit
+from fenics_mech.views.study_units import Told, number_unit
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
@@ -59,11 +59,24 @@ def headline(found: Spread) -> str:
     return f"{name} scatters with a standard deviation of {percent(size / (abs(nominal) or 1.0))} of its nominal value."
 
 
+def unit_of(found: Spread, name: str) -> Told:
+    """Give the unit of a number of a spread, which fits it at the means.
+
+    Parameters
+    ----------
+    found
+        The spread.
+    name
+        The number.
+    """
+    shown = found.explorer.first.numbers[name]
+    return number_unit(found.explorer.trials.quantity(name), found.scattered.design, shown)
+
+
 def _numbers(found: Spread) -> Table:
     table = table_of("Numbers of the result", "number", "nominal", "deviation", "linear", "5 %", "95 %", "unit")
-    quantities = {one.text: one for one in found.explorer.trials.quantities}
     for name in found.names:
-        told = number_unit(quantities[name], found.scattered.design)
+        told = unit_of(found, name)
         nominal, _, deviation, linear, low, _, high = statistics(found, name)
         cells = [told.text(value, 4) for value in (nominal, deviation, linear, low, high)]
         table.add_row(escape(name), *cells, told.unit)
@@ -124,9 +137,7 @@ def _notes(found: Spread) -> list[str]:
 
 def _limit(found: Spread, bound: Bound) -> str:
     """Say in words what a limit asks for."""
-    of = found.explorer.trials.quantity(bound.of)
-    limit = number_unit(of, found.scattered.design).whole(bound.limit)
-    return f"{bound.of} {bound.words} {limit}"
+    return f"{bound.of} {bound.words} {unit_of(found, bound.of).whole(bound.limit)}"
 
 
 def _cost(found: Spread) -> str:

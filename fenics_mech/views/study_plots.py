@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from fenics_mech.views.figures import COLOURS, empty_figure, finish, save_all
-from fenics_mech.views.study_units import Told, number_unit
+from fenics_mech.views.study_summary import unit_of
+from fenics_mech.views.study_units import Told
 
 if TYPE_CHECKING:
     from fenics_mech.studies.design.optimise import Optimum
@@ -54,7 +55,7 @@ def history_figure(found: Optimum) -> Figure:
     failed = np.array([trial.failed for trial in found.history])
     at = np.arange(1, len(within) + 1)
     for axes, (name, sign) in zip(panels, aims):
-        told = _told(found, name)
+        told = unit_of(found, name)
         values = np.array([trial.numbers[name] for trial in found.history]) / told.size
         for which, style in ((within, WITHIN), (~within & ~failed, BEYOND)):
             if which.any():
@@ -79,7 +80,7 @@ def pareto_figure(found: Optimum) -> Figure:
     problem = found.problem
     (first, _), (second, _), *_ = problem.aims
     within = [trial for trial in found.history if not trial.failed and problem.rank(trial)[0] == 0]
-    told = {name: _told(found, name) for name in (first, second)}
+    told = {name: unit_of(found, name) for name in (first, second)}
     axes.plot(*_places(within, told), ".", color="0.7", label="trial within the limits")
     front = sorted(found.front, key=lambda trial: trial.numbers[first])
     line = "o-" if len(problem.aims) == PLANE else "o"  # of more aims the first two are no curve
@@ -94,8 +95,3 @@ def pareto_figure(found: Optimum) -> Figure:
 
 def _places(trials: Sequence[Trial], told: Mapping[str, Told]) -> list[list[float]]:
     return [[trial.numbers[name] / one.size for trial in trials] for name, one in told.items()]
-
-
-def _told(found: Optimum, name: str) -> Told:
-    trials = found.problem.trials
-    return number_unit(trials.quantity(name), trials.design)

@@ -15,7 +15,7 @@ from fenics_mech.errors import percent
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.problem import PROBLEM
 from fenics_mech.studies.design.result_numbers import Quantity
-from fenics_mech.views.study_units import number_unit, variable_unit
+from fenics_mech.views.study_units import Told, number_unit, variable_unit
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def best_so_far(scene: Scene, best: Trial | None) -> str:
     if best is None or scene.study is None:
         return ""
     design = Design(scene, scene.study, ())
-    told = {name: number_unit(Quantity.read(name), design) for name in best.numbers}
+    told = {name: number_unit(Quantity.read(name), design, value) for name, value in best.numbers.items()}
     return ", best " + ", ".join(f"{name} {told[name].whole(value, 4)}" for name, value in best.numbers.items())
 
 
@@ -103,11 +103,26 @@ def missed(found: Optimum) -> str:
         number = found.best.numbers[bound.of]
         beyond = bound.sign * (number - bound.limit)
         if excess > PROBLEM.within:
-            told = number_unit(Quantity.read(bound.of), problem.trials.design)
+            told = unit_of(found, bound.of)
             far = f" ({percent(beyond / abs(bound.limit))} beyond it)" if bound.limit else ""
             asked = f"{bound.words} {told.whole(bound.limit)} is asked"
             said.append(f"{bound.of} is {told.whole(number)}, where {asked}{far}")
     return ", and ".join(said)
+
+
+def unit_of(found: Optimum, name: str) -> Told:
+    """Give the unit of a number of an optimisation, which fits it at the start and in the best design.
+
+    Parameters
+    ----------
+    found
+        The optimum.
+    name
+        The number.
+    """
+    trials = found.problem.trials
+    shown = [trial.numbers[name] for trial in (found.problem.first, found.best)]
+    return number_unit(trials.quantity(name), trials.design, shown)
 
 
 def _end(found: Optimum) -> str:
@@ -134,7 +149,7 @@ def _numbers(found: Optimum) -> Table:
     table = table_of("Numbers of the result", "number", "start", "best", "limit", "unit")
     problem = found.problem
     for quantity in problem.trials.quantities:
-        name, told = quantity.text, number_unit(quantity, problem.trials.design)
+        name, told = quantity.text, unit_of(found, quantity.text)
         limits = [f"{'most' if b.sign > 0 else 'least'} {told.text(b.limit)}" for b in problem.bounds if b.of == name]
         values = [told.text(trial.numbers[name]) for trial in (problem.first, found.best)]
         table.add_row(escape(name), *values, ", ".join(limits), told.unit)

@@ -5,15 +5,19 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from fenics_mech.recovery.exports import KIND_OF
 from fenics_mech.recovery.variables import STRAINS
 from fenics_mech.scene import Scene
-from fenics_mech.scene.answer_units import USUAL, named_units
+from fenics_mech.scene.answer_units import AnswerUnits, named_units
 from fenics_mech.scene.study import Study
 from fenics_mech.scene.units import unit_written
 from fenics_mech.studies.design.design_variables import Design, DesignVariable
 from fenics_mech.studies.design.result_curves import ResultNumbers
 from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.views.prefixes import fitted
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,10 @@ class Told:
         return "" if self.unit == "1" else f" {self.unit}"
 
 
-def number_unit(of: ResultNumbers, design: Design) -> Told:
+def number_unit(of: ResultNumbers, design: Design, shown: ArrayLike) -> Told:
     """Give the unit of a number of a result: one that the scene names for answers, that of its limit, or the usual one.
+
+    The usual one has the prefix that fits the numbers which are shown.
 
     Parameters
     ----------
@@ -78,13 +84,18 @@ def number_unit(of: ResultNumbers, design: Design) -> Told:
         The number, or the curve.
     design
         The scene with its study.
+    shown
+        The numbers in SI.
     """
     kind = "strain" if of.name in STRAINS else KIND_OF.get(of.unit, "")
     if kind in (named := named_units(design.scene.units)):
         return Told(*named[kind])
     if isinstance(of, Quantity) and (written := _of_limit(of, design.study)):
         return Told(*written)
-    return Told(*USUAL[kind]) if kind else Told(of.unit)
+    if not kind:
+        return Told(of.unit)
+    sizes = np.abs(np.asarray(shown, dtype=float))
+    return Told(*fitted({kind: sizes.max(initial=0.0, where=np.isfinite(sizes))}, AnswerUnits()).known[kind])
 
 
 def variable_unit(variable: DesignVariable, scene: Scene) -> Told:

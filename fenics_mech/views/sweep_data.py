@@ -12,6 +12,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.sweep_peaks import unresolved
 from fenics_mech.views.judgements import TheorySizes
+from fenics_mech.views.prefixes import fitted, without_rounding
 from fenics_mech.views.tables import number
 
 BEYOND = "outside the theory"
@@ -23,14 +24,27 @@ def written(data: xr.Dataset, path: str) -> Array:
 
 
 def units_of(data: xr.Dataset) -> AnswerUnits:
-    """Give the units in which the scene of a sweep or a branch tells its answers.
+    """Give the units in which a sweep or a branch tells its answers: those of its scene, or those that fit its peaks.
 
     Parameters
     ----------
     data
         The data of the sweep or branch.
     """
-    return AnswerUnits.of(json.loads(str(data.attrs.get("scene", "{}"))).get("units") or ())
+    stated = AnswerUnits.of(json.loads(str(data.attrs.get("scene", "{}"))).get("units") or ())
+    peaks = {
+        name: float(np.nanmax(values, initial=0.0))
+        for name in ("peak_joint_force", "peak_input_torque", "peak_stress")
+        if (values := data[name].to_numpy() if name in data else np.zeros(0)).size
+    }
+    force, effort = (peaks.get(name, 0.0) for name in ("peak_joint_force", "peak_input_torque"))
+    slides = effort > 0 and data["peak_input_torque"].attrs.get("units") == "N"
+    largest = {
+        "force": max(force, effort) if slides else force,
+        "moment": 0.0 if slides else effort,
+        "stress": peaks.get("peak_stress", 0.0),
+    }
+    return fitted(without_rounding(largest, force), stated)
 
 
 def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:

@@ -15,6 +15,7 @@ from fenics_mech.accuracy.missed_resonances import (
     hidden_by_steps,
     slower_than,
 )
+from fenics_mech.analysis import analyse
 from fenics_mech.eigenmodes import Modes
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
@@ -159,8 +160,32 @@ def test_a_frequency_that_varies():
 @pytest.mark.parametrize(("stages", "loss", "hidden"), [(3, 0.01, False), (3, 1e-4, True), (1, 0.01, True)])
 def test_steps_hide_what_they_change_more_than_damping(stages, loss, hidden):
     """By 7 steps a swing, 3 Radau points have 8e-5 of the frequency, and 1 has 0.4."""
-    points, better = Tableau.of("radau", stages), Tableau.of("gauss", stages)
+    points = Tableau.of("radau", stages)
     found = resonances(7.0, loss, 0.0)
-    for step, expected in ((ANGLE[1], hidden), (ANGLE[1] / 100, False)):
-        by_steps = hidden_by_steps(points, better, step, found.harmonics, found.width)
+    for step, expected in ((ANGLE[1], hidden), (ANGLE[1] / 1000, False)):
+        by_steps = hidden_by_steps(points, step, found.harmonics, found.width)
         assert (found.met & by_steps).any() == expected
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("tuned", [1.0, 0.985])
+def test_a_resonance_that_better_steps_show_is_told_by_their_difference(tuned):
+    """A turning arm under harmonic 10 of a load, in its axes 11 times the drive: at its second mode, and 1.5 % below.
+
+    Against 8 times the steps. Three Radau points a third of a swing have the frequency off by more than the damping
+    ratio of 2e-3, and four have not. Measured 3.1 and 1.2. What three points hid was told as the load over the
+    damping: 7.2 at resonance, and 32 below it.
+    """
+    steps = 35
+    loads = {"tip": {"at": "arm.A", "force": (0.0, -1.0), "factor": {"kind": "harmonics", "sine": (0,) * 9 + (0.2,)}}}
+    given = {"mesh": {"elements": 4}, "damping": {"ratio": 2e-3}, "loads": loads, "effects": ()}
+    probe = arm(1.0, **given)
+    second = float(scene_modes(probe, mechanism(probe)).omega[:, 1].mean())
+    analysis = {"solver": "collocation", "sub_intervals": steps, "modes": 4, "stability": False}
+    analysis |= {"allow_coarse": True, "allow_large": True}
+    scene = arm(tuned * second / 11, **given, analysis=analysis)
+    found = analyse(scene).data
+    finer = analyse(scene.changed(analysis__sub_intervals=8 * steps, analysis__error_estimates=False)).data["strain"]
+    true = float(np.abs(found["strain"].to_numpy() - finer.to_numpy()[::8]).max() / np.abs(finer).max())
+    ratio = float(found["relative_error"].sel(source="time")) / true
+    assert 1 < ratio < 4

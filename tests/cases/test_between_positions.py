@@ -11,6 +11,10 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.recovery.peaks import doubts, peak_of
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.views.judgements import judgements, verdict
+from fenics_mech.views.key_figures import key_figures
+from fenics_mech.views.reading import reading_of
+from fenics_mech.views.summary import summary
 from tests.common import DEMOS
 
 SCENES = Path(__file__).parent / "scenes"
@@ -135,6 +139,57 @@ def test_rigid_links_tell_of_forces_torques_and_accelerations_between_positions(
     result = analyse(rigid_four_bar(count, analysis__allow_coarse=True))
     for name, shown, true, told in shown_and_true(result, rigid_many):
         assert told == pytest.approx(np.abs(true - shown), rel=2e-3, abs=3e-4 * true.max()), name
+
+
+def printed(result):
+    """Give torque and joint forces as summary, key figures and report print them."""
+    row = next(line for line in str(summary(result)).splitlines() if "input torque" in line)
+    figures, reading = key_figures(result), reading_of(result)
+    assert abs(figures["input_torque"]["value"]) == pytest.approx(np.abs(reading.effort).max())
+    forces = {name: joint["value"] for name, joint in figures["joints"].items()}
+    assert list(forces.values()) == pytest.approx(reading.force.max(axis=0))
+    return abs(float(row.split()[2])), forces
+
+
+@pytest.mark.parametrize("neutral_by", [5e-2, 1e-2])
+@pytest.mark.parametrize("count", [12, 24, 61])
+def test_printed_numbers_of_rigid_links_are_as_wrong_as_is_told(count, neutral_by):
+    """They were those at the positions, 15 to 0.7 % below the peak, and told were the errors of curves: 0.1 to 1.4 %.
+
+    2e-4 is the rounding of the printed torque to four digits.
+    """
+    many = analyse(rigid_four_bar(3600, neutral_by, analysis__error_estimates=False)).data
+    result = analyse(rigid_four_bar(count, neutral_by, analysis__allow_coarse=True))
+    (torque, forces), true = printed(result), float(np.abs(many["input_torque"]).max())
+    told = float(result.data["drive_effort_error"].sel(source="positions").max())
+    assert abs(torque - true) == pytest.approx(told, rel=0.02, abs=2e-4 * true)
+    of_joints = np.linalg.norm(many["joint_force"].transpose("theta", "joint", "component"), axis=-1).max(axis=0)
+    errors = np.abs(of_joints - list(forces.values()))
+    told = result.data["joint_force_error"].sel(source="positions").to_numpy()
+    assert errors == pytest.approx(told, rel=0.02, abs=2e-4 * of_joints.max())
+
+
+def test_the_verdict_of_a_torque_that_few_positions_miss_is_not_that_it_can_be_used():
+    """12 positions miss 15 % of the torque; joint forces are off by less than the 5 % that are refused."""
+    few = analyse(rigid_four_bar(12, 1e-2))
+    assert 0.14 < few.data.attrs["drive_effort_error_estimate"] < 0.16
+    said = "Use the numbers with care: links are rigid, positions too few."
+    assert verdict(judgements(few)) == ("warn", said)
+    text = " ".join(str(summary(few)).split())
+    assert said in text
+    assert "efforts are off by at most 15 % of the largest" in text
+    assert key_figures(few)["verdict"] == {"level": "warn", "sentence": said}
+    enough = analyse(rigid_four_bar(60, 1e-2))
+    assert verdict(judgements(enough))[0] == "note"
+    assert "with care" not in str(summary(enough))
+
+
+def test_rigid_links_whose_errors_are_not_estimated_are_not_called_accurate():
+    result = analyse(rigid_four_bar(12, 1e-2, analysis__error_estimates=False))
+    level, said = verdict(judgements(result))
+    assert level == "warn"
+    assert said == "Use the numbers with care: links are rigid, error not estimated."
+    assert "as analysis.error_estimates = false" in " ".join(str(summary(result)).split())
 
 
 def test_what_rigid_links_tell_falls_as_positions_rise():

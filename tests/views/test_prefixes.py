@@ -1,16 +1,26 @@
 """Prefixes of units fit the numbers of a result, and one number has one rounding everywhere."""
 
 import re
+from types import SimpleNamespace
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
+import fenics_mech as fm
+from fenics_mech._console import text_of
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.studies.compare import compare
+from fenics_mech.studies.compared_curves import curves_of_result
+from fenics_mech.studies.design.trial import Trials
+from fenics_mech.views import comparison, spread_summary, study_summary
+from fenics_mech.views.frames import cycle, frames_at, peak_of
 from fenics_mech.views.page.report import page
 from fenics_mech.views.prefixes import fitted
 from fenics_mech.views.reading import Reading, reading_of
 from fenics_mech.views.summary import summary
+from fenics_mech.views.tables import number
 from fenics_mech.views.words import short
 
 FORCES = "joint_force", "shaking_force", "shaking_moment", "input_torque"
@@ -76,3 +86,52 @@ def test_units_fit_numbers_of_tables_that_are_no_results():
     units = fitted({"force": 5e5, "stress": 30.0, "moment": 1e-3, "strain": 1e-9, "frequency": 1e9}, AnswerUnits())
     assert [units.label(kind) for kind in ("force", "stress", "moment")] == ["kN", "Pa", "mN m"]
     assert units.label("strain") == AnswerUnits().label("strain")
+
+
+@pytest.mark.parametrize(("factor", "size", "unit"), [(1e3, 1e9, "GPa"), (1e-3, 1e3, "kPa")])
+def test_frames_of_an_animation_have_the_unit_of_its_peak(result, factor, size, unit):
+    """Their colours were in MPa while peak, colour bar and caption were in the unit that fits."""
+    scaled = louder(result, factor)
+    assert reading_of(scaled).units.label("stress") == unit
+    frames = frames_at(scaled, scaled.data["theta"].to_numpy(), 1.0)
+    assert np.abs(frames.sides).max() == pytest.approx(np.abs(scaled.data["stress"]).max() / size)
+    assert peak_of(scaled).limit / 2 < np.abs(frames_at(scaled, cycle(scaled, 60), 1.0).sides).max()
+
+
+def test_a_comparison_has_one_unit_for_both_results(result, tmp_path, monkeypatch):
+    """The larger of both decides: that of the reference alone would need an exponent for the other."""
+    sources = [curves_of_result(louder(result, factor), label) for factor, label in ((1.0, "one"), (1e3, "other"))]
+    data, drawn = compare(sources), []
+    text = text_of(comparison.comparison_table(sources, data, result.scene))
+    assert "joint force (kN)" in text
+    assert "input torque (N m)" in text
+    largest = float(data["peak"].sel(quantity=[q for q in data["quantity"].to_numpy() if "joint force" in q]).max())
+    assert f" {number(largest / 1e3)} " in text
+    monkeypatch.setattr(comparison, "save", lambda figure, path: drawn.extend(figure.axes) or path)
+    comparison.plot_comparison(sources, data, tmp_path, result.scene)
+    forces = [axes for axes in drawn if axes.get_ylabel() == "joint force (kN)"]
+    assert max(axes.get_lines()[1].get_ydata().max() for axes in forces) == pytest.approx(largest / 1e3, rel=1e-3)
+    stated = text_of(comparison.comparison_table(sources, data, result.scene.changed(units=["N"])))
+    assert "joint force (N)" in stated
+    plt.close("all")
+
+
+def test_numbers_of_studies_have_a_prefix_and_those_of_a_limit_its_unit():
+    variables = {"speed": {"numbers": ["drive.speed"], "between": [20, 900]}}
+    study = {"maximise": ["joint_force.max"], "variables": variables}
+    scene = fm.load("demos/four_bar.toml").changed(study=study)
+    start, best = (SimpleNamespace(numbers={"joint_force.max": force}) for force in (50.0, 38200.0))
+
+    def told(scene):
+        trials = Trials.of(scene)
+        found = SimpleNamespace(problem=SimpleNamespace(first=start, trials=trials), best=best)
+        return study_summary.unit_of(found, "joint_force.max")
+
+    assert told(scene).whole(38200.0) == "38.2 kN"
+    assert told(scene).label("force") == "force (kN)"
+    limited = scene.changed(study=study | {"limits": [{"of": "joint_force.max", "most": "9e4 N"}]})
+    assert told(limited).whole(38200.0) == "38200 N"
+    assert told(scene.changed(units=["N"])).unit == "N"
+    explorer = SimpleNamespace(first=best, trials=Trials.of(scene))
+    spread = SimpleNamespace(explorer=explorer, scattered=SimpleNamespace(design=explorer.trials.design))
+    assert spread_summary.unit_of(spread, "joint_force.max").unit == "kN"

@@ -136,6 +136,34 @@ def test_sweeps_are_told_in_the_units_of_their_scene(made):
     assert " - " in next(line for line in said(without).splitlines() if line.startswith(" coupler"))
 
 
+def test_large_forces_and_stresses_of_a_sweep_have_a_prefix_as_those_of_a_run_do(made):
+    sweep = made(SPEEDS)
+    along = np.linspace(0.1, 1.0, 11)
+    sweep.data["peak_stress"] = 2.5e10 * along[:, None] + 0 * sweep.data["peak_stress"]
+    sweep.data["peak_joint_force"] = (("drive.speed", "joint"), 38200 * along[:, None])
+    sweep.data["peak_input_torque"] = ("drive.speed", 5e4 * along, {"units": "N m"})
+    sweep.data["peak_joint_force"][3] = np.nan  # of a point that failed
+    sweep = Sweep(sweep.data.assign_coords(joint=["A"]))
+
+    def shown(sweep):
+        axes = [*force_figure(sweep).axes, response_figure(sweep).axes[0]]
+        return {one.get_ylabel(): one.get_lines()[0].get_ydata()[-1] for one in axes}
+
+    wanted = {"force (kN)": 38.2, "torque (kN m)": 50.0, "stress (GPa)": 25.0}
+    assert shown(sweep) == pytest.approx(wanted)
+    assert re.search(r"stress.\(GPa\)", said(sweep))
+    assert next(line for line in said(sweep).splitlines() if line.startswith(" coupler")).split()[1] == "25"
+    stated = {"force (N)": 38200.0, "torque (kN m)": 50.0, "stress (MPa)": 25000.0}
+    assert shown(sweep.told_in(["N", "MPa"])) == pytest.approx(stated)
+    slides = sweep.data.assign(peak_input_torque=sweep.data["peak_input_torque"].assign_attrs(units="N") * 1e-3)
+    slides["peak_input_torque"].attrs["units"] = "N"
+    both = [axes.get_ylabel() for axes in force_figure(Sweep(slides)).axes]
+    assert both == ["force (kN)", "force (kN)"]
+    balanced = sweep.data.assign(peak_input_torque=sweep.data["peak_input_torque"] * 1e-18)  # nothing but rounding
+    balanced["peak_input_torque"].attrs["units"] = "N m"
+    assert force_figure(Sweep(balanced)).axes[1].get_ylabel() == "torque (N m)"
+
+
 def test_points_are_judged_by_what_linear_theory_leaves_out_as_a_run_is(made):
     """The fixed limits are for points of which that is not known: a bow beyond them may be within the theory."""
     sweep = made(SPEEDS)
