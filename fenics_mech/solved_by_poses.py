@@ -12,7 +12,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech.errors import SolverError
-from fenics_mech.estimate import finer_mesh, finer_steps
+from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
+from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
 from fenics_mech.machine.acting_from_scene import SHAFT
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
@@ -41,10 +42,12 @@ EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's
 Stresses = list[Array]  # of every term
 
 
-def built(scene: Scene) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart."""
+def built(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
+    """Build a machine that is damped, with the motion of its rigid links as chart: that of a coarse one if given."""
     made = machine_of(scene)
-    if scene.drives:
+    if coarse is not None and isinstance(coarse.chart, Fourier):
+        made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
+    elif scene.drives:
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
         made.machine.chart = rigid_cycle(led.machine, scene.period)
     if np.any(scene.damping.ratio):
@@ -150,7 +153,7 @@ class Solved:
     @cached_property
     def finer(self) -> SceneMachine:
         """The machine with halved elements."""
-        return built(with_halves(self.scene))
+        return built(with_halves(self.scene), self.made.machine)
 
 
 @dataclass(frozen=True)
@@ -319,7 +322,8 @@ class AtRest:
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same without most of the error of a source, which is named."""
-        yield "mesh", AtRest._by(self.scene, _undamped(with_halves(self.scene)), _instants(self.scene)).positions
+        finer = _undamped(with_halves(self.scene), self.made.machine)
+        yield "mesh", AtRest._by(self.scene, finer, _instants(self.scene)).positions
         if self.following is not None:
             yield "theory", self.corrected
 
@@ -334,9 +338,9 @@ class AtRest:
         return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
 
 
-def _undamped(scene: Scene) -> SceneMachine:
+def _undamped(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
     """Build a machine whose links are not damped."""
-    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}))
+    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}), coarse)
 
 
 def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.geometry import End, Geometry, harmonics
+from fenics_mech.geometry import End, Fourier, Geometry, harmonics
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve import Cycle, Path, periodic
 from fenics_mech.terms import Beams, Shapes
@@ -47,6 +47,20 @@ def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
     """
     period = cycle.path.period
     return periodic(machine, period, start=_prolonged(cycle, machine, period), tolerance=ENOUGH)
+
+
+def finer_chart(chart: Fourier, coarse: Machine, fine: Machine) -> Fourier:
+    """Give the rigid motion of a machine with finer elements by that of the coarse one: members do not bend.
+
+    Parameters
+    ----------
+    chart
+        The rigid motion of the coarse machine.
+    coarse, fine
+        As of `finer_mesh`.
+    """
+    r, R = _finer_poses(coarse, fine, chart.r, chart.R)
+    return Fourier(chart.geometry, chart.period, r, R)
 
 
 def missed_between(cycle: Cycle, quantity: Callable[[Evaluation], Array], shares: int = 8) -> Array:

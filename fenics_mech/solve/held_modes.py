@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,9 +38,20 @@ def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
     SolverError
         When drives and joints leave something free to move, or nothing at all.
     """
-    n, zero = machine.n, np.zeros((1, machine.size))
-    found = machine.residual(np.array([t]), zero, zero, zero, moving=False)
-    M, K = (machine.pattern.matrix(x[0]).toarray() for x in (found.M, found.K))
+    return next(_each_held(machine, np.array([t])))[:2]
+
+
+def _each_held(machine: Machine, times: Array) -> Iterator[tuple[Array, Array, Array]]:
+    """Give what `held_modes` gives at each of some instants, and the mass ``(coordinates, coordinates)``."""
+    n, zero = machine.n, np.zeros((len(times), machine.size))
+    found = machine.residual(times, zero, zero, zero, moving=False)
+    for t, M, K in zip(times, machine.pattern.dense(found.M), machine.pattern.dense(found.K)):
+        yield *_held(machine, float(t), M, K), M[:n, :n]
+
+
+def _held(machine: Machine, t: float, M: Array, K: Array) -> tuple[Array, Array]:
+    """Give frequencies and shapes by the tangents of an instant (s), ``(size, size)`` each."""
+    n = machine.n
     free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if machine.held else np.eye(n)
     mass, stiffness, what = (
         free.T @ M[:n, :n] @ free,
@@ -102,15 +113,12 @@ def followed_modes(machine: Machine, times: Array) -> FollowedModes:
     times
         Instants ``(positions,)`` (s).
     """
-    n, zero = machine.n, np.zeros((len(times), machine.size))
-    found = machine.residual(times, zero, zero, zero, moving=False)
     omegas: list[Array] = []
     shapes: list[Array] = []
     momenta: list[Array] = []
-    for t, values in zip(times, found.M):
-        omega, shape = held_modes(machine, t)
-        shape = omega * shape[:n]
-        momentum = machine.pattern.matrix(values)[:n, :n] @ shape
+    for held, stiff, mass in _each_held(machine, times):
+        omega, shape = held, held * stiff[: machine.n]
+        momentum = mass @ shape
         if shapes:
             alike = shapes[-1].T @ momentum
             order = linear_sum_assignment(-np.abs(alike))[1]
@@ -153,7 +161,7 @@ def damp_modes(
     beams, term = machine.beams, machine.terms.index(machine.beams)
     group = machine.groups[term]
     times = period / positions * np.arange(positions) if times is None else times
-    modes = [held_modes(machine, t) for t in times]
+    modes = [(omega, shape) for omega, shape, _ in _each_held(machine, times)]
     zero = np.zeros((len(times), machine.size))
     measured = machine.residual(times, zero, zero, zero, moving=False, tangents=False).terms[term]
     most = fastest * min(omega[0] for omega, _ in modes)

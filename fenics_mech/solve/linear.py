@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import predicted
 from fenics_mech.solve.periodic import Iteration, Path
-from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.sparse import blocks_of, solutions
 
 
 @dataclass(frozen=True)
@@ -71,12 +71,7 @@ class StaticIteration:
         held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False)
         self.values = np.where(machine.pattern.indices >= n, held.M, held.K)
         blocks = blocks_of(machine.pattern, 1)
-        x = np.array(
-            [
-                Factors(blocks, value[:, None, None], "the static answer").solve(-force)
-                for value, force in zip(self.values, self.found.force)
-            ]
-        )
+        x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")
         dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)
         self.change = dq, zero, da
         self.stresses = predicted(machine, held, *self.change)

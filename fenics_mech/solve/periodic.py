@@ -16,7 +16,7 @@ from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.blows import blows_of
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
-from fenics_mech.solve.sparse import Factors, blocks_of, inverses
+from fenics_mech.solve.sparse import SMALL, Factors, blocks_of, inverses
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 
@@ -138,9 +138,6 @@ class Cycle:
             How many.
         """
         return self.steps.multipliers(count)[0]
-
-
-SMALL = 200  # rows of a step's matrix: its inverse takes less time than sparse factors and their solutions
 
 
 class LinearSteps:

@@ -8,9 +8,10 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
-from fenics_mech.solve.statics import equilibrium
+from fenics_mech.solve.statics import equilibria, equilibrium
 
 FEWEST, MOST = 64, 1024  # positions
+FOUND = 1e-12  # Newton's change of coordinates (m, rad), where a position is found
 LEFT_OUT = 1e-11  # of the machine's extent, that harmonics of the highest quarter may have: rounding is 1e-12
 
 
@@ -32,24 +33,16 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -
         When the machine cannot be assembled at a position, which is named, or does not come back after the period.
     """
     if positions is None:
-        count, chart = FEWEST, rigid_cycle(machine, period, FEWEST)
-        while count < MOST and _highest(chart) > LEFT_OUT * machine.extent:
-            count *= 2
-            chart = rigid_cycle(machine, period, count)
+        chart = rigid_cycle(machine, period, FEWEST)
+        while len(chart.r) < MOST and _highest(chart) > LEFT_OUT * machine.extent:
+            chart = _doubled(machine, chart)
         return chart
     places, rotations = [], []
     machine.chart = None
     for k in range(positions + 1):
         t = period * k / positions
-        q, a = equilibrium(
-            machine,
-            t,
-            loads=0.0,
-            moving=False,
-            tolerance=1e-12,
-            most=20,
-            what=f"rigid position at {360 * k / positions:.4g} degrees",
-        )
+        what = f"rigid position at {360 * k / positions:.4g} degrees"
+        q, a = equilibrium(machine, t, loads=0.0, moving=False, tolerance=FOUND, most=20, what=what)
         _refuse_gaps(machine, a, 360 * k / positions)
         machine.rebase(q, 0 * q, 0 * q)
         now = machine.known.at(np.array([t]))
@@ -60,6 +53,22 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -
     if off > CLOSED:
         raise SolverError(f"after {period:.6g} s the machine is not where it began: its drives have another period")
     return Fourier(machine.geometry, period, np.array(places[:-1]), np.array(rotations[:-1]))
+
+
+def _doubled(machine: Machine, chart: Fourier) -> Fourier:
+    """Give a rigid motion at twice as many positions: those between are near to its Fourier series."""
+    count = len(chart.r)
+    t = chart.period / count * (np.arange(count) + 0.5)
+    machine.chart = chart
+    zero = np.zeros((count, machine.size))
+    q, a = equilibria(machine, t, zero, loads=0.0, moving=False, tolerance=FOUND, most=20, what="rigid positions")
+    for at, held in zip(t, a):
+        _refuse_gaps(machine, held, 360 * at / chart.period)
+    between = machine.moved(t, q, zero, zero, moving=False)
+    machine.chart = None
+    r, R = np.repeat(chart.r, 2, axis=0), np.repeat(chart.R, 2, axis=0)
+    r[1::2], R[1::2] = between.r, between.R
+    return Fourier(machine.geometry, chart.period, r, R)
 
 
 def _highest(chart: Fourier) -> float:

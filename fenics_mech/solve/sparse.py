@@ -18,6 +18,9 @@ SINGULAR = (
 )
 
 
+SMALL = 200  # rows of a matrix: its inverse takes less time than sparse factors and their solutions
+
+
 class Blocks:
     """Where the entries of a matrix lie that has a block of `stages` rows and columns at each entry of a pattern.
 
@@ -124,3 +127,27 @@ def inverses(blocks: Blocks, values: Array, what: str) -> Array:
     found *= columns[:, :, None]
     found *= rows[:, None]
     return found
+
+
+def solutions(blocks: Blocks, values: Array, right: Array, what: str) -> Array:
+    """Solve many systems with the same pattern, each for one vector.
+
+    Parameters
+    ----------
+    blocks
+        Where the entries of their matrices lie.
+    values
+        Entries ``(matrices, entries of the pattern, stages, stages)``.
+    right
+        Right-hand sides ``(matrices, size)``.
+    what
+        What they belong to, for the message.
+
+    Raises
+    ------
+    SolverError
+        When one is singular.
+    """
+    if blocks.size <= SMALL:
+        return np.asarray((inverses(blocks, values, what) @ right[..., None])[..., 0])
+    return np.array([Factors(blocks, value, what).solve(vector) for value, vector in zip(values, right)])

@@ -7,7 +7,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.sparse import blocks_of, solutions
 
 
 def equilibrium(
@@ -52,22 +52,56 @@ def equilibrium(
     SolverError
         When there is none near by.
     """
-    n, size = machine.n, machine.size
-    q = np.zeros(size) if q is None else q.copy()
-    a, zero, time = np.zeros(size), np.zeros((1, size)), np.array([t])
+    start = np.zeros((1, machine.size)) if q is None else q[None]
+    states = equilibria(
+        machine, np.array([t]), start, loads=loads, moving=moving, tolerance=tolerance, most=most, what=what
+    )
+    return states[0][0], states[1][0]
+
+
+def equilibria(
+    machine: Machine,
+    t: Array,
+    q: Array,
+    *,
+    loads: float = 1.0,
+    moving: bool = True,
+    tolerance: float = 1e-11,
+    most: int = 40,
+    what: str = "equilibrium",
+) -> tuple[Array, Array]:
+    """Find what `equilibrium` finds at many instants together.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    t
+        Instants ``(instants,)`` (s).
+    q
+        Where to begin ``(instants, size)``.
+    loads, moving, tolerance, most, what
+        As of `equilibrium`.
+
+    Raises
+    ------
+    SolverError
+        When there is none near by at one of them.
+    """
+    n, q, a, zero = machine.n, q.copy(), np.zeros_like(q), np.zeros_like(q)
     blocks, stresses = blocks_of(machine.pattern, 1), None
     is_multiplier = machine.pattern.indices >= n
 
     def step() -> float:
         nonlocal stresses
-        found = machine.residual(time, q[None], zero, a[None], predicted=stresses, loads=loads, moving=moving)
-        values = np.where(is_multiplier, found.M[0], found.K[0])
-        x = Factors(blocks, values[:, None, None], what).solve(-found.force[0])
-        change = np.concatenate([x[:n], np.zeros(size - n)])
-        stresses = predicted(machine, found, change[None], zero, x[None])
+        found = machine.residual(t, q, zero, a, predicted=stresses, loads=loads, moving=moving)
+        values = np.where(is_multiplier, found.M, found.K)
+        x = solutions(blocks, values[..., None, None], -found.force, what)
+        change = np.where(np.arange(machine.size) < n, x, 0.0)
+        stresses = predicted(machine, found, change, zero, x)
         q[:] += change
-        a[n:] += x[n:]
-        return float(np.abs(x[:n]).max(initial=0.0) / max(np.abs(q).max(initial=0.0), 1.0))
+        a[:, n:] += x[:, n:]
+        return float(np.abs(change).max(initial=0.0) / max(np.abs(q).max(initial=0.0), 1.0))
 
     newton(step, tolerance, most, what)
     return q, a
