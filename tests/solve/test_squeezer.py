@@ -91,7 +91,7 @@ def test_the_squeezer_starts_with_the_printed_accelerations():
     [(1e-9, 5, 5e-9), pytest.param(1e-9, 3, 5e-8, marks=pytest.mark.slow), (1e-5, 3, 5e-4)],
 )
 def test_the_squeezer_ends_as_the_reference(tolerance, stages, bound):
-    """The crank turns by 15.8 rad; errors of 140, 733 and 84 steps sum up. Rates are less exact: no tolerance is of them."""
+    """The crank turns by 15.8 rad; errors of 140, 733 and 84 steps sum up. No tolerance is of rates."""
     angle, rate = missed(tolerance, stages)
     assert angle < bound
     assert rate < 10 * bound
