@@ -39,7 +39,9 @@ class Reactions:
 
         self._apart, self._pulls = apart, motion.a[:, machine.n : machine.n + len(machine.rows)]
         states = (spread(x) for x in (motion.q, motion.v, motion.a))
-        self._found = apart.residual(motion.t, *states, moving=motion.moving, angles=motion.angles, tangents=False)
+        self._found = apart.residual(
+            motion.t, *states, moving=motion.moving, angles=motion.angles, tangents=False, known=True
+        )
         zero = np.zeros((len(motion.t), apart.pattern.entries))
         for group, here, stress in zip(apart.groups, self._found.terms, motion.added or ()):
             stressed = here.with_response(Response(stress))

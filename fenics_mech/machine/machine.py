@@ -368,6 +368,7 @@ class Machine:
         loads: float = 1.0,
         moving: bool = True,
         tangents: bool = True,
+        known: bool = False,
     ) -> Evaluation:
         """Evaluate the equation of motion and the rows of the joints.
 
@@ -388,6 +389,9 @@ class Machine:
             Whether the chart moves; else only its places count.
         tangents
             Whether M, C and K are given.
+        known
+            Whether it is a motion that is known: modes of stress are as large as the rates say, and not as `a` says,
+            whose patterns may have had other signs.
         """
         self._check_plan()
         g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving)
@@ -401,11 +405,12 @@ class Machine:
             response = term.respond(t, found.x, found.rate)
             own = self.mode_numbers[k]
             if response.modes is not None:
-                response = response.under(a[:, own])
+                sizes = np.einsum("temk,tem->tk", response.modes, found.rate) if known else a[:, own]
+                response = response.under(sizes)
             found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
             if response.modes is not None:
-                group.add_modes(found, a[:, own], own, self.pattern, target)
+                group.add_modes(found, sizes, own, self.pattern, target)
             measured.append(found)
         if self.rows:
             self._add_rows(t, at, a, tangents, target)

@@ -47,7 +47,9 @@ class Motion:
     @cached_property
     def found(self) -> Evaluation:
         """The residual, with tangents; the added stresses are those of its terms, and no forces."""
-        found = self.machine.residual(self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles)
+        found = self.machine.residual(
+            self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles, known=True
+        )
         if self.added is None:
             return found
         stressed = [

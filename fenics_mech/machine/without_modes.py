@@ -32,15 +32,16 @@ def without_modes(machine: Machine, t: Array, q: Array, v: Array, a: Array, foun
         The residual there, with tangents.
     """
     zero, kept, force = np.zeros_like(found.M), [], np.zeros_like(found.force)
-    for group, here, own in zip(machine.groups, found.terms, machine.mode_numbers):
+    for group, here in zip(machine.groups, found.terms):
         response = here.response
         if response.modes is not None:
-            of_modes = np.einsum("temk,tk->tem", response.modes, a[:, own])
+            sizes = np.einsum("temk,tem->tk", response.modes, here.rate)
+            of_modes = np.einsum("temk,tk->tem", response.modes, sizes)
             group.spread(here.with_response(Response(of_modes)), None, found.pattern, False, (force, zero, zero, zero))
             response = replace(response, stress=response.stress - of_modes)
         kept.append(here.with_response(response))
     moved = a + _accelerated(machine, found, force)
-    return replace(machine.residual(t, q, v, moved, tangents=False), terms=kept)
+    return replace(machine.residual(t, q, v, moved, tangents=False, known=True), terms=kept)
 
 
 def _accelerated(machine: Machine, found: Evaluation, force: Array) -> Array:
