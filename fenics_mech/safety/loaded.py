@@ -30,12 +30,15 @@ class Loaded:
         The result.
     enlarged
         A change of its section, under the same loads.
+    cycles
+        Cycles of the machine under these loads in its life, where its load cases tell them.
     """
 
     label: str
     member: Member
     result: Result
     enlarged: Enlarged = field(default_factory=Enlarged)
+    cycles: float | None = None
 
     @property
     def scene(self) -> Scene:
