@@ -25,6 +25,9 @@ def run(
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
+    jobs: Annotated[
+        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share load cases.")
+    ] = 1,
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Units = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
@@ -35,15 +38,19 @@ def run(
     With --strict a warning ends it with an error: about numbers of the scene before anything is written, about the
     result, such as a tolerance that is not met, after all is written.
 
+    A scene with load cases is answered in all of them, and what governs is named.
+
     Under mpirun the processes share the positions.
     """
     if as_json and (quiet or units or details):
         raise MechanismError("--json prints key figures in SI: leave --quiet, --units and --details out")
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
-        from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.analysis import STEPS  # noqa: PLC0415
         from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
+        from fenics_mech.studies.case_runs import analyse_cases  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
+        from fenics_mech.views.page.report import pages_of_cases  # noqa: PLC0415
         from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
         from fenics_mech.views.summary import summary  # noqa: PLC0415
@@ -55,8 +62,9 @@ def run(
 
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
-        result = shared(lambda: analyse(loaded, step))
+    steps = len(STEPS) * max(1, len(loaded.cases))
+    with progress_bar(steps + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
+        result = shared(lambda: analyse_cases(loaded, jobs, step))
         if not first:
             return
         step("writing result.nc")
@@ -69,6 +77,7 @@ def run(
             if report:
                 step("report")
                 written[""].append(write_report(result, folder / "report.html"))
+                written["pages of other cases"] = [*pages_of_cases(result, folder / "report.html").values()]
             if plots:
                 step("plots")
                 with loading():  # the many parts of figures stay to the end of the command, which is near

@@ -60,6 +60,12 @@ class Result(OfScene):
         return str(self.data.attrs.get("case", ""))
 
     @property
+    def stated(self) -> Scene:
+        """The scene as it was stated: with its load cases, where it has some."""
+        told = self.data.attrs.get("cases")
+        return self.scene if told is None else Scene.read(json.loads(json.loads(told)["scene"]))
+
+    @property
     def cycles(self) -> dict[str, float]:
         """Cycles of the machine in each load case in its life, where the cases state them."""
         return dict(json.loads(self.data.attrs["cases"])["cycles"]) if "cases" in self.data.attrs else {}

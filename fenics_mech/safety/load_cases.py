@@ -98,6 +98,19 @@ def envelope(result: Result) -> xr.Dataset:
     return xr.Dataset(found)
 
 
+def most_stressed(result: Result) -> str:
+    """Name the load case with the largest stress, or of rigid links with the largest joint force.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    """
+    name = "case_stress" if "case_stress" in result.data else "case_joint_force"
+    most = result.data[name].fillna(-np.inf).max([dim for dim in result.data[name].dims if dim != "case"])
+    return str(most["case"].to_numpy()[int(most.to_numpy().argmax())])
+
+
 def _largest_of_each(results: Mapping[str, Result]) -> xr.Dataset:
     """Give the largest stress, strain, deflection, joint force and effort, and the least factor of safety, by case."""
     parts = {name: _largest(one) for name, one in results.items()}

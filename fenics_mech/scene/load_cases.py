@@ -145,6 +145,22 @@ def told_of_case(name: str) -> Iterator[None]:
         raise
 
 
+def refuse_cases(scene: Scene, what: str) -> None:
+    """Raise `SceneError` where a scene has load cases, and what is asked for is of one.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    what
+        What is asked for, in words.
+    """
+    if scene.cases:
+        names = ", ".join(case.name for case in scene.cases)
+        hint = f"Take it in one of {names}: by in_case(scene, name), or SCENE@CASE.toml as the name of the file"
+        raise SceneError(f"the scene has load cases, and {what} is of one", place="cases", hint=hint)
+
+
 def title_of(scene: str, case: str) -> str:
     """Name a scene in one of its cases.
 

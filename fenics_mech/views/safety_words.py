@@ -59,7 +59,8 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
         member, check = found.governing
         open_modes = undecided(found)
         far = ", as far as the scene tells" if open_modes else ""
-        said = [f"Safe{far}: the least factor is that of member {member!r}, {_of(check)}."]
+        cases = f" in all {len(result.cases)} load cases" if len(result.cases) > 1 else ""
+        said = [f"Safe{cases}{far}: the least factor is that of member {member!r}, {_of(check)}."]
     if found.doubtful is not None:
         member, check = found.doubtful
         level = "warn" if level == "good" else level
@@ -72,6 +73,7 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
 def _failing(member: str, check: Check) -> str:
     detail = f"{check.detail}: " if check.detail else ""
     sizes = "" if check.mode == "resonance" else f"{factor(check)} of {check.wanted:g}"
+    sizes += f", case {check.case}" * bool(check.case)
     at = f"at {short(check.share, 2)} of its wanted factor"
     return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sizes})"
 
@@ -79,7 +81,8 @@ def _failing(member: str, check: Check) -> str:
 def _of(check: Check) -> str:
     """Write factors and mode: "1.2 of 1.5 by yield"."""
     detail = f" ({check.detail})" if check.detail else ""
-    return f"{factor(check)} of {check.wanted:g} by {check.mode}{detail}"
+    case = f" in case {check.case}" if check.case else ""
+    return f"{factor(check)} of {check.wanted:g} by {check.mode}{detail}{case}"
 
 
 def factor(check: Check) -> str:
@@ -110,7 +113,8 @@ def acting(check: Check, units: AnswerUnits) -> str:
     acts, borne = (short(units.number(value, check.kind)) for value in (check.acting, check.borne))
     at = "" if check.theta is None else f" at {math.degrees(check.theta) % 360:.0f}{DEGREE}"
     detail = f", {check.detail}" if check.detail else ""
-    return f"{acts} of {borne} {units.label(check.kind)}{at}{detail}"
+    case = f", case {check.case}" if check.case else ""
+    return f"{acts} of {borne} {units.label(check.kind)}{at}{detail}{case}"
 
 
 def _cured(result: Result, check: Check, cure: Cure | None, units: AnswerUnits) -> str:
@@ -201,6 +205,7 @@ def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
     if found.governing is not None:
         member, check = found.governing
         figures |= {"min": _finite(check.share), "member": member, "mode": check.mode}
+        figures |= {"case": check.case} if check.case else {}
     if found.cure is not None:
         figures["cure"] = {"place": found.cure.place, "now": found.cure.now, "needed": found.cure.needed}
     figures["members"] = {
@@ -211,6 +216,7 @@ def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
                 "acting": check.acting,
                 "borne": check.borne,
                 "decides": check.decides,
+                **({"case": check.case} if check.case else {}),
                 "assumed": [*check.rests_on, *check.assumed],
             }
             for check in checks

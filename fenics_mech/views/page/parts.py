@@ -28,7 +28,8 @@ def heading(reading: ForceReading) -> Html:
         tag("button", "Print", id="print", type="button"),
         tag("button", "\N{CIRCLE WITH RIGHT HALF BLACK}", id="theme", type="button", aria_label="dark or light"),
     )
-    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", reading.driven()))
+    governs = f", which governs of {len(reading.result.cases)} load cases" if reading.result.cases else ""
+    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", reading.driven(), governs))
     return tag("header", name, tag("div", *buttons, class_="tools live"), class_="top")
 
 
