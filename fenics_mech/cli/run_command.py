@@ -77,7 +77,8 @@ def run(
             if report:
                 step("report")
                 written[""].append(write_report(result, folder / "report.html"))
-                written["pages of other cases"] = [*pages_of_cases(result, folder / "report.html").values()]
+                others = [*pages_of_cases(result, folder / "report.html").values()]
+                written["page of the other case" if len(others) == 1 else "pages of other cases"] = others
             if plots:
                 step("plots")
                 with loading():  # the many parts of figures stay to the end of the command, which is near

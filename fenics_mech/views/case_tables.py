@@ -9,6 +9,7 @@ import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
+from fenics_mech._constants import ROUNDING
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.safety import judge
@@ -60,8 +61,9 @@ def case_lines(result: Result, units: AnswerUnits) -> tuple[tuple[str, ...], lis
         for variable, _, kind in columns:
             values = result.data[variable].sel(case=name)
             n = int(np.argmax(values.fillna(-np.inf).to_numpy()))
-            owner = str(values[values.dims[0]].to_numpy()[n])
-            numbers.append((short(units.number(float(values.to_numpy()[n]), kind)), owner))
+            owner, most = str(values[values.dims[0]].to_numpy()[n]), float(values.to_numpy()[n])
+            seen = most > ROUNDING * float(result.data[variable].max())  # what is less is rounding of the other cases
+            numbers.append((short(units.number(most, kind) if seen else 0.0), owner if seen else NONE))
         lines.append(CaseLine(name, _least(result, name), tuple(numbers)))
     return tuple(f"{head}\n{units.label(kind)}" for _, head, kind in columns), lines
 

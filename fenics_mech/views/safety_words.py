@@ -59,7 +59,8 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
         member, check = found.governing
         open_modes = undecided(found)
         far = ", as far as the scene tells" if open_modes else ""
-        cases = f" in all {len(result.cases)} load cases" if len(result.cases) > 1 else ""
+        count = len(result.cases)
+        cases = f" in {'both' if count == 2 else f'all {count}'} load cases" if count > 1 else ""
         said = [f"Safe{cases}{far}: the least factor is that of member {member!r}, {_of(check)}."]
     if found.doubtful is not None:
         member, check = found.doubtful
