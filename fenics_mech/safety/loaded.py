@@ -111,7 +111,7 @@ class Loaded:
         return length + sum(self._in_barrel(name, link) for name in self.scene.joints), free
 
     def _in_barrel(self, name: str, link: str) -> float:
-        """Give how far the pins of a link are beyond a slide in which a member of another ends (m); 0 of other joints."""
+        """Give how far the pins of a barrel are beyond the slide in which the member ends (m); 0 of other joints."""
         joint, data = self.scene.joints[name], self.result.data
         ends = {point.split(".")[0]: point for point in joint.connect}
         if not isinstance(joint, Prismatic) or link not in ends or "ground" in ends:

@@ -79,11 +79,10 @@ def test_the_least_factor_and_its_case_are_those_by_hand(result):
 def test_the_cure_does_in_every_case(scene, result):
     cure = judge(result).cure
     assert cure.place == "sections.s.height"
-    least = {
-        size: judge(fm.analyse(scene.changed({cure.place: size * cure.needed}))).governing[1].share
-        for size in (0.97, 1)
-    }
-    assert least[1] >= 1 > least[0.97]
+    least, enough = (
+        judge(fm.analyse(scene.changed({cure.place: size * cure.needed}))).governing[1].share for size in (0.97, 1)
+    )
+    assert enough >= 1 > least
 
 
 def test_every_output_names_the_governing_case(result):
@@ -168,8 +167,9 @@ set.gravity = [0, "-9.81 m/s^2"]
     torque = found.data["case_effort"].sel(drive="O")
     assert torque.sel(case="dry") > torque.sel(case="oiled") * (1 + 1e-4)
     assert found.case == "fast_and_heavy"  # rigid links: that of the largest joint force
-    assert "3 load cases" in str(fm.summary(found)) or "load case" in str(fm.summary(found))
-    assert fm.write_scene(stated, tmp_path / "copy.toml") and fm.load(tmp_path / "copy.toml").cases == stated.cases
+    assert "load case" in str(fm.summary(found))
+    fm.write_scene(stated, tmp_path / "copy.toml")
+    assert fm.load(tmp_path / "copy.toml").cases == stated.cases
 
 
 LINE = "sections.s.height"
@@ -206,7 +206,7 @@ def test_errors_name_the_line_of_their_case(tmp_path):
 
 def test_one_damaged_case_ends_the_run_and_is_named(scene):
     buckled = {"name": "buckled", "set": {"loads": {"F0": {"force": [-60e3, 0]}}, "effects": ["geometric-stiffness"]}}
-    with pytest.raises(fm.SolverError, match="^load case 'buckled': "):
+    with pytest.raises(fm.SolverError, match=r"^load case 'buckled': "):
         fm.analyse(scene.changed(cases=[CASES[0], buckled]))
 
 
@@ -221,7 +221,7 @@ def test_numbers_of_studies_are_the_worst_of_all_cases_or_of_one(result):
 
 
 def test_what_answers_one_case_refuses_several(scene):
-    with pytest.raises(fm.SceneError, match="a sweep is of one. Take it in one of push, bend, both_half"):
+    with pytest.raises(fm.SceneError, match=r"a sweep is of one\. Take it in one of push, bend, both_half"):
         fm.sweep(scene, {"drive.speed": [1.0, 2.0]})
     assert fm.sweep(fm.in_case(scene, "push"), {"drive.speed": [0.01]}).paths == ["drive.speed"]
 
@@ -243,10 +243,8 @@ def test_fatigue_adds_the_damage_of_all_cases():
     result = fm.analyse(stated)
     modulus = WIDE * HIGH**2 / 6
     damage = {
-        name: cycles[name]
-        * (2 * forces[name] * LONG / 4 / modulus / CURVE["range"]) ** CURVE["slope"]
-        / CURVE["cycles"]
-        for name in forces
+        name: cycles[name] / CURVE["cycles"] * (2 * force * LONG / 4 / modulus / CURVE["range"]) ** CURVE["slope"]
+        for name, force in forces.items()
     }
     found = life_used(result)
     for name in forces:  # the crank of 1 mm turns the rod by 1e-3, and its inertia adds nothing at 0.01 rad/s

@@ -233,7 +233,7 @@ def test_studies_know_the_least_factor_and_that_of_a_member_and_a_mode():
     assert Quantity.read("safety[pin and eye].min").of(result) > 1  # which rests on an assumed pin
     with pytest.raises(SceneError, match="there is no 'crank'"):
         Quantity.read("safety[crank].min").of(result)
-    with pytest.raises(SceneError, match=r"no critical speed of its own is near|critical speeds are told"):
+    with pytest.raises(SceneError, match="nothing moves in a static answer"):
         Quantity.read("safety[resonance].min").of(result)
 
 
