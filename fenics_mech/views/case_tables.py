@@ -17,7 +17,7 @@ from fenics_mech.safety.load_cases import envelope
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.critical_words import speeds_in_words
 from fenics_mech.views.reading import Reading, reading_of
-from fenics_mech.views.safety_words import factor
+from fenics_mech.views.safety_words import sized
 from fenics_mech.views.words import short
 
 MOST_CASES = 6  # that a summary lists
@@ -101,7 +101,7 @@ def _least(result: Result, name: str) -> tuple[str, str]:
     if not result.scene.members() or (governing := judge(result.cases[name]).governing) is None:
         return NONE, NONE
     member, check = governing
-    return f"{factor(check)} of {check.wanted:g}", f"{check.mode}, {member}"
+    return sized(check), f"{check.mode}, {member}"
 
 
 def cases_table(result: Result, units: AnswerUnits) -> Table:

@@ -73,7 +73,7 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
 
 def _failing(member: str, check: Check) -> str:
     detail = f"{check.detail}: " if check.detail else ""
-    sizes = "" if check.mode == "resonance" else f"{factor(check)} of {check.wanted:g}"
+    sizes = sized(check)
     sizes += f", case {check.case}" * bool(check.case)
     at = f"at {short(check.share, 2)} of its wanted factor"
     return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sizes})"
@@ -83,7 +83,7 @@ def _of(check: Check) -> str:
     """Write factors and mode: "1.2 of 1.5 by yield"."""
     detail = f" ({check.detail})" if check.detail else ""
     case = f" in case {check.case}" if check.case else ""
-    return f"{factor(check)} of {check.wanted:g} by {check.mode}{detail}{case}"
+    return f"{sized(check)} by {check.mode}{detail}{case}"
 
 
 def factor(check: Check) -> str:
@@ -95,6 +95,19 @@ def factor(check: Check) -> str:
         The mode.
     """
     return f"> {LARGEST:g}" if check.factor > LARGEST else short(check.factor)
+
+
+def sized(check: Check) -> str:
+    """Write a factor of safety and the wanted one; of a resonance the distance of the speed from it in percent.
+
+    Parameters
+    ----------
+    check
+        The mode.
+    """
+    if check.kind == "share":
+        return f"{short(100 * check.factor)} % of {100 * check.wanted:g} %"
+    return f"{factor(check)} of {check.wanted:g}"
 
 
 def acting(check: Check, units: AnswerUnits) -> str:
@@ -180,7 +193,7 @@ def safety_table(result: Result, units: AnswerUnits) -> list[str]:
     """
     found = judge(result)
     said = [
-        f"{member}, {check.mode}: {factor(check)} of {check.wanted:g} ({acting(check, units)})"
+        f"{member}, {check.mode}: {sized(check)} ({acting(check, units)})"
         + ("" if check.decides else ", by assumption")
         for member, checks in found.checks.items()
         for check in checks
