@@ -274,8 +274,7 @@ def section(name: str, result: fm.Result, complete: fm.Result | None = None) -> 
         f"## {result.stated.name[:1].upper()}{result.stated.name[1:]}",
         f'<img src="../demos/{name}.png" width="420" alt="{result.stated.name}">',
         f"*{SHOWN[name].question}* Scene: `demos/{name}.toml`",
-        SHOWN[name].answer(result),
-        usable(result),
+        f"{SHOWN[name].answer(result)} {usable(result)}",
     ]
     if complete is not None:
         lines[-1] += f" {of('theory', result).text.removesuffix(advice(result)).strip()}"
