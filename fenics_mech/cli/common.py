@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fenics_mech.scene import Scene
     from fenics_mech.scene.answer_units import AnswerUnits
 
+LEFT_OUT = "the scene is taken without its load cases. Write {}@{}.toml for one of them"
 SceneFile = Annotated[
     Path, typer.Argument(help="Scene file (TOML); NAME@CASE.toml takes one of its load cases.", show_default=False)
 ]
@@ -120,24 +121,30 @@ def scene_of_file(path: Path) -> Scene:
     return in_case(load(file), case) if case else load(file)
 
 
-def loaded_scene(path: Path, strict: bool) -> Scene:
-    """Load a scene file, and warn of implausible numbers and unchosen assemblies; with `strict` they are errors."""
+def loaded_scene(path: Path, strict: bool, cases: bool = False) -> Scene:
+    """Load a scene file, and warn of implausible numbers and unchosen assemblies; with `strict` they are errors.
+
+    Commands that do not answer load cases, which `cases` says, warn that these are left out.
+    """
     from fenics_mech.kinematics import assembly_notices  # noqa: PLC0415
     from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
 
     scene = scene_of_file(path)
-    warn((*implausible(scene), *assembly_notices(scene)), strict)
+    left_out = [] if cases or not scene.cases else [f"cases: {LEFT_OUT.format(path.stem, scene.cases[0].name)}"]
+    warn((*left_out, *implausible(scene), *assembly_notices(scene)), strict)
     return scene
 
 
-def refined_scene(path: Path, refine: int, strict: bool, tolerance: list[str] | None = None) -> Scene:
-    """Load a scene that is to be analysed, with the tolerance of the command and a refined mesh.
+def refined_scene(
+    path: Path, refine: int, strict: bool, tolerance: list[str] | None = None, cases: bool = False
+) -> Scene:
+    """Load a scene that is to be analysed, with the tolerance of the command and a refined mesh; see `loaded_scene`.
 
     A tolerance chooses the mesh itself: with one, a refinement is an error.
     """
     from fenics_mech.scene import refined, stated_tolerance  # noqa: PLC0415
 
-    scene = loaded_scene(path, strict)
+    scene = loaded_scene(path, strict, cases)
     scene = scene.changed(tolerance=stated_tolerance(tolerance)) if tolerance else scene
     if refine and scene.tolerance is not None:
         shares = " and ".join(f"{share:g}" for share in scene.tolerances.values())

@@ -21,7 +21,7 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), units: Units = No
     if scene.suffix == ".nc":
         result = loaded_result(scene, units)
     else:
-        loaded = with_units(loaded_scene(scene, strict), units)
+        loaded = with_units(loaded_scene(scene, strict, cases=True), units)
         with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(loaded, step)
     with reading_of_a_file():

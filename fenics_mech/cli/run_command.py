@@ -56,7 +56,7 @@ def run(
         from fenics_mech.views.summary import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
-        loaded = with_units(refined_scene(scene, refine, strict, tolerance), units)
+        loaded = with_units(refined_scene(scene, refine, strict, tolerance, cases=True), units)
         make_folder(folder)
         return loaded
 

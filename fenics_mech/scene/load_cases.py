@@ -97,6 +97,11 @@ def in_case(scene: Scene, name: str) -> Scene:
     ------
     SceneError
         When there is no such case, or what it states is not valid.
+
+    Examples
+    --------
+    >>> fm.in_case(fm.load("demos/load_cases/engine.toml"), "overspeed").loads
+    {}
     """
     known = {case.name: number for number, case in enumerate(scene.cases)}
     check_known(name, known, "load case", "cases")

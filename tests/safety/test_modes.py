@@ -82,6 +82,10 @@ CASES = {
         rod(rectangle(0.02, 0.02), [along(1e3)], material=GOOD, pin=SMALL | {"bush": 20e6}),
         "pin and eye", 20e6 * 6e-3 * 10e-3 / 1e3, "thickness",
     ),
+    "bush by its speed": (  # p v = F/(d t) d w/2, at 0.01 rad/s
+        rod(rectangle(0.02, 0.02), [along(1e3)], material=GOOD, pin=SMALL | {"bush_pv": 800.0}, **TURN),
+        "pin and eye", 800.0 * 2 * 10e-3 / (1e3 * 0.01), "thickness",
+    ),
     "deflection": (
         rod(rectangle(0.02, 0.02), [middle(400.0)], material=GOOD, design={"deflection": "L/500"}),
         "deflection", 2e-3 / (400 / (48 * E * 0.02**4 / 12)), "height",
