@@ -51,10 +51,8 @@ def of_cases(stated: Scene, results: Mapping[str, Result]) -> Result:
     }
     largest = _largest_of_each(told)
     governing = _governing(told, largest)
-    labels = {owner: told[governing].data[owner] for owner in set(ENVELOPE.values()) & set(largest.dims)}
-    largest = largest.reindex(labels)
     cases = {"names": list(told), "cycles": cycles_of(stated), "scene": stated.model_dump_json()}
-    data = told[governing].data.assign_coords(case=largest["case"]).assign(largest.data_vars)
+    data = told[governing].data.assign_coords(case=largest["case"]).assign(largest.data_vars)  # by its labels
     attributes = {"cases": json.dumps(cases)}
     for said in ("warnings", "notices"):
         attributes[said] = json.dumps(_said_of_all({name: getattr(one, said) for name, one in told.items()}))

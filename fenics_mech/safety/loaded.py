@@ -15,7 +15,7 @@ from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.safety.shapes import Enlarged, enlarged, shape_of
 from fenics_mech.safety.side_buckling import between_joints
-from fenics_mech.scene import Material, Member, Prismatic, Scene, Section
+from fenics_mech.scene import Material, Member, Scene, Section
 
 
 @dataclass(frozen=True)
@@ -102,32 +102,9 @@ class Loaded:
 
     @cached_property
     def between_joints(self) -> tuple[float, bool]:
-        """Length between the joints beside it (m), and whether one end is free.
-
-        What slides in a link that turns with it, as a piston rod in its barrel, is as long as up to the pins of that.
-        """
+        """Length between the joints beside it (m), and whether one end is free."""
         link = self.scene.members()[self.label][0]
-        length, free = between_joints(self.scene, link, self.member.ends)
-        return length + sum(self._in_barrel(name, link) for name in self.scene.joints), free
-
-    def _in_barrel(self, name: str, link: str) -> float:
-        """Give how far the pins of a barrel are beyond the slide in which the member ends (m); 0 of other joints."""
-        joint, data = self.scene.joints[name], self.result.data
-        ends = {point.split(".")[0]: point for point in joint.connect}
-        if not isinstance(joint, Prismatic) or link not in ends or "ground" in ends:
-            return 0.0
-        if ends[link] not in {f"{link}.{end}" for end in self.member.ends}:
-            return 0.0
-        barrel = next(body for body in ends if body != link)
-        pins = [
-            self.scene.point(point)[1]
-            for other, held in self.scene.joints.items()
-            for point in held.connect
-            if other != name and point.split(".")[0] == barrel
-        ]
-        out = float(np.abs(data["slide_place"].sel(slide=name)).max()) if "slide_place" in data else 0.0
-        guide = self.scene.point(ends[barrel])[1]
-        return out + max((math.dist(guide, pin) for pin in pins), default=0.0) if pins else 0.0
+        return between_joints(self.scene, self.result.data, link, self.member.ends)
 
     @property
     def length(self) -> float:
