@@ -50,8 +50,6 @@ def run(
         from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
         from fenics_mech.studies.case_runs import analyse_cases  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
-        from fenics_mech.views.page.report import pages_of_cases  # noqa: PLC0415
-        from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
         from fenics_mech.views.summary import summary  # noqa: PLC0415
 
@@ -76,9 +74,7 @@ def run(
         try:
             if report:
                 step("report")
-                written[""].append(write_report(result, folder / "report.html"))
-                others = [*pages_of_cases(result, folder / "report.html").values()]
-                written["page of the other case" if len(others) == 1 else "pages of other cases"] = others
+                written |= _write_report(result, folder, written[""])
             if plots:
                 step("plots")
                 with loading():  # the many parts of figures stay to the end of the command, which is near
@@ -105,6 +101,15 @@ def _write_warnings(result: Result, folder: Path) -> Path:
     path, text = folder / "warnings.txt", "".join(f"{printable(line)}\n" for line in warnings_of(result))
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     return path
+
+
+def _write_report(result: Result, folder: Path, files: list[Path]) -> dict[str, list[Path]]:
+    """Write report.html, and beside it a page of each other load case."""
+    from fenics_mech.views.page.report import pages_of_cases, report  # noqa: PLC0415
+
+    page = report(result, folder / "report.html")
+    others = [*pages_of_cases(result, page).values()]
+    return {"": [*files, page], "page of the other case" if len(others) == 1 else "pages of other cases": others}
 
 
 def _told(written: dict[str, list[Path]], folder: Path) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -20,11 +20,11 @@ from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.peaks import PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.response.stability.floquet import STABILITY
-from fenics_mech.safety.load_cases import most_stressed
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.beyond_theory import and_beyond
+from fenics_mech.views.case_judgements import of_most_stressed, worst_of_cases
 from fenics_mech.views.law_figures import law_efforts
-from fenics_mech.views.reading import ForceReading, Reading, reading_of
+from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.remedies import advice, remedy
 from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
@@ -83,26 +83,11 @@ def judgements(result: Result) -> tuple[Judgement, ...]:
         The result.
     """
     if result.cases:
-        return _of_cases(result)
+        return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case, LEVELS))
     if not result.scene.members():
         return (_rigid(result),)
     found = [*and_beyond(theory(result), result), stability(result), error(result)]
     return tuple(sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level)))
-
-
-def _of_cases(result: Result) -> tuple[Judgement, ...]:
-    """Give of all that is judged what the worst load case has, which is named; of equal ones the governing case."""
-    cases = {result.case: result.cases[result.case], **result.cases}
-    each = {name: judgements(one) for name, one in cases.items()}
-    found: list[Judgement] = []
-    for about in dict.fromkeys(judged.about for judged_ones in each.values() for judged in judged_ones):
-        of_case = {name: [one for one in judged if one.about == about] for name, judged in each.items()}
-        rank = {name: min(LEVELS.index(one.level) for one in judged) for name, judged in of_case.items() if judged}
-        worst = min(rank, key=rank.__getitem__)
-        alike = len(rank) == len(each) and len({tuple(judged) for judged in of_case.values()}) == 1
-        told = "" if alike else f"In case {worst}: "
-        found += [replace(one, text=f"{told}{one.text}") for one in of_case[worst]]
-    return tuple(sorted(found, key=lambda judged: LEVELS.index(judged.level)))
 
 
 def warnings_of(result: Result) -> list[str]:
@@ -153,9 +138,7 @@ def headline(reading: ForceReading) -> tuple[str, str]:
         The result.
     """
     if reading.result.cases:
-        case = most_stressed(reading.result)
-        value, rest = headline(reading_of(reading.result.cases[case], reading.units))
-        return value, f"in case {case}, {rest}"
+        return of_most_stressed(reading, headline)
     if not isinstance(reading, Reading):
         return _largest_force(reading)
     peak = reading.peaks[reading.ranked[0]]
