@@ -62,7 +62,9 @@ def case_lines(result: Result, units: AnswerUnits) -> tuple[tuple[str, ...], lis
             values = result.data[variable].sel(case=name)
             n = int(np.argmax(values.fillna(-np.inf).to_numpy()))
             owner, most = str(values[values.dims[0]].to_numpy()[n]), float(values.to_numpy()[n])
-            seen = most > ROUNDING * float(result.data[variable].max())  # what is less is rounding of the other cases
+            beside = variable if variable != "case_effort" else "case_joint_force"  # with an arm of 1 m
+            largest = max(float(result.data[name].max()) for name in (variable, beside) if name in result.data)
+            seen = most > ROUNDING * largest  # what is less is rounding
             numbers.append((short(units.number(most, kind) if seen else 0.0), owner if seen else NONE))
         lines.append(CaseLine(name, _least(result, name), tuple(numbers)))
     return tuple(f"{head}\n{units.label(kind)}" for _, head, kind in columns), lines
@@ -78,6 +80,17 @@ def _columns(result: Result, units: AnswerUnits) -> list[tuple[str, str, str]]:
         ("case_effort", "torque" if turns else "drive force", "moment" if turns else "force"),
     ]
     return [column for column in known if column[0] in result.data and result.data[column[0]].size]
+
+
+def governed(result: Result) -> str:
+    """Name a machine, how many load cases it has, and which governs.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    """
+    return f"{result.stated.name}: {len(result.cases)} load cases; {result.case} governs"
 
 
 def ranked_cases(result: Result) -> list[str]:

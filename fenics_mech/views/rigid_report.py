@@ -14,7 +14,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.balance import mean_in_time
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
-from fenics_mech.views.case_tables import cases_table
+from fenics_mech.views.case_tables import cases_table, governed
 from fenics_mech.views.details import balanced, damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.law_figures import law_efforts
@@ -39,7 +39,8 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     for name, value in rigid_decisions(result, units).items():
         grid.add_row(name, escape(value))
     told = [Text(f"Warning: {text}", style="yellow") for text in result.warnings]
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), *told, grid, Text()]
+    machine = governed(result) if result.cases else result.scene.name
+    parts: list[RenderableType] = [Text(machine, style="bold"), *told, grid, Text()]
     parts += [cases_table(result, units), Text()] if result.cases else []
     if result.data.sizes["joint"]:
         parts.append(joints_table(result, units))

@@ -20,7 +20,7 @@ from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
-from fenics_mech.views.case_tables import cases_table, member_lines, ranked_cases, speeds_of_cases
+from fenics_mech.views.case_tables import cases_table, governed, member_lines, ranked_cases, speeds_of_cases
 from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
@@ -117,7 +117,7 @@ def _machine(reading: Reading) -> str:
     result = reading.result
     if not result.cases:
         return f"{reading.scene.name}: {reading.driven()}"
-    return f"{result.stated.name}: {len(result.cases)} load cases; {result.case} governs"
+    return governed(result)
 
 
 def _tables(reading: Reading) -> list[RenderableType]:
