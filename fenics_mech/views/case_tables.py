@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +12,7 @@ from fenics_mech._constants import ROUNDING
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.safety import judge
+from fenics_mech.safety.critical_speeds import speeds_to_avoid
 from fenics_mech.safety.load_cases import envelope
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.views.critical_words import speeds_in_words
@@ -20,7 +20,7 @@ from fenics_mech.views.reading import Reading, reading_of
 from fenics_mech.views.safety_words import sized
 from fenics_mech.views.words import short
 
-MOST_CASES = 6  # that a summary lists
+MOST_CASES = 4  # that a summary lists
 NONE = "\N{EN DASH}"
 
 
@@ -136,11 +136,12 @@ def cases_table(result: Result, units: AnswerUnits) -> Table:
         table.add_column(column)
     for n in shown:
         table.add_column(heads[n].replace("joint force\n", "joint\nforce, "), justify="right")
-    for line in lines[:MOST_CASES]:
+    told = lines if len(lines) <= MOST_CASES else lines[: MOST_CASES - 1]
+    for line in told:
         numbers = [line.numbers[n][0] for n in shown]
         table.add_row(escape(line.name), *(map(escape, line.least) if safe else ()), *numbers)
-    if len(lines) > MOST_CASES:
-        table.caption, table.caption_justify = f"and {len(lines) - MOST_CASES} safer ones: see the report", "left"
+    if more := len(lines) - len(told):
+        table.caption, table.caption_justify = f"and {more} safer ones: see the report", "left"
     return table
 
 
@@ -222,18 +223,18 @@ def readings(result: Result, units: AnswerUnits) -> dict[str, Reading]:
     return {name: one for name, one in found.items() if isinstance(one, Reading)}
 
 
-def speeds_of_cases(result: Result, cases: Sequence[str]) -> str:
-    """Name the nearest speed to avoid of each load case whose speed is its own, those in it first.
+def speeds_of_cases(result: Result) -> str:
+    """Name the speed to avoid that is nearest to that of any load case, with the case.
 
     Parameters
     ----------
     result
         A result of several cases.
-    cases
-        Their names, in order.
     """
-    told: dict[str, list[str]] = {}
-    for name in cases:
-        if said := speeds_in_words(result.cases[name], 1):
-            told.setdefault(said, []).append(name)
-    return "; ".join(f"{said}: {', '.join(names)}" if len(told) > 1 else said for said, names in told.items())
+    near = {
+        name: min((abs(one.distance) for one in speeds_to_avoid(case, 1)), default=np.inf)
+        for name, case in result.cases.items()
+    }
+    nearest = min(near, key=near.__getitem__)
+    said = speeds_in_words(result.cases[nearest], 1)
+    return f"{said}, nearest in case {nearest}" if np.isfinite(near[nearest]) else said

@@ -178,7 +178,7 @@ def safety_row(result: Result) -> str:
     found = judge(result)
     named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
     told = [(member, check) for member, check in named[1:] if check.factor <= min(LARGEST, ENOUGH * check.wanted)]
-    return ", ".join(f"{member} {_of(check)}" for member, check in told[:MOST_MEMBERS])
+    return ", ".join(f"{member} {_of(check)}" for member, check in told[: 1 if result.cases else MOST_MEMBERS])
 
 
 def safety_table(result: Result, units: AnswerUnits) -> list[str]:

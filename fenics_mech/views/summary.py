@@ -20,7 +20,7 @@ from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
-from fenics_mech.views.case_tables import cases_table, governed, member_lines, ranked_cases, speeds_of_cases
+from fenics_mech.views.case_tables import cases_table, governed, member_lines, speeds_of_cases
 from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
@@ -131,19 +131,11 @@ def _tables(reading: Reading) -> list[RenderableType]:
 def _members_of_cases(reading: Reading) -> list[RenderableType]:
     """Tabulate the largest stress and deflection of the most stressed members, with the load case of each."""
     stress, strain, length = (reading.units.label(kind) for kind in ("stress", "strain", "length"))
-    head = (
-        f"stress\n{stress}",
-        f"strain\n{strain}",
-        "where, side<",
-        "at",
-        "in case<",
-        f"deflection\n{length}",
-        "in case<",
-    )
+    head = f"stress\n{stress}", f"strain\n{strain}", "where, side<", "at", "in case<", f"deflection\n{length}"
     table, lines = _grid("member", *head), member_lines(reading.result, reading.units)
     for line in lines[:MOST_MEMBERS]:
-        cells = line.name, line.stress, line.strain, *line.where, line.case, line.deflection, line.bent_in
-        table.add_row(*map(escape, cells))
+        bent = line.deflection if line.bent_in == line.case else f"{line.deflection} in {line.bent_in}"
+        table.add_row(*map(escape, (line.name, line.stress, line.strain, *line.where, line.case, bent)))
     more = lines[MOST_MEMBERS:]
     said = f"and {len(more)} more, none above {more[0].stress.strip(MINUS)} {stress}: see the report" if more else ""
     return [table, *map(Text, filter(None, [said]))]
@@ -239,7 +231,7 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
         rows[name] = f"{rows[name]}; {said}" if rows else said
     others = {"safety": safety_row(result)}
     if result.cases:  # what is common to them is in the details
-        others["avoid"] = speeds_of_cases(result, ranked_cases(result))
+        others["avoid"] = speeds_of_cases(result)
     else:
         others |= {"vibrates": _vibrates(result, reading.units), "frequencies": _frequencies(result)}
         others["avoid"] = speeds_in_words(result, 1)

@@ -16,6 +16,7 @@ from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.views.key_figures import key_figures
 from fenics_mech.views.page.report import page
 from fenics_mech.views.workbook import sheets_of
+from tests.common import DEMOS
 
 from .machines import E, along, middle, rectangle, rod
 
@@ -100,6 +101,15 @@ def test_every_output_names_the_governing_case(result):
     sheets = {sheet.name: [list(row) for row in sheet.rows] for sheet in sheets_of(result)}
     assert ["largest stress", "rod", pytest.approx(50.0, rel=1e-6), "MPa", "bend"] in sheets["envelope"]
     assert sheets["load cases"][0][0] == "push"
+
+
+@pytest.mark.slow
+def test_the_summary_of_many_cases_and_members_fits_a_screen():
+    still = {"analysis.method": "quasi-static", "analysis.sub_intervals": 72, "effects": ()}
+    cases = [{"name": f"speed_{n}", "set": {"drive": {"speed": f"{n} rpm"}}} for n in (60, 75, 90, 105, 120, 135)]
+    said = str(fm.summary(fm.analyse(fm.load(DEMOS / "jansen.toml").changed({**still, "cases": cases})))).splitlines()
+    assert len(said) <= 31
+    assert "and 3 safer ones: see the report" in [line.strip() for line in said]
 
 
 def test_a_file_gives_back_all_cases(result, tmp_path):
