@@ -23,6 +23,7 @@ from fenics_mech.views.motion_figures import poincare_figure
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.remedies import advice
 from fenics_mech.views.result_figures import force_figure
+from fenics_mech.views.safety_words import safety_sentences
 from fenics_mech.views.words import share, short
 
 DOCS = Path(__file__).parent
@@ -64,6 +65,16 @@ def frame(result: fm.Result) -> str:
         f"Up to {short(force)} N and {short(moment)} N m act on the frame. "
         f"Joint {joint} carries {short(most['value'])} N: the forces of the supports cancel each other in part."
     )
+
+
+def governing(result: fm.Result) -> str:
+    """Tell the least factor of safety of each load case."""
+    told = [
+        f"{case} {short(check.factor)} of {check.wanted:g} by {check.mode}"
+        for case, one in result.cases.items()
+        for _, check in [fm.judge(one).governing]
+    ]
+    return f"{safety_sentences(result, result.scene.answer_units)[1][0]} The cases have {', '.join(told)}."
 
 
 def drive(result: fm.Result) -> str:
@@ -234,6 +245,7 @@ SHOWN = {
     "joint_laws/belt_friction": Shown("When does a block on a moving belt stick, and when does it slip?", slipping),
     "joint_laws/rattling_slider_crank": Shown("How hard does a piston's pin with 0.5 mm of clearance hit?", rattling),
     "joint_laws/valve_train": Shown("Does a valve stay on its cam at 9000 rpm?", lifting),
+    "load_cases/engine": Shown("Which load case governs a connecting rod, and by which mode?", governing),
     "free_motion/pendulum": Shown("How long does a bar take that swings from horizontal?", swinging),
     "free_motion/driven_pendulum": Shown("Does a pendulum repeat its motion under an alternating torque?", parting),
     "free_motion/door_closer": Shown("When does a door shut, and how hard?", shutting),
@@ -259,11 +271,10 @@ def section(name: str, result: fm.Result, complete: fm.Result | None = None) -> 
         Its result with all effects that it calls for, where its own verdict warns.
     """
     lines = [
-        f"## {result.scene.name[:1].upper()}{result.scene.name[1:]}",
-        f'<img src="../demos/{name}.png" width="420" alt="{result.scene.name}">',
+        f"## {result.stated.name[:1].upper()}{result.stated.name[1:]}",
+        f'<img src="../demos/{name}.png" width="420" alt="{result.stated.name}">',
         f"*{SHOWN[name].question}* Scene: `demos/{name}.toml`",
-        SHOWN[name].answer(result),
-        usable(result),
+        f"{SHOWN[name].answer(result)} {usable(result)}",
     ]
     if complete is not None:
         lines[-1] += f" {of('theory', result).text.removesuffix(advice(result)).strip()}"

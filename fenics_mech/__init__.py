@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from fenics_mech.recovery.sound import sound
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.safety import Verdict, judge
+    from fenics_mech.safety.load_cases import envelope
     from fenics_mech.scene import *
     from fenics_mech.studies.design.identify import Identified, identify
     from fenics_mech.studies.design.measured_values import Observation
@@ -114,6 +115,7 @@ __all__ = [
     "LineSpring",
     "Link",
     "Load",
+    "LoadCase",
     "Material",
     "Measurement",
     "MechanismError",
@@ -177,6 +179,7 @@ __all__ = [
     "animate",
     "animate_modes",
     "balance",
+    "envelope",
     "fatigue",
     "follow",
     "four_bar",
@@ -184,6 +187,7 @@ __all__ = [
     "from_drawing",
     "from_pylinkage",
     "identify",
+    "in_case",
     "interactive",
     "judge",
     "load",
@@ -237,6 +241,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "animate": "views.animation",
     "animate_modes": "views.mode_plots",
     "balance": "studies.synthesis.balancing",
+    "envelope": "safety.load_cases",
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "four_bars": "studies.synthesis.synthesise",

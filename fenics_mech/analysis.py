@@ -40,7 +40,9 @@ from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
+from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Analysis, Scene
+from fenics_mech.scene.load_cases import scenes_of, told_of_case
 
 logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
@@ -89,6 +91,8 @@ def analyse(
     >>> print(f"{abs(result.data['strain'].sel(member='coupler')).max().item():.4f}")
     0.0003
     """
+    if scene.cases:
+        return _of_cases(scene, progress, common or CommonParts(), names)
     _refuse_undriven(scene)
     progress("effects")
     common = common or CommonParts()
@@ -111,6 +115,15 @@ def analyse(
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
+
+
+def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:
+    """Analyse a scene in each of its load cases, and give the result of the governing one with all of them."""
+    found = {}
+    for name, case in scenes_of(scene).items():
+        with told_of_case(name):
+            found[name] = analyse(case, progress, common, names)
+    return of_cases(scene, found)
 
 
 def _by_rungs(

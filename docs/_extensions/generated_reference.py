@@ -49,6 +49,7 @@ PAGES: dict[
             "Load",
             "LineLoad",
             "Impulse",
+            "LoadCase",
             "Pulse",
             "FactorHarmonics",
             "FactorTable",

@@ -87,6 +87,7 @@ _COMMANDS = (
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _SHARED = {  # modules of what processes do that `--jobs` starts
+    run: "fenics_mech.studies.case_runs",
     sweep: "fenics_mech.studies.sweep_points",
     **dict.fromkeys((optimise, identify, spread), "fenics_mech.studies.design.trial_tasks"),
 }

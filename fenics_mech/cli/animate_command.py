@@ -40,7 +40,7 @@ def animate(
     else:
         with loading():
             from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        loaded = refined_scene(scene, refine, strict=False)
+        loaded = refined_scene(scene, refine, strict=False, cases=True)
         with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(with_units(loaded, units), step)
     with progress_bar(frames) as step:

@@ -26,7 +26,7 @@ def check(
         from fenics_mech.views.tables import check_table, scene_overview  # noqa: PLC0415
 
     if scene is not None:
-        loaded = loaded_scene(scene, strict)
+        loaded = loaded_scene(scene, strict, cases=True)
         active(loaded)
         out.print(scene_overview(loaded, reachable_range(loaded)), highlight=False)
         if draw is not None:

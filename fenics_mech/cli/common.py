@@ -17,7 +17,10 @@ if TYPE_CHECKING:
     from fenics_mech.scene import Scene
     from fenics_mech.scene.answer_units import AnswerUnits
 
-SceneFile = Annotated[Path, typer.Argument(help="Scene file (TOML).", show_default=False)]
+LEFT_OUT = "the scene is taken without its load cases. Write {}@{}.toml for one of them"
+SceneFile = Annotated[
+    Path, typer.Argument(help="Scene file (TOML); NAME@CASE.toml takes one of its load cases.", show_default=False)
+]
 Refine = Annotated[int, typer.Option(min=0, max=20, help="Halve every element this many times.")]
 Strict = Annotated[bool, typer.Option("--strict", help="Treat warnings as errors.")]
 Tolerance = Annotated[
@@ -40,8 +43,27 @@ def loaded_result(path: Path, units: str | None = None) -> Result:
     from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
 
     refuse_scene(path)
-    result = Result.load(path)
+    file, case = case_in(path)
+    result = of_case(Result.load(file), case)
     return result if units is None else result.told_in(unit_names(units))
+
+
+def case_in(path: Path) -> tuple[Path, str]:
+    """Give a file, and the load case that its name tells before its ending: ``engine@idle.toml``; "" for none."""
+    stem, at, case = path.stem.partition("@")
+    if not at or path.exists():
+        return path, ""
+    return path.with_stem(stem), case
+
+
+def of_case(result: Result, case: str) -> Result:
+    """Give the result of one of its load cases; itself where none is named."""
+    from fenics_mech.scene.base import check_known  # noqa: PLC0415
+
+    if case:
+        check_known(case, result.cases, "load case", "result")
+        return result.cases[case]
+    return result
 
 
 def refuse_scene(path: Path) -> None:
@@ -91,25 +113,38 @@ def with_units(scene: Scene, units: str | None) -> Scene:
     return scene if units is None else scene.changed(units=unit_names(units))
 
 
-def loaded_scene(path: Path, strict: bool) -> Scene:
-    """Load a scene file, and warn of implausible numbers and unchosen assemblies; with `strict` they are errors."""
+def scene_of_file(path: Path) -> Scene:
+    """Load a scene file, or one load case of it; see `case_in`."""
+    from fenics_mech.scene import in_case, load  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+
+    file, case = case_in(path)
+    return in_case(load(file), case) if case else load(file)
+
+
+def loaded_scene(path: Path, strict: bool, cases: bool = False) -> Scene:
+    """Load a scene file, and warn of implausible numbers and unchosen assemblies; with `strict` they are errors.
+
+    Commands that do not answer load cases, which `cases` says, warn that these are left out.
+    """
     from fenics_mech.kinematics import assembly_notices  # noqa: PLC0415
-    from fenics_mech.scene import load  # noqa: PLC0415  (numerical libraries take a second: not for --help)
     from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
 
-    scene = load(path)
-    warn((*implausible(scene), *assembly_notices(scene)), strict)
+    scene = scene_of_file(path)
+    left_out = [] if cases or not scene.cases else [f"cases: {LEFT_OUT.format(path.stem, scene.cases[0].name)}"]
+    warn((*left_out, *implausible(scene), *assembly_notices(scene)), strict)
     return scene
 
 
-def refined_scene(path: Path, refine: int, strict: bool, tolerance: list[str] | None = None) -> Scene:
-    """Load a scene that is to be analysed, with the tolerance of the command and a refined mesh.
+def refined_scene(
+    path: Path, refine: int, strict: bool, tolerance: list[str] | None = None, cases: bool = False
+) -> Scene:
+    """Load a scene that is to be analysed, with the tolerance of the command and a refined mesh; see `loaded_scene`.
 
     A tolerance chooses the mesh itself: with one, a refinement is an error.
     """
     from fenics_mech.scene import refined, stated_tolerance  # noqa: PLC0415
 
-    scene = loaded_scene(path, strict)
+    scene = loaded_scene(path, strict, cases)
     scene = scene.changed(tolerance=stated_tolerance(tolerance)) if tolerance else scene
     if refine and scene.tolerance is not None:
         shares = " and ".join(f"{share:g}" for share in scene.tolerances.values())

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
-from fenics_mech.cli.common import OutFolder, Units, loaded_scene, with_units
+from fenics_mech.cli.common import OutFolder, Units, case_in, loaded_scene, of_case, with_units
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
+    from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
     from fenics_mech.studies.compared_curves import Curves, Quantity
 
@@ -66,18 +67,18 @@ def compare(
     with progress_bar(3 * sum(path.suffix == ".toml" for path in files) or 1) as step:
         for path in files:
             if path.suffix == ".nc":
-                result = Result.load(path)
+                file, case = case_in(path)
+                result = of_case(Result.load(file), case)
                 scenes.append(result.scene)
                 with reading_of_a_file():
-                    sources.append(curves_of_result(result, _label(path, files), place))
+                    sources.append(curves_of_result(result, _with_case(_label(path, files), result), place))
             elif path.suffix == ".toml":
-                scenes.append(loaded_scene(path, strict=False))
-                label = _label(path, files)
-                sources += (
-                    by_theories(scenes[-1], step, place)
-                    if len(files) == 1
-                    else [curves_of_result(analyse(scenes[-1]), label, place)]
-                )
+                scenes.append(loaded_scene(path, strict=False, cases=True))
+                if len(files) == 1:
+                    sources += by_theories(scenes[-1], step, place)
+                else:
+                    result = analyse(scenes[-1])
+                    sources.append(curves_of_result(result, _with_case(_label(path, files), result), place))
         measured, absent = _measured(files, scenes, gauge)
         with reading_of_a_file():
             sources += [with_vibration(one, sources[0]) for one in measured]
@@ -125,6 +126,11 @@ def _label(path: Path, files: list[Path]) -> str:
     return str(
         next((one for one in short if not any(other.parts[-len(one.parts) :] == one.parts for other in alike)), path)
     )
+
+
+def _with_case(label: str, result: Result) -> str:
+    """Name a result by its label, and of several load cases the governing one, whose curves it has."""
+    return f"{label} ({result.case})" if result.cases else label
 
 
 def _place(at: str, fibre: str) -> tuple[float, str] | None:

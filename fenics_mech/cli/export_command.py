@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, progress_bar, tell
-from fenics_mech.cli.common import Units, unit_names
+from fenics_mech.cli.common import Units, case_in, of_case, scene_of_file, unit_names
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -45,7 +45,6 @@ def export(
     """Write results for spreadsheets, ParaView or MATLAB, outlines, matrices, and scenes for Exudyn or MBDyn."""
     with loading():
         from fenics_mech.recovery import Result  # noqa: PLC0415
-        from fenics_mech.scene import load  # noqa: PLC0415
 
     files = files or []
     _refuse_unfit(source, files, matrices)
@@ -54,8 +53,9 @@ def export(
         raise MechanismError(f"{in_si[0]}: --units is for tables (.csv, .xlsx); files for other programs are in SI")
     if angle is not None and not any(path.suffix == ".dxf" for path in files):
         raise MechanismError("--angle is for the outlines of the links: name a .dxf to write")
-    result = None if source.suffix == ".toml" else Result.load(source)
-    scene = load(source) if result is None else result.scene
+    file, case = case_in(source)
+    result = None if source.suffix == ".toml" else of_case(Result.load(file), case)
+    scene = scene_of_file(source) if result is None else result.scene
     for path in files:
         make_folder(path.parent)
         if result is None or path.suffix in OF_SCENES:

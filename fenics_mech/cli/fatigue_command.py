@@ -13,21 +13,22 @@ def fatigue(scene: SceneFile, folder: OutFolder = Path("out"), units: Units = No
     with loading():
         from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
         from fenics_mech.recovery.stress_figures import fatigue as damaged  # noqa: PLC0415
+        from fenics_mech.recovery.stress_figures import life_used  # noqa: PLC0415
         from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
-        from fenics_mech.views.fatigue_table import fatigue_table, write_fatigue  # noqa: PLC0415
+        from fenics_mech.views.fatigue_table import cases_fatigue, fatigue_table, write_fatigue  # noqa: PLC0415
         from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
     if scene.suffix == ".nc":
         result = loaded_result(scene, units)
     else:
-        loaded = with_units(loaded_scene(scene, strict), units)
+        loaded = with_units(loaded_scene(scene, strict, cases=True), units)
         with progress_bar(len(STEPS), alike=False) as step:
             result = analyse(loaded, step)
     with reading_of_a_file():
-        found = damaged(result)
+        found = life_used(result) if result.cases else damaged(result)
     make_folder(folder)
     written = write_fatigue(found, folder / "fatigue.csv")
-    out.print(fatigue_table(result, found))
+    out.print((cases_fatigue if result.cases else fatigue_table)(result, found))
     tell_written([written], folder)
     stated = implausible(result.scene)  # told before the analysis
     warn([text for text in result.warnings if text not in stated or scene.suffix == ".nc"], strict)

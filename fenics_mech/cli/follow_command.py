@@ -38,7 +38,7 @@ def follow(
         from fenics_mech.studies.sweep_axes import parse_range  # noqa: PLC0415
         from fenics_mech.views.branch_plots import branch_summary, plot_branch  # noqa: PLC0415
 
-    loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
+    loaded = with_units(refined(loaded_scene(scene, strict, cases=True), refine), units)
     path, ends = parse_range(loaded, over)
     make_folder(folder)
     with progress_bar(points) as step:

@@ -47,7 +47,7 @@ def identify(
         from fenics_mech.views.identify_plots import plot_identified  # noqa: PLC0415
         from fenics_mech.views.identify_summary import identify_summary  # noqa: PLC0415
 
-    first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
+    first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     with study_of(scene), progress_bar(EXPECTED * starts, alike=False) as step:
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:

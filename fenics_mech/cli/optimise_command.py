@@ -54,7 +54,7 @@ def optimise(
         from fenics_mech.views.study_plots import plot_study  # noqa: PLC0415
         from fenics_mech.views.study_summary import best_so_far, missed, study_summary  # noqa: PLC0415
 
-    first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
+    first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     with study_of(scene), progress_bar(steps * starts, alike=False) as step:
 
         def told(count: int, trial: Trial, best: Trial | None) -> None:

@@ -26,7 +26,7 @@ def refine(
         from fenics_mech.studies.refine import refine as refine_scene  # noqa: PLC0415
         from fenics_mech.views.refine_views import plot_refinement, refinement_table, write_refinement  # noqa: PLC0415
 
-    loaded = with_units(loaded_scene(scene, strict), units)
+    loaded = with_units(loaded_scene(scene, strict, cases=True), units)
     make_folder(folder)
     with progress_bar(2 * levels - 1) as step:
         found = refine_scene(loaded, levels, step)

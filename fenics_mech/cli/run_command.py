@@ -25,6 +25,9 @@ def run(
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
+    jobs: Annotated[
+        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share load cases.")
+    ] = 1,
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Units = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,
@@ -35,28 +38,31 @@ def run(
     With --strict a warning ends it with an error: about numbers of the scene before anything is written, about the
     result, such as a tolerance that is not met, after all is written.
 
+    A scene with load cases is answered in all of them, and what governs is named.
+
     Under mpirun the processes share the positions.
     """
     if as_json and (quiet or units or details):
         raise MechanismError("--json prints key figures in SI: leave --quiet, --units and --details out")
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
-        from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.analysis import STEPS  # noqa: PLC0415
         from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
+        from fenics_mech.studies.case_runs import analyse_cases  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
-        from fenics_mech.views.page.report import report as write_report  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
         from fenics_mech.views.summary import summary  # noqa: PLC0415
 
     def prepared() -> Scene:
-        loaded = with_units(refined_scene(scene, refine, strict, tolerance), units)
+        loaded = with_units(refined_scene(scene, refine, strict, tolerance, cases=True), units)
         make_folder(folder)
         return loaded
 
     first = one_voice()
     loaded = shared(prepared)
-    with progress_bar(len(STEPS) + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
-        result = shared(lambda: analyse(loaded, step))
+    steps = len(STEPS) * max(1, len(loaded.cases))
+    with progress_bar(steps + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
+        result = shared(lambda: analyse_cases(loaded, jobs, step))
         if not first:
             return
         step("writing result.nc")
@@ -68,7 +74,7 @@ def run(
         try:
             if report:
                 step("report")
-                written[""].append(write_report(result, folder / "report.html"))
+                written |= _write_report(result, folder, written[""])
             if plots:
                 step("plots")
                 with loading():  # the many parts of figures stay to the end of the command, which is near
@@ -95,6 +101,15 @@ def _write_warnings(result: Result, folder: Path) -> Path:
     path, text = folder / "warnings.txt", "".join(f"{printable(line)}\n" for line in warnings_of(result))
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     return path
+
+
+def _write_report(result: Result, folder: Path, files: list[Path]) -> dict[str, list[Path]]:
+    """Write report.html, and beside it a page of each other load case."""
+    from fenics_mech.views.page.report import pages_of_cases, report  # noqa: PLC0415
+
+    page = report(result, folder / "report.html")
+    others = [*pages_of_cases(result, page).values()]
+    return {"": [*files, page], "page of the other case" if len(others) == 1 else "pages of other cases": others}
 
 
 def _told(written: dict[str, list[Path]], folder: Path) -> str:

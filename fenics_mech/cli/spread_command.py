@@ -38,7 +38,7 @@ def spread(
         from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
         from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
 
-    first, loaded = one_voice(), with_units(loaded_scene(scene, strict), units)
+    first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2
     with study_of(scene), progress_bar(max(samples * width, 1)) as step:
         found = scattered(

@@ -71,7 +71,7 @@ def sweep(
         from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
     first, named = one_voice(), None if units is None else unit_names(units)
-    loaded = refined_scene(scene, refine, strict)
+    loaded = refined_scene(scene, refine, strict, cases=True)
     axes, gauge = parse_axes(loaded, over), Gauge(s, fibre, harmonics)
     check_member(list(loaded.members()), member)
     with progress_bar(math.prod(len(axis.values) for axis in axes) + refine_peaks) as step:

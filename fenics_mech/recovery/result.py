@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from importlib import import_module
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar, TypeVarTuple
+from typing import Any, ClassVar, Self, TypeVar, TypeVarTuple
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError
+from fenics_mech.recovery.case_parts import packed, unpacked
 from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk, write_table
 from fenics_mech.recovery.of_scene import OfScene
@@ -39,6 +40,9 @@ class Result(OfScene):
         Coordinates theta (rad), time (s), member, s (0..1), fibre ("+", "-"), joint, mode, component ("x", "y").
         Variables such as strain, stress, moment, axial_force, deflection, joint_force, input_torque and frequency.
         SI units in ``attrs["units"]``. What is made of it is kept: for other values make another `Result`.
+    cases
+        The results of the scene's load cases, by name, if it has some; then `data` is that of the governing one. In
+        `data` the variables `case_stress` and so on tell the largest of every case, and ``attrs["case"]`` which it is.
 
     Examples
     --------
@@ -48,6 +52,49 @@ class Result(OfScene):
     """
 
     KIND: ClassVar[str] = "result"
+    cases: Mapping[str, Result] = field(default_factory=dict, compare=False)
+
+    @property
+    def case(self) -> str:
+        """Name of the load case that it is of: of several, of the governing one; "" where the scene has none."""
+        return str(self.data.attrs.get("case", ""))
+
+    @property
+    def stated(self) -> Scene:
+        """The scene as it was stated: with its load cases, where it has some."""
+        told = self.data.attrs.get("cases")
+        return self.scene if told is None else Scene.read(json.loads(json.loads(told)["scene"]))
+
+    @property
+    def cycles(self) -> dict[str, float]:
+        """Cycles of the machine in each load case in its life, where the cases state them."""
+        return dict(json.loads(self.data.attrs["cases"])["cycles"]) if "cases" in self.data.attrs else {}
+
+    @property
+    def stored(self) -> xr.Dataset:
+        """What a file holds: the data, and those of the other load cases under names that begin with the case's."""
+        return packed(self.data, {name: one.data for name, one in self.cases.items() if name != self.case})
+
+    @classmethod
+    def of_stored(cls, stored: xr.Dataset) -> Self:
+        """Give the result that a file holds; see `stored`."""
+        data, others = unpacked(stored)
+        found = cls(data)
+        if "cases" not in data.attrs:
+            return found
+        own = data.drop_dims("case", errors="ignore")
+        own.attrs = {key: value for key, value in data.attrs.items() if key != "cases"}
+        every = {name: cls(others.get(name, own)) for name in json.loads(data.attrs["cases"])["names"]}
+        return cls(data, every)
+
+    @property
+    def beside(self) -> Sequence[Self]:
+        """Results of the load cases, which its file holds too."""
+        return list(self.cases.values())  # type: ignore[arg-type]
+
+    def told_in(self, units: Sequence[str]) -> Self:
+        """Give the same, whose numbers are printed and drawn in other units; see `OfScene`."""
+        return replace(super().told_in(units), cases={name: one.told_in(units) for name, one in self.cases.items()})
 
     @property
     def warnings(self) -> tuple[str, ...]:

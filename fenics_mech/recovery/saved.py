@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import io
 import logging
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Self
@@ -76,7 +76,7 @@ class Saved:
             When the file cannot be written, or NetCDF has no form for an attribute.
         """
         try:
-            content = _as_netcdf(_stated_plainly(self.data))
+            content = _as_netcdf(_stated_plainly(self.stored))
         except UNWRITABLE as error:
             raise ResultError(
                 f"{path}: NetCDF has no form for {_unwritable(self.data)} of this {self.KIND}: {error}. "
@@ -119,12 +119,28 @@ class Saved:
             raise ResultError(f"{path}: cannot be read as a {cls.KIND}: {error}") from error
         if not set(cls.NEEDED) <= set(loaded.attrs):
             raise ResultError(f"{path}: this NetCDF file is not a {cls.KIND} of fenics_mech")
-        found = cls(loaded)
         try:
-            refuse_strange(loaded, found.known_names)
-        except ValueError as error:
+            found = cls.of_stored(loaded)
+            for part in (found, *found.beside):
+                refuse_strange(part.data, part.known_names)
+        except (ValueError, KeyError, TypeError) as error:
             raise ResultError(f"{path}: cannot be used as a {cls.KIND}: {error}") from error
         return found
+
+    @property
+    def stored(self) -> xr.Dataset:
+        """What a file holds."""
+        return self.data
+
+    @classmethod
+    def of_stored(cls, stored: xr.Dataset) -> Self:
+        """Give what a file holds."""
+        return cls(stored)
+
+    @property
+    def beside(self) -> Sequence[Self]:
+        """Others that its file holds too."""
+        return ()
 
     def known_names(self) -> Collection[str]:
         """Names of which labels are made."""

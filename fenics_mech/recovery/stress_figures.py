@@ -139,6 +139,44 @@ def fatigue(result: Result) -> xr.Dataset:
     return found
 
 
+def life_used(result: Result) -> xr.Dataset:
+    """Give the share of their life that members use in each load case, and in all, by the cycles that cases state.
+
+    Parameters
+    ----------
+    result
+        A result of several load cases, whose materials state `fatigue`.
+
+    Returns
+    -------
+    xarray.Dataset
+        `damage` of one cycle at every place, over case, member, s and fibre. Where the cases state cycles or shares of
+        time also `used` by case and member, the damage of all cycles at the worst place of all cases together, and
+        `life_used` by member: at 1 it breaks.
+
+    Raises
+    ------
+    ResultError
+        When the result has no load cases, or as of `fatigue`.
+    """
+    if not result.cases:
+        raise ResultError("the result has no load cases: state [[cases]] in its scene")
+    each = {name: fatigue(one)["damage"] for name, one in result.cases.items()}
+    first = next(iter(each.values()))
+    if any(not np.array_equal(first["s"], one["s"]) for one in each.values()):  # the worst place stands for all
+        each = {name: xr.ones_like(first) * one.max(("s", "fibre")) for name, one in each.items()}
+    damage = xr.concat(each.values(), xr.Variable("case", list(each)), coords="minimal", compat="override")
+    found = xr.Dataset({"damage": damage.assign_attrs(units="1", long_name="damage of one cycle of the machine")})
+    if result.cycles:
+        cycles = xr.DataArray([result.cycles[name] for name in each], {"case": list(each)}, ("case",))
+        spent = (damage * cycles).transpose("member", "case", "s", "fibre")
+        total = spent.sum("case", skipna=False).stack(place=("s", "fibre"))
+        worst = total.fillna(-1.0).argmax("place")
+        found["used"] = spent.stack(place=("s", "fibre")).isel(place=worst).drop_vars(["place", "s", "fibre"])
+        found["life_used"] = total.max("place")
+    return found
+
+
 def _damages(scene: Scene, stress: xr.DataArray, repeats: bool) -> dict[str, Array]:
     """Give the damage on both sides of the sections, ``(members, stations, fibres)``: that of the worst material there.
 

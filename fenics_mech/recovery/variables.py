@@ -47,6 +47,12 @@ ATTRIBUTES = {
         "stress of the outer fibre; modulus times strain, and what damping by `ratio` or `material` adds by the rate",
     ),
     "stress_quasi_static": ("Pa", "stress of the outer fibre without vibration, in linear theory"),
+    "case_stress": ("Pa", "largest stress of the member in each load case"),
+    "case_strain": ("1", "largest strain of the member in each load case"),
+    "case_deflection": ("m", "largest deflection of the member in each load case"),
+    "case_safety": ("1", "least factor of safety of the member over the wanted one in each load case, of what decides"),
+    "case_joint_force": ("N", "largest force of the joint in each load case"),
+    "case_effort": ("N m", "largest effort of each drive in each load case; N along a slide"),
     "position": ("m", "place of the member's end in the rigid linkage, fixed frame"),
     "link_position": ("m", "place of the link's origin in the rigid linkage, fixed frame"),
     "link_angle": ("rad", "angle of the link's axes in the rigid linkage, not wrapped"),
@@ -174,6 +180,7 @@ STRAINS = (  # of the variables of unit 1 those that are told in units of strain
     "largest_strain",
     "strain_amplitude",
     "vibration_amplitude",
+    "case_strain",
 )
 
 

@@ -8,7 +8,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.safety.check import Check, unknown, wanted
 from fenics_mech.safety.grades import yield_of
 from fenics_mech.safety.loaded import Loaded
-from fenics_mech.safety.shapes import torsion_of
+from fenics_mech.safety.shapes import torsion_of, warping_of
 from fenics_mech.safety.side_buckling import PLACES
 from fenics_mech.scene.sections import Stock
 
@@ -53,8 +53,8 @@ def across(of: Loaded) -> Check:
 def lateral_torsion(of: Loaded) -> Check:
     """Judge a blade that is bent in its stiff plane and tips sideways, under a uniform moment between its joints.
 
-    ``M0 = pi/L sqrt(E Iy G J)`` (Timoshenko and Gere, Theory of Elastic Stability, eq. (6-11), warping left out). Loads
-    that vary along it leave it more; a free end halves it.
+    ``M0 = pi/L sqrt(E Iy (G J + E Cw pi^2/L^2))`` (Timoshenko and Gere, Theory of Elastic Stability, section 6.2; of
+    solid shapes Cw is 0). Loads that vary along it leave it more; a free end doubles L.
 
     Parameters
     ----------
@@ -69,8 +69,10 @@ def lateral_torsion(of: Loaded) -> Check:
     if float(stiffness.min()) >= float(of.bending.max()):  # stiffer across: then bending in the plane is stable
         acting = 0.0
     length, free = of.between_joints
+    share, across = math.pi / (length * (2 if free else 1)), float(stiffness.min())
     of_torsion = material.rigidity * torsion * of.enlarged.torsion
-    borne = math.pi / (length * (2 if free else 1)) * math.sqrt(float(stiffness.min()) * of_torsion)
+    of_warping = across * warping_of(of.section) * of.enlarged.warping
+    borne = share * math.sqrt(across * (of_torsion + of_warping * share**2))
     return Check(mode, acting, borne, "moment", wanted(of.scene.design, mode), theta)
 
 

@@ -53,6 +53,8 @@ class Check:
         Other assumptions.
     missing
         What the scene would have to say; then nothing else is known.
+    case
+        The load case in which that is; "" where the scene has none.
     """
 
     mode: str
@@ -65,6 +67,7 @@ class Check:
     rests_on: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     missing: str = ""
+    case: str = ""
 
     @property
     def factor(self) -> float:

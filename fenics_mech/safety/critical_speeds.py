@@ -234,5 +234,5 @@ def turns(result: Result, *rates: float) -> str:
     turning = len(drives) == 1 and drives[0].speed is not None and data["input_torque"].attrs.get("units") != "N"
     numbers = [rate * 30 / math.pi for rate in rates]
     digits = 0 if min(numbers) >= 100 else 1
-    said = "\N{EN DASH}".join(f"{number:.{digits}f}" for number in numbers)
+    said = "\N{EN DASH}".join(dict.fromkeys(f"{number:.{digits}f}" for number in numbers))  # a narrow range is one
     return f"{said} {'rpm' if turning else 'cycles/min'}"

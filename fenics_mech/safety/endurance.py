@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,6 +19,7 @@ from fenics_mech.safety.check import Check, unknown, wanted
 from fenics_mech.safety.grades import grade_of, ultimate_of
 from fenics_mech.safety.loaded import Loaded
 from fenics_mech.scene import Material, RoundSection, TubeSection
+from fenics_mech.scene.load_cases import CYCLES
 from fenics_mech.scene.stress_life import StressLife
 
 MODE = "fatigue"
@@ -27,7 +30,6 @@ SURFACES = {  # ka = a Su^b, at most 1, with Su in MPa (the same, table 6-2; mac
     "hot-rolled": (57.7, -0.718),
     "as-forged": (272.0, -0.995),
 }
-CYCLES = 5e8  # that members are to last: those for which endurance of aluminium is given
 LARGEST = 1e6  # factor of safety that is looked for
 HALVINGS = 60  # of the interval in which it lies, in its logarithm
 
@@ -45,11 +47,37 @@ def fatiguing(of: Loaded) -> Check:
     found = []
     for face in of.faces:
         material = of.scene.materials[face.material]
-        check = _by_curve(of, face, material.fatigue) if material.fatigue else _by_limit(of, face, material)
+        curve, cycles = material.fatigue, of.scene.design.cycles or CYCLES
+        check = _by_curve([(of, face, cycles)], curve) if curve else _by_limit(of, face, material)
         if not check.known:
             return check
-        found.append(check)
+        taken = curve is not None and of.scene.design.cycles is None
+        found.append(check.also_assumed(f"{face.material} is to last {cycles:.3g} cycles" if taken else ""))
     return min(found, key=lambda check: check.share, default=unknown(MODE, "its section names no material"))
+
+
+def fatiguing_together(loads: Sequence[Loaded]) -> Check | None:
+    """Judge a member by the damage of all load cases, where these tell how many cycles each has; None where not.
+
+    By an endurance limit, which knows no number of cycles, the worst case that runs at all decides.
+
+    Parameters
+    ----------
+    loads
+        The member under its loads in every case.
+    """
+    running = [of for of in loads if of.cycles]
+    if not running or any(of.cycles is None for of in loads):
+        return None
+    found = []
+    for number, face in enumerate(running[0].faces):
+        material = running[0].scene.materials[face.material]
+        if material.fatigue is not None:
+            found.append(_by_curve([(of, of.faces[number], of.cycles or 0.0) for of in running], material.fatigue))
+        else:
+            found += [replace(_by_limit(of, of.faces[number], material), case=of.result.case) for of in running]
+    unjudged = [check for check in found if not check.known]
+    return unjudged[0] if unjudged else min(found, key=lambda check: check.share, default=None)
 
 
 def endurance(material: Material, ultimate: float) -> float | None:
@@ -117,24 +145,33 @@ def _by_limit(of: Loaded, face: Face, material: Material) -> Check:
     return check.also_assumed(surface, notch, reliable)
 
 
-def _by_curve(of: Loaded, face: Face, curve: StressLife) -> Check:
-    """Judge by the factor on all stresses at which Miner's sum of the wanted cycles is 1, counted by rainflow."""
-    bent, drawn, notches = _at_places(of, face)
-    wave = (bent + drawn) * notches
-    if of.part is not None:
-        wave = curves_over_cycle(of.scene, wave[of.part], "stress").turning()
-    try:
-        counted = [stress_cycles(one, of.part is not None).T for one in wave.T]
-    except MechanismError as error:
-        return unknown(MODE, str(error))
-    cycles = of.scene.design.cycles or CYCLES
-    factors = [_factor(ranges, mean, count * cycles, curve) for ranges, mean, count in counted]
+def _by_curve(parts: Sequence[tuple[Loaded, Face, float]], curve: StressLife) -> Check:
+    """Judge by the factor on all stresses at which Miner's sum of the wanted cycles is 1, counted by rainflow.
+
+    `parts` are the member in every load case, its face and the cycles of the machine in that case.
+    """
+    first, all_waves, counted = parts[0][0], [], []
+    for of, face, cycles in parts:
+        bent, drawn, notches = _at_places(of, face, first.stations)
+        wave = (bent + drawn) * notches
+        if of.part is not None:
+            wave = curves_over_cycle(of.scene, wave[of.part], "stress").turning()
+        try:
+            rows = [stress_cycles(one, of.part is not None).T for one in wave.T]
+        except MechanismError as error:
+            return unknown(MODE, str(error))
+        counted.append([np.array([ranges, mean, count * cycles]) for ranges, mean, count in rows])
+        all_waves.append(wave)
+    places = [np.concatenate(place, axis=1) for place in zip(*counted)]
+    factors = [_factor(ranges, mean, count, curve) for ranges, mean, count in places]
     j = int(np.argmin(factors))
-    acting = float(np.ptp(wave[:, j]))
-    wanted_factor = wanted(of.scene.design, MODE)
-    borne, lasting = acting * factors[j], f"{cycles:.3g} cycles"
-    check = Check(MODE, acting if borne else 0.0, borne or 1.0, "stress", wanted_factor, detail=lasting)
-    return check.also_assumed("" if of.scene.design.cycles else f"{face.material} is to last {lasting}")
+    damages = [float(place[j][2] @ curve.damage(*(factors[j] * place[j][:2]))) for place in counted]
+    worst = int(np.argmax(damages))
+    acting, case = float(np.ptp(all_waves[worst][:, j])), parts[worst][0].result.case
+    borne, lasting = acting * factors[j], f"{sum(cycles for *_, cycles in parts):.3g} cycles"
+    told = lasting + (" of all cases" if len(parts) > 1 else "")
+    wanted_factor = wanted(first.scene.design, MODE)
+    return Check(MODE, acting if borne else 0.0, borne or 1.0, "stress", wanted_factor, detail=told, case=case)
 
 
 def _factor(ranges: Array, mean: Array, count: Array, curve: StressLife) -> float:
@@ -149,17 +186,18 @@ def _factor(ranges: Array, mean: Array, count: Array, curve: StressLife) -> floa
     return math.exp(low)
 
 
-def _at_places(of: Loaded, face: Face) -> tuple[Array, Array, Array]:
-    """Stress by bending and by the axial force, ``(angles, places)``, at stations and notches; notch factors there."""
+def _at_places(of: Loaded, face: Face, stations: Array | None = None) -> tuple[Array, Array, Array]:
+    """Stress by bending and by the axial force, ``(angles, places)``, at stations and notches; notch factors there.
+
+    The stations are its own, or those of another load case.
+    """
     axial, bending = of.axial_and_bending
     drawn, bent = (face.stress(*np.moveaxis(values, -1, 0)) for values in (axial, bending))
-    at = [notch.at for notch in of.member.notches]
-    factors = np.array([1.0] * len(of.stations) + [notch.kf for notch in of.member.notches])
-    if at:
-        bent, drawn = (
-            np.concatenate([values, *(at_place(values, of.stations, s)[:, None] for s in at)], axis=1)
-            for values in (bent, drawn)
-        )
+    stations = of.stations if stations is None else stations
+    at = np.array([*stations, *(notch.at for notch in of.member.notches)])
+    factors = np.array([1.0] * len(stations) + [notch.kf for notch in of.member.notches])
+    if not np.array_equal(at, of.stations):
+        bent, drawn = (np.stack([at_place(one, of.stations, s) for s in at], axis=1) for one in (bent, drawn))
     return bent, drawn, factors
 
 

@@ -30,12 +30,15 @@ class Loaded:
         The result.
     enlarged
         A change of its section, under the same loads.
+    cycles
+        Cycles of the machine under these loads in its life, where its load cases tell them.
     """
 
     label: str
     member: Member
     result: Result
     enlarged: Enlarged = field(default_factory=Enlarged)
+    cycles: float | None = None
 
     @property
     def scene(self) -> Scene:
@@ -100,7 +103,8 @@ class Loaded:
     @cached_property
     def between_joints(self) -> tuple[float, bool]:
         """Length between the joints beside it (m), and whether one end is free."""
-        return between_joints(self.scene, self.scene.members()[self.label][0], self.member.ends)
+        link = self.scene.members()[self.label][0]
+        return between_joints(self.scene, self.result.data, link, self.member.ends)
 
     @property
     def length(self) -> float:

@@ -28,6 +28,7 @@ DIMENSIONS = {  # of a pin: what is to be enlarged where that is weakest
     "eye in fatigue": "eye",
     "bearing": "thickness",
     "bush": "thickness",
+    "bush by its speed": "thickness",
     "pin in shear": "diameter",
 }
 
@@ -80,7 +81,8 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
         return unknown(MODE, "state `pin` of the joints")
     if material is None or (known := yield_of(label, material)) is None:
         return unknown(MODE, f"state materials.{label}.yield")
-    force, theta = _largest_force(of, name)
+    forces = _forces(of, name)
+    force, theta = of.largest(np.linalg.norm(forces, axis=-1)[:, None], "joint_force", signs=(1,))
     least, weakest, rests = math.inf, "", known[1]
     for where, borne in static_loads(given, known[0]).items():
         if borne < least:
@@ -88,10 +90,15 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
     by_fatigue = _fatigue_load(given, label, material) if len(of.theta) > 1 else None
     if by_fatigue is not None and by_fatigue[0] < least:
         least, weakest, rests = by_fatigue[0], "eye in fatigue", by_fatigue[1]
+    if given.bush_pv is not None and (most := _pressure_times_speed(of, name, given, forces)) > 0:
+        borne = force * given.bush_pv / most  # the largest force, if all grow alike, at which it bears its speed
+        if borne < least:
+            least, weakest, rests = borne, "bush by its speed", ""
     on = tuple(filter(None, (rests, "" if pin else ASSUMED)))
     wanted_factor = wanted(of.scene.design, MODE)
     check = Check(MODE, force, least, "force", wanted_factor, theta, f"{weakest}, {name}", on)
-    return check.also_assumed("pins in double shear, of their members' materials", "bushes that bear their speed")
+    by_speed = "" if given.bush_pv is not None else "bushes that bear their speed"
+    return check.also_assumed("pins in double shear, of their members' materials", by_speed)
 
 
 def static_loads(pin: Pin, strength: float) -> dict[str, float]:
@@ -153,12 +160,30 @@ def _usual(of: Loaded) -> Pin | None:
     return None
 
 
-def _largest_force(of: Loaded, name: str) -> tuple[float, float]:
-    """Largest force (N) on the member's link at a pin, and its drive angle (rad)."""
+def _pressure_times_speed(of: Loaded, name: str, pin: Pin, forces: Array) -> float:
+    """Give the mean p v of a bush (Pa m/s): p = F/(d t), and v = d/2 times the rate at which its bodies turn.
+
+    It is the mean over the cycle, as it stands for the heat of friction (Shigley's Mechanical Engineering Design, 9th
+    ed., section 12-15). Of several bodies that of the fastest counts.
+    """
+    data = of.result.data
+    if "link_omega" not in data:  # nothing moves
+        return 0.0
+    own = of.scene.members()[of.label][0]
+    rates = {str(link): data["link_omega"].sel(link=link).to_numpy() for link in data["link"].to_numpy()}
+    bodies = {point.split(".")[0] for point in of.scene.joints[name].connect} - {own}
+    here = rates.get(own, np.zeros(len(of.theta)))
+    relative = np.max([np.abs(here - rates.get(body, 0.0)) for body in bodies], axis=0)
+    products = np.linalg.norm(forces, axis=-1) / (pin.diameter * pin.thickness) * relative * pin.diameter / 2
+    return float((products if of.part is None else products[of.part]).mean())
+
+
+def _forces(of: Loaded, name: str) -> Array:
+    """Force (N) on the member's link at a pin over the positions, ``(angles, 2)``."""
     link = of.scene.members()[of.label][0]
     data = of.result.data["joint_force"].transpose("theta", "joint", "component")
     names = [str(joint) for joint in data["joint"].to_numpy()]
     here = [i for i, joint in enumerate(names) if joint in (name, f"{name}:{link}")]
     here = here or [i for i, joint in enumerate(names) if joint.startswith(f"{name}:")]  # on the first body: all
     vectors: Array = data.to_numpy()[:, here].sum(axis=1)
-    return of.largest(np.linalg.norm(vectors, axis=-1)[:, None], "joint_force", signs=(1,))
+    return vectors

@@ -21,6 +21,8 @@ def resonating(result: Result, link: str) -> Check:
     link
         The link that is judged.
     """
+    if result.scene.analysis.method == "static":
+        return unknown(MODE, "nothing moves in a static answer")
     if result.scene.analysis.method != "quasi-static":
         return unknown(MODE, "the stresses have the vibration, and critical speeds are told by themselves")
     nearest = resonance_margin(result)

@@ -20,6 +20,7 @@ class Enlarged:
     fibre: float = 1.0
     across: float = 1.0
     torsion: float = 1.0
+    warping: float = 1.0
 
 
 def shape_of(section: Any) -> Any:
@@ -57,6 +58,19 @@ def torsion_of(section: Any) -> float | None:
     return None
 
 
+def warping_of(section: Any) -> float:
+    """Give the warping constant of a shape over its inertia across the plane (m^2): h0^2/4 of an I; 0 of solid ones.
+
+    h0 is the distance between the middles of the flanges (Timoshenko and Gere, section 5.3).
+
+    Parameters
+    ----------
+    section
+        The section.
+    """
+    return (section.height - section.flange) ** 2 / 4 if isinstance(section, ISection) else 0.0
+
+
 def enlarged(section: Any, key: str, factor: float) -> Enlarged:
     """Give by how much a section grows with one of its dimensions, or with all of them.
 
@@ -70,7 +84,7 @@ def enlarged(section: Any, key: str, factor: float) -> Enlarged:
         New over old dimension.
     """
     if not key:
-        return Enlarged(factor**2, factor**4, factor, factor**4, factor**4)
+        return Enlarged(factor**2, factor**4, factor, factor**4, factor**4, factor**2)
     other = section.model_copy(update={key: getattr(section, key) * factor})
     torsion, before = torsion_of(other), torsion_of(section)
     return Enlarged(
@@ -79,6 +93,7 @@ def enlarged(section: Any, key: str, factor: float) -> Enlarged:
         other.fibre / section.fibre,
         other.inertia_across / section.inertia_across,
         torsion / before if torsion and before else 1.0,
+        warping_of(other) / (warping_of(section) or 1.0),
     )
 
 

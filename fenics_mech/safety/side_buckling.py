@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech.safety.shapes import shape_of
-from fenics_mech.scene import Link, Scene
+from fenics_mech.scene import Link, Prismatic, Scene
 from fenics_mech.scene.sections import Stock
 
 PLACES = np.linspace(0, 1, 11)  # of a member, at which its section is looked at
@@ -82,7 +82,7 @@ def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
             continue
         force = -data["axial_force"].sel(member=label).transpose("theta", "s").to_numpy().min(axis=1)
         k = int(force.argmax())
-        length, free = between_joints(scene, link, member.ends)
+        length, free = between_joints(scene, data, link, member.ends)
         euler = math.pi**2 * float(stiffness.min()) / length**2
         highest = math.pi**2 * float(stiffness.max()) / length**2
         pinned, clamped = (euler / 4, highest / 4) if free else (euler, 4 * highest)
@@ -92,13 +92,15 @@ def pressed_sideways(scene: Scene, data: xr.Dataset) -> Iterator[Sideways]:
             yield Sideways(label, float(force[k]), float(data["theta"][k]), pinned, clamped, free)
 
 
-def between_joints(scene: Scene, link: str, ends: tuple[str, str]) -> tuple[float, bool]:
+def between_joints(scene: Scene, data: xr.Dataset, link: str, ends: tuple[str, str]) -> tuple[float, bool]:
     """Give the length (m) between the joints, corners or ends beside a member, and whether one of them is free.
+
+    What slides in a link that turns with it, as a piston rod in its barrel, is as long as up to the pins of that.
 
     Parameters
     ----------
-    scene
-        The scene.
+    scene, data
+        The scene and its result.
     link
         The link of the member.
     ends
@@ -109,7 +111,28 @@ def between_joints(scene: Scene, link: str, ends: tuple[str, str]) -> tuple[floa
     here = {point for point in body.points if f"{link}.{point}" in held}
     stops = [_walked(body, *pair, here) for pair in (ends, ends[::-1])]
     free = any(stop not in here and len(list(_beside(body, stop))) == 1 for stop in stops)
-    return math.dist(body.points[stops[0]], body.points[stops[1]]), free
+    beyond = sum(_in_barrel(scene, data, name, {f"{link}.{stop}" for stop in stops}) for name in scene.joints)
+    return math.dist(body.points[stops[0]], body.points[stops[1]]) + beyond, free
+
+
+def _in_barrel(scene: Scene, data: xr.Dataset, name: str, stops: set[str]) -> float:
+    """Give how far the pins of a barrel are beyond the slide in which a member stops (m); 0 of other joints."""
+    joint = scene.joints[name]
+    inside = [point for point in joint.connect if point in stops]
+    if not isinstance(joint, Prismatic) or len(inside) != 1:
+        return 0.0
+    guide = joint.connect[1 - joint.connect.index(inside[0])]
+    barrel = guide.split(".")[0]
+    pins = [
+        scene.point(point)[1]
+        for other, held in scene.joints.items()
+        for point in held.connect
+        if other != name and point.split(".")[0] == barrel
+    ]
+    if barrel == "ground" or not pins:
+        return 0.0
+    stroke = float(np.abs(data["slide_place"].sel(slide=name)).max()) if "slide_place" in data else 0.0
+    return stroke + max(math.dist(scene.point(guide)[1], pin) for pin in pins)
 
 
 def _beside(body: Link, point: str) -> Iterator[str]:

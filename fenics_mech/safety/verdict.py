@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ import numpy as np
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.safety.buckling import across, in_plane, lateral_torsion
 from fenics_mech.safety.check import KEYS, Check
-from fenics_mech.safety.endurance import fatiguing
+from fenics_mech.safety.endurance import fatiguing, fatiguing_together
 from fenics_mech.safety.loaded import Loaded
 from fenics_mech.safety.pins import ASSUMED as PIN
 from fenics_mech.safety.pins import DIMENSIONS, joints_of, pinned, pins
@@ -145,12 +145,7 @@ def judge(result: Result) -> Verdict:
     >>> sorted(verdict.checks)
     ['coupler', 'crank', 'follower']
     """
-    found: dict[str, tuple[Check, ...]] = {}
-    for label, (link, member) in result.scene.members().items():
-        of = Loaded(label, member, result)
-        checks = {mode: judged(of) for mode, judged in BY_SECTION.items()}
-        checks |= {"pin and eye": pins(of), "resonance": resonating(result, link)}
-        found[label] = tuple(checks[mode] for mode in KEYS)
+    found = _of_cases(result) if result.cases else _of_one(result)
     verdict = Verdict(found, None)
     shares = {label: least.share if (least := verdict.least(label)) else math.inf for label in found}
     verdict = Verdict({label: found[label] for label in sorted(found, key=shares.__getitem__)}, None)
@@ -158,28 +153,65 @@ def judge(result: Result) -> Verdict:
     if governing is None or governing[1].share >= 1:
         return verdict
     label, check = governing
-    return replace(verdict, cure=cure_of(Loaded(label, result.scene.members()[label][1], result), check))
+    return replace(verdict, cure=cure_of(_loads(label, result), check))
 
 
-def cure_of(of: Loaded, check: Check) -> Cure | None:
+def _of_one(result: Result) -> dict[str, tuple[Check, ...]]:
+    """Judge every member of a result of one load case by all modes."""
+    found: dict[str, tuple[Check, ...]] = {}
+    for label, (link, member) in result.scene.members().items():
+        of = Loaded(label, member, result)
+        checks = {mode: judged(of) for mode, judged in BY_SECTION.items()}
+        checks |= {"pin and eye": pins(of), "resonance": resonating(result, link)}
+        found[label] = tuple(replace(checks[mode], case=result.case) for mode in KEYS)
+    return found
+
+
+def _of_cases(every: Result) -> dict[str, tuple[Check, ...]]:
+    """Give the least of all load cases for every member and mode; fatigue counts all of them where they tell cycles.
+
+    Of a mode that rests on an assumption in one case alone both are kept: what decides, and before it what does not.
+    """
+    each = [judge(result) for result in every.cases.values()]
+    found: dict[str, tuple[Check, ...]] = {}
+    for label in each[0].checks:
+        found[label] = ()
+        for mode in KEYS:
+            checks = [check for one in each for check in one.checks[label] if check.mode == mode]
+            if mode == "fatigue" and (together := fatiguing_together(_loads(label, every))) is not None:
+                checks = [together]
+            known, decide = ([one for one in checks if one.known], [one for one in checks if one.decides])
+            least = [min(some, key=lambda check: check.share) for some in (known, decide) if some]
+            found[label] += tuple(dict.fromkeys(least)) or tuple(checks[:1])
+    return found
+
+
+def _loads(label: str, result: Result) -> list[Loaded]:
+    """Give a member under its loads in every load case."""
+    member = result.scene.members()[label][1]
+    cases = result.cases or {result.case: result}
+    return [Loaded(label, member, one, cycles=result.cycles.get(case)) for case, one in cases.items()]
+
+
+def cure_of(loads: Sequence[Loaded], check: Check) -> Cure | None:
     """Find the dimension with which a member reaches the wanted factor of a mode, under the same loads.
 
     The mode itself is judged with changed dimensions, so that its own law of scaling is followed.
 
     Parameters
     ----------
-    of
-        The member.
+    loads
+        The member, under its loads in every load case.
     check
         The mode that fails.
     """
+    of = next(one for one in loads if one.result.case == check.case)
     if check.mode == "pin and eye":
-        return _of_pin(of, check)
+        return _of_pin(loads, check)
     if check.mode not in BY_SECTION:
         return None
-    section, judged = of.section, BY_SECTION[check.mode]
-    key = dimension(section, check.mode in SIDEWAYS)
-    factor = _least(lambda x: judged(of.resized(key, x)) if x != 1 else check)
+    section, key = of.section, dimension(of.section, check.mode in SIDEWAYS)
+    factor = _least(lambda x: _worst([one.resized(key, x) for one in loads], check.mode) if x != 1 else check)
     if check.mode == "deflection":
         factor = _stiffer(of, key, check)
     if factor is None:
@@ -208,14 +240,25 @@ def _stiffer(of: Loaded, key: str, check: Check) -> float | None:
     return high
 
 
-def _of_pin(of: Loaded, check: Check) -> Cure | None:
+def _worst(loads: Sequence[Loaded], mode: str) -> Check:
+    """Judge a member by a mode in all load cases."""
+    together = fatiguing_together(loads) if mode == "fatigue" else None
+    return together or min((BY_SECTION[mode](one) for one in loads), key=lambda check: check.share)
+
+
+def _of_pin(loads: Sequence[Loaded], check: Check) -> Cure | None:
     """Find the dimension of a stated pin that would do."""
     weakest, _, name = check.detail.partition(", ")
-    pin, key = dict(joints_of(of))[name].pin, DIMENSIONS[weakest]
+    pin, key = dict(joints_of(loads[0]))[name].pin, DIMENSIONS[weakest]
     if pin is None:
         return None
     now = float(getattr(pin, key))
-    factor = _least(lambda x: pinned(of, name, pin.model_copy(update={key: now * x})))
+
+    def judged(x: float) -> Check:
+        changed = pin.model_copy(update={key: now * x})
+        return min((pinned(one, name, changed) for one in loads), key=lambda check: check.share)
+
+    factor = _least(judged)
     return None if factor is None else Cure(f"joints.{name}.pin.{key}", key, now, _rounded_up(now * factor))
 
 

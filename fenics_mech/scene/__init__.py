@@ -29,6 +29,7 @@ from fenics_mech.scene.joint_laws import (
     Stop,
 )
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
+from fenics_mech.scene.load_cases import LoadCase, in_case
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint
@@ -98,6 +99,7 @@ __all__ = [
     "LineSpring",
     "Link",
     "Load",
+    "LoadCase",
     "Material",
     "Measurement",
     "Member",
@@ -143,6 +145,7 @@ __all__ = [
     "four_bar",
     "from_drawing",
     "from_pylinkage",
+    "in_case",
     "load",
     "load_task",
     "manipulator",

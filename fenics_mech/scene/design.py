@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from fenics_mech.errors import shortened
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.units import Length, Modulus, Share, in_unit
+from fenics_mech.scene.units import Length, Modulus, PressureTimesSpeed, Share, in_unit
 
 Positive = Field(gt=0)
 Surface = Literal["ground", "machined", "hot-rolled", "as-forged"]
@@ -50,6 +50,8 @@ class Pin(Part):
         Thickness of one eye along the pin (m).
     bush
         Largest mean pressure that the bush bears (Pa), if there is one.
+    bush_pv
+        Largest pressure times sliding speed that the bush bears, as the mean over the cycle (Pa m/s).
 
     Examples
     --------
@@ -61,6 +63,7 @@ class Pin(Part):
     eye: Annotated[Length, Positive]
     thickness: Annotated[Length, Positive]
     bush: Annotated[Modulus, Positive] | None = None
+    bush_pv: Annotated[PressureTimesSpeed, Positive] | None = None
 
     @model_validator(mode="after")
     def _is_round_it(self) -> Self:

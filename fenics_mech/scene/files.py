@@ -203,10 +203,15 @@ def bare_schema() -> dict[str, Any]:
 def _line_of(text: str, place: Sequence[str]) -> int | None:
     """Line of a TOML text, from 1 on, with the deepest known part of a dotted place; None where there is none."""
     best, depth_of_best, table = None, 0, []
+    counted: dict[str, int] = {}  # entries of lists of tables
     for number, line in enumerate(text.splitlines(), 1):
         header = re.match(r"\s*\[\[?\s*([^\[\]]+?)\s*\]\]?\s*(#.*)?$", line)
         if header:
             table = [part.strip().strip("\"'") for part in header[1].split(".")]
+            if line.lstrip().startswith("[["):
+                counted[header[1]] = counted.get(header[1], -1) + 1
+            if header[1].split(".")[0] in counted and place[1:2] and place[1].isdecimal():  # which entry is meant
+                table.insert(1, str(counted[header[1].split(".")[0]]))
             path = table
         else:
             key = re.match(r"\s*([A-Za-z0-9_\-.\"']+)\s*=", line)

@@ -23,6 +23,7 @@ from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.scene.freedoms import Freedom
 from fenics_mech.scene.joint_laws import OPEN, AnyJointLaw
 from fenics_mech.scene.joints import Joint, Prismatic, Slot
+from fenics_mech.scene.load_cases import Cases, check_cases
 from fenics_mech.scene.observations import Measurement, TracedPoint
 from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.plugged import Tables
@@ -82,6 +83,8 @@ class Scene(Part):
         Points whose path is followed beside those of the links, by name.
     study, design
         What a study varies and looks at; which factors of safety and deflections are wanted.
+    cases
+        Load cases, each with what differs from the scene in it: one run answers all of them.
     petsc
         Options of PETSc and SLEPc.
     plugins
@@ -128,6 +131,7 @@ class Scene(Part):
     points: dict[Name, TracedPoint] = Field(default_factory=dict)
     study: Study | None = None
     design: Design = Design()
+    cases: Cases = ()
     petsc: SolverOptions = Field(default_factory=dict)
     plugins: Annotated[dict[str, Any], Tables()] = Field(default_factory=dict)
 
@@ -141,6 +145,7 @@ class Scene(Part):
     def _is_consistent(self) -> Self:
         check_sections(self)
         check_references(self)
+        check_cases(self)
         return self
 
     def changed(self, values: Mapping[str, Any] | None = None, /, **keys: Any) -> Scene:
@@ -329,18 +334,6 @@ class Scene(Part):
             for link, body in self.links.items()
             for name, member in body.members.items()
         }
-
-    def size_at(self, joint: str) -> float:
-        """Largest distance between two points of the links at a joint (m).
-
-        Parameters
-        ----------
-        joint
-            Name of the joint.
-        """
-        bodies = (point.split(".")[0] for point in self.joints[joint].connect)
-        found = [list(self.links[body].points.values()) for body in bodies if body != "ground"]
-        return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
     def rigidity(self, label: str, s: Array) -> Rigidity:
         """Stiffness, mass and fibres of a member.

@@ -103,6 +103,7 @@ EXAMPLES = {
     "m/s**2": "-9.81 m/s^2",
     "N*s": "0.2 N s",
     "N*m*s": "0.01 N m s",
+    "Pa*m/s": "1.5 MPa m/s",
 }
 
 
@@ -339,6 +340,7 @@ Speed = _quantity("m/s")
 Acceleration = _quantity("m/s**2")
 Momentum = _quantity("N*s")
 AngularMomentum = _quantity("N*m*s")
+PressureTimesSpeed = _quantity("Pa*m/s")
 AngleOrLength = _either("rad", "m", "rad or m")
 RateOfJoint = _either("rad/s", "m/s", "rad/s or m/s")
 TorqueOrForce = _either("N*m", "N", "N m or N")

@@ -20,6 +20,7 @@ from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle, ripples, vibrating_mode
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
+from fenics_mech.scene.load_cases import refuse_cases
 
 STEPS = 720  # of a cycle, in which curves are sampled
 MID_SPAN = (0.5, "+")
@@ -292,6 +293,7 @@ def by_theories(
     """
     if not scene.members():
         raise SceneError("no link has a member: the theories differ by how links bend. Name two files", place="links")
+    refuse_cases(scene, "a comparison of theories")
     found, common = [], CommonParts()
     for label, changes in THEORIES.items():
         progress(label)

@@ -27,6 +27,7 @@ from fenics_mech.response.continuation.branch import family_of, first_motion, re
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
+from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.studies.kept_points import KEPT, Record
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
 from fenics_mech.studies.sweep_points import Gauge, reduced, tabulated
@@ -170,6 +171,7 @@ def follow(
     >>> bool(branch.data["stable"].all())
     True
     """
+    refuse_cases(scene, "a branch of motions")
     if scene.tolerance is not None:
         raise SceneError(
             "a branch is followed with one mesh and one number of steps, which no tolerance chooses",

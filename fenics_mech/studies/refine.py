@@ -22,6 +22,7 @@ from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene, refined
+from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.studies.natural_frequencies import modes
 
 RATIO = 2  # of the numbers of elements, or of sub-intervals, from one level to the next
@@ -90,6 +91,7 @@ def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lamb
     """
     if levels < 3:
         raise SceneError(f"{levels} levels show no order: 3 or more are needed", place="levels")
+    refuse_cases(scene, "a refinement")
     if not scene.members():
         raise SceneError("no link has a member, and a refinement is of strains and frequencies", place="links")
     if scene.analysis.method == "periodic" and scene.tolerance is None:

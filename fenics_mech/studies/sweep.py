@@ -28,6 +28,7 @@ from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError, ResultError, SceneError, UnresolvedError
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.scene import Scene
+from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, give_up, kept_point, point_file, read_point
 from fenics_mech.studies.same_sweep import plan_before, refuse_other
@@ -174,6 +175,7 @@ def run_sweep(
     MechanismError
         When another process ended with an error.
     """
+    refuse_cases(scene, "a sweep")
     if not scene.members():
         raise SceneError("no link has a member, and a sweep compares strains", place="links")
     if refine_peaks and (len(axes) != 1 or axes[0].whole):

@@ -20,6 +20,7 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.meshing import member_nodes
+from fenics_mech.views.case_tables import cases_table, governed
 from fenics_mech.views.force_summary import at, at_head, drive_lines, joints_table, peak_of, values_of
 from fenics_mech.views.frequency_table import frequency_table
 from fenics_mech.views.judgements import (
@@ -74,7 +75,9 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
     grid = Table.grid(padding=(0, 2))
     for name, value in decisions(result, units).items():
         grid.add_row(name, escape(value))
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), grid, Text()]
+    machine = governed(result) if result.cases else result.scene.name
+    parts: list[RenderableType] = [Text(machine, style="bold"), grid, Text()]
+    parts += [cases_table(result, units), Text()] if result.cases else []
     closer = between_positions(result)
     parts += [
         _members(closer, units),

@@ -6,14 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
-from rich.console import Group
+from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
 from fenics_mech._files import write_frame
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.stress_figures import fatigue
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.tables import number, table_of
+from fenics_mech.views.words import share
 
 MEANING = "range, mean and ratio (least over largest stress) of the material and place of the largest damage"
 
@@ -50,6 +52,33 @@ def fatigue_table(result: Result, found: xr.Dataset) -> Group:
         table.add_row(escape(str(member)), *cells, f"{damage[i, j, f]:.3g}", *words)
     table.caption, table.caption_justify = MEANING, "left"
     return Group(Text(result.scene.name, style="bold"), table)
+
+
+def cases_fatigue(result: Result, found: xr.Dataset) -> Group:
+    """Tabulate the damage of every load case, and the share of the life that all of them use.
+
+    Parameters
+    ----------
+    result
+        A result of several load cases.
+    found
+        From `recovery.stress_figures.life_used`.
+    """
+    parts: list[RenderableType] = [fatigue_table(one, fatigue(one)) for one in result.cases.values()]
+    if "life_used" not in found:
+        text = "The cases tell no `cycles` or `share`, so that the worst of them decides."
+        return Group(*parts, Text(text))
+    names = [str(name) for name in found["case"].to_numpy()]
+    table = table_of("Life used by all load cases", "member", *(f"in {name}" for name in names), "in all")
+    for member in found["member"].to_numpy():
+        one = found.sel(member=member)
+        if np.isnan(float(one["life_used"])):
+            continue
+        shares = [share(float(value)) for value in [*one["used"].sel(case=names).to_numpy(), one["life_used"]]]
+        table.add_row(escape(str(member)), *shares)
+    cycles = ", ".join(f"{name} {result.cycles[name]:.3g}" for name in names)
+    table.caption, table.caption_justify = f"at 100 % a member breaks; cycles of the machine: {cycles}", "left"
+    return Group(*parts, table)
 
 
 def write_fatigue(found: xr.Dataset, path: Path) -> Path:

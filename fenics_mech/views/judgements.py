@@ -22,6 +22,7 @@ from fenics_mech.recovery.result import Result, kept
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.beyond_theory import and_beyond
+from fenics_mech.views.case_judgements import of_most_stressed, worst_of_cases
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.remedies import advice, remedy
@@ -81,6 +82,8 @@ def judgements(result: Result) -> tuple[Judgement, ...]:
     result
         The result.
     """
+    if result.cases:
+        return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case, LEVELS))
     if not result.scene.members():
         return (_rigid(result),)
     found = [*and_beyond(theory(result), result), stability(result), error(result)]
@@ -134,6 +137,8 @@ def headline(reading: ForceReading) -> tuple[str, str]:
     reading
         The result.
     """
+    if reading.result.cases:
+        return of_most_stressed(reading, headline)
     if not isinstance(reading, Reading):
         return _largest_force(reading)
     peak = reading.peaks[reading.ranked[0]]

@@ -10,6 +10,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.safety.critical_speeds import CriticalSpeed, critical_speeds, speeds_to_avoid
+from fenics_mech.safety.load_cases import ENVELOPE, envelope
 from fenics_mech.views.critical_words import frequency_ranges
 from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import acting, judgements, verdict
@@ -69,10 +70,34 @@ def key_figures(result: Result) -> dict[str, Any]:
         near = speeds_to_avoid(result)
         found["speeds_to_avoid"] = [_critical(one) for one in near]
         found["critical_speeds"] = [_critical(one) for one in critical_speeds(result) if one.band]
+    if result.cases:
+        found |= _cases(result)
     attributes = {name: data.attrs[name] for name in (*FIGURES, *ESTIMATES) if name in data.attrs}
     if scene.members() and not any(effect.couples for effect in acting(result)):
         attributes.pop("power_balance_error", None)  # the equation leaves out power: it is no error
     return _plain(found | attributes)
+
+
+def _cases(result: Result) -> dict[str, Any]:
+    """Name the governing load case; give the largest numbers of each, and the case that governs each of them."""
+    most, data = envelope(result), result.data
+    largest: dict[str, Any] = {}
+    for variable in (name for name in ENVELOPE if name in most):
+        values, which = most[variable], most[f"{variable}_in"].to_numpy()
+        labels = map(str, values[values.dims[0]].to_numpy())
+        name = variable.removeprefix("case_")
+        largest[name] = {
+            label: {"value": float(value), "case": str(case)}
+            for label, value, case in zip(labels, values.to_numpy(), which)
+        }
+    each = {
+        case: {
+            name: {label: float(data[f"case_{name}"].sel(case=case).to_numpy()[n]) for n, label in enumerate(of)}
+            for name, of in largest.items()
+        }
+        for case in result.cases
+    }
+    return {"case": result.case, "scene": result.stated.name, "cases": each, "envelope": largest}
 
 
 def _critical(one: CriticalSpeed) -> dict[str, Any]:

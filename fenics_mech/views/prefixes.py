@@ -57,7 +57,10 @@ def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
 
 @kept
 def _largest(result: Result) -> dict[str, float]:
-    """Largest force, moment and stress of a result, in SI."""
+    """Largest force, moment and stress of a result, of all its load cases, in SI."""
+    if result.cases:
+        each = [_largest(one) for one in result.cases.values()]
+        return {kind: max(one[kind] for one in each) for kind in each[0]}
     data = result.data
     moved = effort_units(result.scene.moved_joints, result.scene.joints)
     turns = moved == ["N m"]

@@ -91,6 +91,8 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     with reading_of_a_file():
         chosen = {name: build for name, (has, build) in known.items() if has(result) and (not only or name in only)}
         drawn = {name: figure for name, build in chosen.items() if (figure := build(result)) is not None}
+        for figure in drawn.values():
+            _tell_case(figure, result)
         paths = save_all(drawn, folder, ending=ending)
     for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
@@ -123,6 +125,13 @@ def strain_figure(result: Result) -> Figure:
         _draw_place(axes, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure
+
+
+def _tell_case(figure: Figure, result: Result) -> None:
+    """Name the load case that is drawn, where the scene has several."""
+    if result.case:
+        text = f"load case {result.case}" + (", which governs" if result.cases else "")
+        figure.text(0.995, 0.003, text, ha="right", va="bottom", fontsize=8, color="#555555")
 
 
 def _tell_left_out(figure: Figure, reading: Reading) -> None:

@@ -15,6 +15,7 @@ from fenics_mech.recovery.balance import mean_in_time
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
+from fenics_mech.views.case_tables import cases_table, governed
 from fenics_mech.views.details import balanced, damping_of, mean_powers
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.judgements import judgements, verdict
@@ -43,7 +44,9 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     judged = judgements(result)
     doubts = [f"{verdict(judged)[1]} {one.text}" for one in judged if one.level in ("bad", "warn")]
     told = [*(Text(text, style="bold yellow") for text in doubts), *told]
-    parts: list[RenderableType] = [Text(result.scene.name, style="bold"), *told, grid, Text()]
+    machine = governed(result) if result.cases else result.scene.name
+    parts: list[RenderableType] = [Text(machine, style="bold"), *told, grid, Text()]
+    parts += [cases_table(result, units), Text()] if result.cases else []
     if result.data.sizes["joint"]:
         parts.append(joints_table(between_positions(result), units))
         if result.data.attrs.get("contacts_closed"):

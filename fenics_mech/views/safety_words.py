@@ -59,7 +59,9 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
         member, check = found.governing
         open_modes = undecided(found)
         far = ", as far as the scene tells" if open_modes else ""
-        said = [f"Safe{far}: the least factor is that of member {member!r}, {_of(check)}."]
+        count = len(result.cases)
+        cases = f" in {'both' if count == 2 else f'all {count}'} load cases" if count > 1 else ""
+        said = [f"Safe{cases}{far}: the least factor is that of member {member!r}, {_of(check)}."]
     if found.doubtful is not None:
         member, check = found.doubtful
         level = "warn" if level == "good" else level
@@ -71,7 +73,8 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
 
 def _failing(member: str, check: Check) -> str:
     detail = f"{check.detail}: " if check.detail else ""
-    sizes = "" if check.mode == "resonance" else f"{factor(check)} of {check.wanted:g}"
+    sizes = sized(check)
+    sizes += f", case {check.case}" * bool(check.case)
     at = f"at {short(check.share, 2)} of its wanted factor"
     return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sizes})"
 
@@ -79,7 +82,8 @@ def _failing(member: str, check: Check) -> str:
 def _of(check: Check) -> str:
     """Write factors and mode: "1.2 of 1.5 by yield"."""
     detail = f" ({check.detail})" if check.detail else ""
-    return f"{factor(check)} of {check.wanted:g} by {check.mode}{detail}"
+    case = f" in case {check.case}" if check.case else ""
+    return f"{sized(check)} by {check.mode}{detail}{case}"
 
 
 def factor(check: Check) -> str:
@@ -91,6 +95,19 @@ def factor(check: Check) -> str:
         The mode.
     """
     return f"> {LARGEST:g}" if check.factor > LARGEST else short(check.factor)
+
+
+def sized(check: Check) -> str:
+    """Write a factor of safety and the wanted one; of a resonance the distance of the speed from it in percent.
+
+    Parameters
+    ----------
+    check
+        The mode.
+    """
+    if check.kind == "share":
+        return f"{short(100 * check.factor)} % of {100 * check.wanted:g} %"
+    return f"{factor(check)} of {check.wanted:g}"
 
 
 def acting(check: Check, units: AnswerUnits) -> str:
@@ -110,7 +127,8 @@ def acting(check: Check, units: AnswerUnits) -> str:
     acts, borne = (short(units.number(value, check.kind)) for value in (check.acting, check.borne))
     at = "" if check.theta is None else f" at {math.degrees(check.theta) % 360:.0f}{DEGREE}"
     detail = f", {check.detail}" if check.detail else ""
-    return f"{acts} of {borne} {units.label(check.kind)}{at}{detail}"
+    case = f", case {check.case}" if check.case else ""
+    return f"{acts} of {borne} {units.label(check.kind)}{at}{detail}{case}"
 
 
 def _cured(result: Result, check: Check, cure: Cure | None, units: AnswerUnits) -> str:
@@ -160,7 +178,7 @@ def safety_row(result: Result) -> str:
     found = judge(result)
     named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
     told = [(member, check) for member, check in named[1:] if check.factor <= min(LARGEST, ENOUGH * check.wanted)]
-    return ", ".join(f"{member} {_of(check)}" for member, check in told[:MOST_MEMBERS])
+    return ", ".join(f"{member} {_of(check)}" for member, check in told[: 1 if result.cases else MOST_MEMBERS])
 
 
 def safety_table(result: Result, units: AnswerUnits) -> list[str]:
@@ -175,7 +193,7 @@ def safety_table(result: Result, units: AnswerUnits) -> list[str]:
     """
     found = judge(result)
     said = [
-        f"{member}, {check.mode}: {factor(check)} of {check.wanted:g} ({acting(check, units)})"
+        f"{member}, {check.mode}: {sized(check)} ({acting(check, units)})"
         + ("" if check.decides else ", by assumption")
         for member, checks in found.checks.items()
         for check in checks
@@ -201,6 +219,7 @@ def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
     if found.governing is not None:
         member, check = found.governing
         figures |= {"min": _finite(check.share), "member": member, "mode": check.mode}
+        figures |= {"case": check.case} if check.case else {}
     if found.cure is not None:
         figures["cure"] = {"place": found.cure.place, "now": found.cure.now, "needed": found.cure.needed}
     figures["members"] = {
@@ -211,6 +230,7 @@ def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
                 "acting": check.acting,
                 "borne": check.borne,
                 "decides": check.decides,
+                **({"case": check.case} if check.case else {}),
                 "assumed": [*check.rests_on, *check.assumed],
             }
             for check in checks

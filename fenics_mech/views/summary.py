@@ -20,6 +20,7 @@ from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
+from fenics_mech.views.case_tables import cases_table, governed, member_lines, speeds_of_cases
 from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
 from fenics_mech.views.details import damping_of
 from fenics_mech.views.details import details as all_details
@@ -43,7 +44,7 @@ from fenics_mech.views.rigid_report import (
     small_motions_table,
 )
 from fenics_mech.views.safety_words import safety_row, safety_sentences
-from fenics_mech.views.words import AT_MOST, share, short
+from fenics_mech.views.words import AT_MOST, MINUS, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
 MOST_MEMBERS, MOST_WARNINGS, MOST_MODES, MOST_VIBRATIONS = 4, 3, 6, 2  # that are shown
@@ -93,7 +94,7 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     level, usable = verdict(judged)
     safe_level, safe = safety_sentences(result, units)
     parts: list[RenderableType] = [
-        Text(f"{reading.scene.name}: {reading.driven()}", style="bold"),
+        Text(_machine(reading), style="bold"),
         Text(" ".join(safe), style=STYLES[safe_level]),
         Text(" ".join(headline(reading))),
         Text(usable, style=STYLES[level]),
@@ -101,17 +102,43 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
         *(_said(one) for one in judged if one.level in ("bad", "warn")),
         *_warnings(result.warnings),
         Text(),
-        _members(reading),
-        *_left_out(reading),
-        Text(),
+        *_tables(reading),
     ]
-    parts += [_joints(reading), Text()] if reading.joints else []
     parts += [law_table(result, units), Text()] if "law_effort" in result.data else []
     if "freedom_place" in result.data:
         parts += [freedoms_table(result, units), *(Text(line) for line in running_lines(result)), Text()]
     if "rest_frequency" in result.data:
         parts += [small_motions_table(result), Text()]
     return Summary(*parts, _rest(reading, judged))
+
+
+def _machine(reading: Reading) -> str:
+    """Name the machine and how it is driven, and of load cases which governs."""
+    result = reading.result
+    if not result.cases:
+        return f"{reading.scene.name}: {reading.driven()}"
+    return governed(result)
+
+
+def _tables(reading: Reading) -> list[RenderableType]:
+    """Tabulate members and joints; of load cases these, and each member in the case that governs it."""
+    if reading.result.cases:
+        return [cases_table(reading.result, reading.units), Text(), *_members_of_cases(reading), Text()]
+    joints: list[RenderableType] = [_joints(reading), Text()] if reading.joints else []
+    return [_members(reading), *_left_out(reading), Text(), *joints]
+
+
+def _members_of_cases(reading: Reading) -> list[RenderableType]:
+    """Tabulate the largest stress and deflection of the most stressed members, with the load case of each."""
+    stress, strain, length = (reading.units.label(kind) for kind in ("stress", "strain", "length"))
+    head = f"stress\n{stress}", f"strain\n{strain}", "where, side<", "at", "in case<", f"deflection\n{length}"
+    table, lines = _grid("member", *head), member_lines(reading.result, reading.units)
+    for line in lines[:MOST_MEMBERS]:
+        bent = line.deflection if line.bent_in == line.case else f"{line.deflection} in {line.bent_in}"
+        table.add_row(*map(escape, (line.name, line.stress, line.strain, *line.where, line.case, bent)))
+    more = lines[MOST_MEMBERS:]
+    said = f"and {len(more)} more, none above {more[0].stress.strip(MINUS)} {stress}: see the report" if more else ""
+    return [table, *map(Text, filter(None, [said]))]
 
 
 def _met(result: Result) -> str:
@@ -196,22 +223,25 @@ def _rest(reading: Reading, judged: Sequence[Judgement]) -> Table:
     """Tell what is left: drive, safety, vibration, frequencies, error, effects, damping."""
     result = reading.result
     rows: dict[str, str] = {}
-    if reading.effort is not None:
+    if reading.effort is not None and not result.cases:
         (name, unit), k = reading.effort_name, int(np.abs(reading.effort).argmax())
         rows[name] = f"{short(float(reading.effort[k]))} {unit} at {reading.at(k)}"
-    if said := _shakes(reading):
+    if (said := _shakes(reading)) and not result.cases:
         name = next(iter(rows), "frame")
         rows[name] = f"{rows[name]}; {said}" if rows else said
-    others = {"safety": safety_row(result), "vibrates": _vibrates(result, reading.units)}
-    others["frequencies"] = _frequencies(result)
-    others["avoid"] = speeds_in_words(result, 1)
+    others = {"safety": safety_row(result)}
+    if result.cases:  # what is common to them is in the details
+        others["avoid"] = speeds_of_cases(result)
+    else:
+        others |= {"vibrates": _vibrates(result, reading.units), "frequencies": _frequencies(result)}
+        others["avoid"] = speeds_in_words(result, 1)
     rows |= {name: text for name, text in others.items() if text}
     told = [one for one in judged if one.level == "note" or (one.level == "good" and one.about == "error")]
     rows |= {one.about: one.text for one in told}
     rows |= motion_rows(result, reading.units)
-    rows["effects"] = _effects(result)
+    rows |= {} if result.cases else {"effects": _effects(result)}
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
-    rows["damped by"] = damping_of(result.scene)
+    rows |= {} if result.cases else {"damped by": damping_of(result.scene)}
     table = Table.grid(padding=(0, 2))
     for name, text in rows.items():
         table.add_row(name, escape(text))

@@ -91,7 +91,7 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
     lines: list[RenderableType] = [Text(scene.name, style="bold"), Text(f"{counts}; {drive_of(scene)}")]
     turns += f" Mobility {mobility(scene)} by Gruebler's count."
     lines += [table, _in_si(scene)] if scene.members() else []
-    lines += [*(Text(line) for line in _acting(scene)), Text(turns)]
+    lines += [*(Text(line) for line in _acting(scene)), *(Text(line) for line in _cases(scene)), Text(turns)]
     for critical in reach.critical:
         if critical.kind != "worst transmission":
             lines.append(Text(f"{critical.kind} at {_degrees(critical.theta)} ({', '.join(critical.links)})"))
@@ -104,6 +104,14 @@ def scene_overview(scene: Scene, reach: Range) -> Group:
         text = f"transmission angle at joint {pair.joint} ({', '.join(pair.links)})"
         lines.append(Text(f"{text}: {'at worst ' * (pair.angle < BEST)}{_degrees(pair.angle)} {at}"))
     return Group(*lines)
+
+
+def _cases(scene: Scene) -> Iterator[str]:
+    """Tell what each load case changes."""
+    for case in scene.cases:
+        changes = [f"{path} = {value}" for path, value in case.values.items()]
+        changes += [f"without {' and '.join(case.off)}"] if case.off else []
+        yield f"load case {case.name}: {', '.join(changes) or 'the scene as it stands'}"
 
 
 def _in_si(scene: Scene) -> Table:

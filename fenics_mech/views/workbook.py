@@ -20,8 +20,10 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.exports import KIND_OF
 from fenics_mech.recovery.variables import ATTRIBUTES, STRAINS
 from fenics_mech.scene import Prismatic, Slot
+from fenics_mech.views.case_sheets import case_sheets
 from fenics_mech.views.judgements import SOURCES, headline, judgements, verdict
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading, reading_of, reading_of_a_file
+from fenics_mech.views.safety_words import safety_sentences
 
 Row = Sequence[str | float]
 INSTALL = "an .xlsx needs the library openpyxl, which is not installed: pip install 'fenics_mech[tables]'"
@@ -124,6 +126,8 @@ def sheets_of(result: Result, every: int = 1) -> list[Sheet]:
     """
     reading, data = reading_of(result), result.data.isel(theta=slice(None, None, every))
     tables = [Sheet("summary", ("", ""), _summary(reading))]
+    if result.cases:
+        tables += [Sheet(*table) for table in case_sheets(reading)]
     if isinstance(reading, Reading):
         tables.append(_members(reading))
     if reading.joints:
@@ -169,6 +173,10 @@ def _summary(reading: ForceReading) -> Iterator[Row]:
     result = reading.result
     judged = judgements(result)
     yield "machine", reading.scene.name
+    if result.cases:
+        yield "load case", f"{result.case}, which governs of {', '.join(result.cases)}; curves are of it"
+    if isinstance(reading, Reading):
+        yield "safety", " ".join(safety_sentences(result, reading.units)[1])
     yield "driven", reading.driven()
     yield "found", " ".join(headline(reading))
     yield "verdict", verdict(judged)[1]

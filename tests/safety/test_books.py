@@ -12,7 +12,7 @@ from fenics_mech.safety.shapes import torsion_of
 from fenics_mech.scene import ISection, RectangleSection
 from fenics_mech.scene.design import Pin
 from tests.common import analysed
-from tests.safety.machines import along, rod
+from tests.safety.machines import along, middle, rod
 
 KPSI, INCH, POUND = 6.894757e6, 0.0254, 4.448222
 
@@ -111,3 +111,16 @@ def test_torsion_of_an_i():
 def test_steel_is_known_by_its_numbers_not_by_its_name():
     assert grade_of(Material(modulus=206e9, density=7850)) is STEEL
     assert grade_of(Material(modulus=114e9, density=4430)) is None  # titanium
+
+
+def test_an_i_warps_as_in_the_tables_of_aisc():
+    """W18x50 at its unbraced length Lr of 16.9 ft bears 0.7 Fy Sx = 0.7 x 50 ksi x 88.9 in^3 (AISC Manual, table 3-2).
+
+    The plates leave out the fillets: J is 1.18 of 1.24 in^4, which is 1.2 % of the moment.
+    """
+    shape = {"height": 17.99 * INCH, "width": 7.495 * INCH, "flange": 0.57 * INCH, "web": 0.355 * INCH}
+    steel = {"modulus": 29e3 * KPSI, "shear_modulus": 11.2e3 * KPSI, "yield": 50 * KPSI, "ultimate": 65 * KPSI}
+    machine = rod({"shape": "I"} | shape, [middle(1e3)], 16.9 * 12 * INCH, steel)
+    checks = judge(analysed(machine)).checks["rod"]
+    borne = next(check.borne for check in checks if check.mode == "lateral torsion")
+    assert borne == pytest.approx(0.7 * 50 * KPSI * 88.9 * INCH**3, rel=0.02)

@@ -24,6 +24,7 @@ def why_differences(design: Design, quantities: Sequence[ResultNumbers]) -> str:
         "effects are chosen for each trial": scene.effects == "auto",
         "a tolerance chooses the mesh of each trial": scene.tolerance is not None,
         "impulses act": scene.impulses,
+        "the worst of several load cases counts": scene.cases,
         "a variable is a choice": any(variable.choices for variable in design.variables),
         "no link bends": not scene.members(),
     }

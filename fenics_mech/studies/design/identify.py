@@ -15,6 +15,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_table
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
@@ -204,6 +205,7 @@ def identify(
     >>> f"{found.values[0] / 1e9:.1f} GPa, deviation {found.deviation[0] / 1e9:.1f} GPa"
     '66.4 GPa, deviation 0.6 GPa'
     """
+    refuse_cases(scene, "what was measured")
     begun, observations = time.perf_counter(), _observations(scene, data)
     with kept_folder(folder) as kept, Workers(jobs) as workers:
         explorers: list[Explorer] = []

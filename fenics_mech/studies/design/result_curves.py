@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -110,6 +110,13 @@ class Curve:
         SceneError
             When the result has no such variable, or it is not one number at each position.
         """
+        if result.cases:
+            if not (case := self.of.case_of(result)):
+                hint = f"Name one in brackets: {', '.join(result.cases)}"
+                raise SceneError(f"{self.text!r} is a curve of each load case", place="study", hint=hint)
+            labels = tuple(label for label in self.labels if label != case)
+            told = replace(self, of=replace(self.of, labels=labels)).numbers(result.cases[case], targets)
+            return dict(zip(self.names, told.values()))
         found = self.of.variable(result)
         part = last_cycle(result.scene.analysis, result.scene.drives, result.data)
         if found.dims != ("theta",) or part is None:

@@ -6,7 +6,7 @@ import difflib
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -172,6 +172,8 @@ class Quantity:
         """
         if self.name == "mass":
             return total_mass(result.scene, self.labels)
+        if result.cases and (self.name != "safety" or self.case_of(result)):
+            return self._of_cases(result, targets)
         if self.needs_stability:
             _require_multipliers(self, result)
         if self.name == "stability":
@@ -186,6 +188,24 @@ class Quantity:
             data = fatigue(result).assign_attrs(result.data.attrs)
             return reduced(self._selected(data["damage"]), "max")
         return self._of_variable(result)
+
+    def case_of(self, result: Result) -> str:
+        """Name the load case of a result that a label names; "" where none does.
+
+        Parameters
+        ----------
+        result
+            The result.
+        """
+        return next((label for label in self.labels if label in result.cases), "")
+
+    def _of_cases(self, result: Result, targets: Mapping[str, Target] | None) -> float:
+        """Give the number of the case that is named, or else the worst: the largest, or of what is a min the least."""
+        if case := self.case_of(result):
+            labels = tuple(label for label in self.labels if label != case)
+            return replace(self, labels=labels).of(result.cases[case], targets)
+        found = [self.of(one, targets) for one in result.cases.values()]
+        return min(found) if self.reduction == "min" or self.name == "stability" else max(found, key=abs)
 
     def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
         """Give the number of a result by its name; see `of`.

@@ -147,7 +147,8 @@ class Trials:
         if design.scene.effects != "auto" or not design.scene.members() or self._of_masses:
             return self
         result = analyse(self.cheapest.changed(design.changes(design.start)))
-        acting = [effect["name"] for effect in json.loads(result.data.attrs["effects"]) if effect["acts"]]
+        decided = [json.loads(one.data.attrs["effects"]) for one in (result.cases or {"": result}).values()]
+        acting = dict.fromkeys(effect["name"] for one in decided for effect in one if effect["acts"])
         return replace(self, design=replace(design, scene=design.scene.changed(effects=tuple(acting))))
 
     @property

@@ -28,7 +28,8 @@ def heading(reading: ForceReading) -> Html:
         tag("button", "Print", id="print", type="button"),
         tag("button", "\N{CIRCLE WITH RIGHT HALF BLACK}", id="theme", type="button", aria_label="dark or light"),
     )
-    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", reading.driven()))
+    governs = f"; of {len(reading.result.cases)} load cases this one governs" if reading.result.cases else ""
+    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", reading.driven(), governs))
     return tag("header", name, tag("div", *buttons, class_="tools live"), class_="top")
 
 
@@ -98,7 +99,8 @@ def figures(reading: ForceReading) -> Html:
         found.append(
             _tile("lowest natural frequency", least, "Hz", f"{short(least * reading.scene.period)} times the drive's")
         )
-    return tag("section", *found, class_="tiles")
+    told = tag("p", f"In case {reading.result.case}, which governs:", class_="of") if reading.result.cases else EMPTY
+    return join([told, tag("section", *found, class_="tiles")])
 
 
 def _deflection(reading: Reading) -> Html:

@@ -8,11 +8,13 @@ import json
 from importlib.resources import files
 from pathlib import Path
 from string import Template
+from typing import Any
 
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.page import page_tables, parts
+from fenics_mech.views.page.case_cards import case_card
 from fenics_mech.views.page.curves import payload
 from fenics_mech.views.page.html import EMPTY, Html, join, json_in_page, tag
 from fenics_mech.views.page.safety_table import safety
@@ -24,6 +26,9 @@ ENDINGS = (".html", ".htm")
 
 def report(result: Result, path: str | Path) -> Path:
     """Write a report of a result as one HTML file, which needs no network and no other file.
+
+    Of several load cases it is of the governing one, with the largest of all; beside it are pages of the others, such
+    as ``report_idle.html``.
 
     It begins with the verdict and its reasons. Then come key figures, the mechanism in motion, curves, maps, joint
     forces, decisions, error estimates, and the scene. Tables are readable without a script.
@@ -56,19 +61,37 @@ def report(result: Result, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
+    others = pages_of_cases(result, path)
     with reading_of_a_file():
-        text = page(result)
-    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+        texts = {path: page(result, {name: other.name for name, other in others.items()})}
+        texts |= {other: page(result.cases[name]) for name, other in others.items()}
+    for file, text in texts.items():
+        write_whole(file, lambda temporary, text=text: temporary.write_text(text, encoding="utf-8"))  # type: ignore[misc]
     return path
 
 
-def page(result: Result) -> str:
+def pages_of_cases(result: Result, path: Path) -> dict[str, Path]:
+    """Give the files of the pages of all load cases but the governing one, by the names of the cases.
+
+    Parameters
+    ----------
+    result
+        The result.
+    path
+        The page of the governing case.
+    """
+    return {name: path.with_stem(f"{path.stem}_{name}") for name in result.cases if name != result.case}
+
+
+def page(result: Result, pages: dict[str, str] | None = None) -> str:
     """Give the text of the page.
 
     Parameters
     ----------
     result
         The result.
+    pages
+        Names of the pages of its other load cases, if it has some.
 
     Raises
     ------
@@ -85,14 +108,21 @@ def page(result: Result) -> str:
         "verdict": parts.verdict_of(reading),
         "figures": parts.figures(reading),
         "moving": parts.moving(reading),
+        "cases": case_card(reading, pages or {}),
         "tables": _tables(reading),
         "dynamics": parts.dynamics(reading),
         "computed": _computed(reading),
-        "scene": tag("pre", json.dumps(json.loads(result.data.attrs["scene"]), indent=1, ensure_ascii=False)),
+        "scene": tag("pre", json.dumps(_stated(result), indent=1, ensure_ascii=False)),
         "data": json_in_page(payload(reading)),
         "script": script,
     }
     return Template(_source("page.html")).substitute(pieces)
+
+
+def _stated(result: Result) -> Any:
+    """Give the scene as plain data, with its load cases where it has some."""
+    cases = result.data.attrs.get("cases")
+    return json.loads(result.data.attrs["scene"] if cases is None else json.loads(cases)["scene"])
 
 
 def _tables(reading: ForceReading) -> Html:

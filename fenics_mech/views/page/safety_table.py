@@ -26,6 +26,7 @@ def safety(reading: Reading) -> Html:
         "Factors of safety over the cycle, and below them what acts of what is borne. Red: less than is wanted. "
         "Hatched: it rests on an assumed grade, pin or limit, and does not decide."
     )
+    lead += " Of several load cases it is that of the worst, which is named." if reading.result.cases else ""
     lists = [_list("Taken as, where the scene does not say", found.assumed), _list("Not judged", found.missing)]
     body = table(["member", *(f"{mode}<" for mode in modes)], rows, class_="safety")
     return tag("section", tag("h2", "Safety"), tag("p", lead, class_="lead"), body, *lists, class_="card")

@@ -1,0 +1,240 @@
+"""Load cases of a result for people: a line for each, and the members with the case that governs each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from rich.markup import escape
+from rich.table import Table
+
+from fenics_mech._constants import ROUNDING
+from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.recovery import Result
+from fenics_mech.safety import judge
+from fenics_mech.safety.critical_speeds import speeds_to_avoid
+from fenics_mech.safety.load_cases import envelope
+from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.views.critical_words import speeds_in_words
+from fenics_mech.views.reading import Reading, reading_of
+from fenics_mech.views.safety_words import sized
+from fenics_mech.views.words import short
+
+MOST_CASES = 4  # that a summary lists
+NONE = "\N{EN DASH}"
+
+
+@dataclass(frozen=True)
+class CaseLine:
+    """What is told of a load case.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    least
+        Its least factor of safety with the wanted one, and the mode and the member; what is not known is a dash.
+    numbers
+        Largest stress, deflection, joint force and effort of the first drive, with what each is of; of those that there
+        are.
+    """
+
+    name: str
+    least: tuple[str, str]
+    numbers: tuple[tuple[str, str], ...]
+
+
+def case_lines(result: Result, units: AnswerUnits) -> tuple[tuple[str, ...], list[CaseLine]]:
+    """Give a line for each load case, the least safe first, and the heads of its numbers with their units.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    units
+        Units of the numbers.
+    """
+    columns = _columns(result, units)
+    lines = []
+    for name in ranked_cases(result):
+        numbers = []
+        for variable, _, kind in columns:
+            values = result.data[variable].sel(case=name)
+            n = int(np.argmax(values.fillna(-np.inf).to_numpy()))
+            owner, most = str(values[values.dims[0]].to_numpy()[n]), float(values.to_numpy()[n])
+            beside = variable if variable != "case_effort" else "case_joint_force"  # with an arm of 1 m
+            largest = max(float(result.data[name].max()) for name in (variable, beside) if name in result.data)
+            seen = most > ROUNDING * largest  # what is less is rounding
+            numbers.append((short(units.number(most, kind) if seen else 0.0), owner if seen else NONE))
+        lines.append(CaseLine(name, _least(result, name), tuple(numbers)))
+    return tuple(f"{head}\n{units.label(kind)}" for _, head, kind in columns), lines
+
+
+def _columns(result: Result, units: AnswerUnits) -> list[tuple[str, str, str]]:
+    """Variables of the cases that a result has, with the head and the kind of unit of each."""
+    turns = effort_units(result.scene.moved_joints, result.scene.joints)[:1] == ["N m"]
+    known = [
+        ("case_stress", "stress", "stress"),
+        ("case_deflection", "deflection", "length"),
+        ("case_joint_force", "joint force", "force"),
+        ("case_effort", "torque" if turns else "drive force", "moment" if turns else "force"),
+    ]
+    return [column for column in known if column[0] in result.data and result.data[column[0]].size]
+
+
+def governed(result: Result) -> str:
+    """Name a machine, how many load cases it has, and which governs.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    """
+    return f"{result.stated.name}: {len(result.cases)} load cases; {result.case} governs"
+
+
+def ranked_cases(result: Result) -> list[str]:
+    """Give the names of the load cases, the least safe first, or where none is judged the most stressed.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    """
+    names = [str(name) for name in result.data["case"].to_numpy()]
+    for variable, sign in (("case_safety", 1), ("case_stress", -1), ("case_joint_force", -1)):
+        if variable in result.data and result.data[variable].size and result.data[variable].notnull().any():
+            values = (sign * result.data[variable]).fillna(np.inf).transpose("case", ...).to_numpy()
+            return [names[int(n)] for n in np.argsort(values.min(axis=1), kind="stable")]
+    return names
+
+
+def _least(result: Result, name: str) -> tuple[str, str]:
+    """Write the least factor of safety of a case with the wanted one, and by what it is."""
+    if not result.scene.members() or (governing := judge(result.cases[name]).governing) is None:
+        return NONE, NONE
+    member, check = governing
+    return sized(check), f"{check.mode}, {member}"
+
+
+def cases_table(result: Result, units: AnswerUnits) -> Table:
+    """Tabulate the load cases, the least safe first, for 80 columns: deflections are told by members.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    units
+        Units of the numbers.
+    """
+    heads, lines = case_lines(result, units)
+    shown = [n for n, head in enumerate(heads) if not head.startswith("deflection")]
+    safe = any(line.least[0] != NONE for line in lines)
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
+    named = ["load case", *(["least factor", "by"] if safe else [])]
+    for column in named:
+        table.add_column(column)
+    for n in shown:
+        table.add_column(heads[n].replace("joint force\n", "joint\nforce, "), justify="right")
+    told = lines if len(lines) <= MOST_CASES else lines[: MOST_CASES - 1]
+    for line in told:
+        numbers = [line.numbers[n][0] for n in shown]
+        table.add_row(escape(line.name), *(map(escape, line.least) if safe else ()), *numbers)
+    if more := len(lines) - len(told):
+        table.caption, table.caption_justify = f"and {more} safer ones: see the report", "left"
+    return table
+
+
+@dataclass(frozen=True)
+class MemberLine:
+    """The largest of a member over all load cases.
+
+    Parameters
+    ----------
+    name
+        Its label.
+    stress, strain
+        Largest stress, and the strain there.
+    where
+        Place and side of it, and the drive angle.
+    case
+        The case that it is in.
+    deflection, bent_in
+        Largest deflection, and the case that it is in.
+    size
+        Size of the stress, by which members are ranked.
+    """
+
+    name: str
+    stress: str
+    strain: str
+    where: tuple[str, str]
+    case: str
+    deflection: str
+    bent_in: str
+    size: float
+
+
+def member_lines(result: Result, units: AnswerUnits) -> list[MemberLine]:
+    """Give the largest stress and deflection of each member over all load cases, the most stressed member first.
+
+    Parameters
+    ----------
+    result
+        A result of several cases, of links that bend.
+    units
+        Units of the numbers.
+    """
+    found, most, lines = readings(result, units), envelope(result), []
+    for member in map(str, most["member"].to_numpy()):
+        one = most.sel(member=member)
+        stressed, bent = (str(one[f"case_{name}_in"].item()) for name in ("stress", "deflection"))
+        reading = found[stressed]
+        i = reading.members.index(member)
+        peak = reading.peaks[i]
+        stress = float(reading.stress[peak.k, i, peak.j, peak.f])
+        where = f"{reading.place(peak).removeprefix('at ')}, {reading.fibres[peak.f]}"
+        lines.append(
+            MemberLine(
+                member,
+                short(stress),
+                short(float(reading.strain[peak.k, i, peak.j, peak.f])),
+                (where, reading.at(peak.k)),
+                stressed,
+                short(units.number(float(one["case_deflection"]), "length")),
+                bent,
+                abs(stress),
+            )
+        )
+    return sorted(lines, key=lambda line: -line.size)
+
+
+def readings(result: Result, units: AnswerUnits) -> dict[str, Reading]:
+    """Read every load case in the same units.
+
+    Parameters
+    ----------
+    result
+        A result of several cases, of links that bend.
+    units
+        The units.
+    """
+    found = {name: reading_of(one, units) for name, one in result.cases.items()}
+    return {name: one for name, one in found.items() if isinstance(one, Reading)}
+
+
+def speeds_of_cases(result: Result) -> str:
+    """Name the speed to avoid that is nearest to that of any load case, with the case.
+
+    Parameters
+    ----------
+    result
+        A result of several cases.
+    """
+    near = {
+        name: min((abs(one.distance) for one in speeds_to_avoid(case, 1)), default=np.inf)
+        for name, case in result.cases.items()
+    }
+    nearest = min(near, key=near.__getitem__)
+    said = speeds_in_words(result.cases[nearest], 1)
+    return f"{said}, nearest in case {nearest}" if np.isfinite(near[nearest]) else said
