@@ -34,7 +34,7 @@ from fenics_mech.accuracy.undamped_modes import TOO_MANY, left_undamped
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import UnresolvedError, percent
+from fenics_mech.errors import ANSWERED, UnresolvedError, percent
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import (
     CollocationSolution,
@@ -135,11 +135,20 @@ class Errors:
         are refused only where they have not one right digit. Efforts of drives are not: where a mechanism is balanced
         they are small differences, of which the summary says that they are wrong.
         """
-        if scene.analysis.allow_coarse:
-            return
+        if not scene.analysis.allow_coarse and (refusal := self.refusal(scene)) is not None:
+            raise refusal
+
+    def refusal(self, scene: Scene) -> UnresolvedError | None:
+        """Give the error that says where numerical errors are too large, and by what; None where they are not.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         enough = self._enough(scene)
         if enough is None:  # then no steps cure it
-            self.refuse_missed(scene)
+            return self.missing(scene)
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
@@ -148,18 +157,29 @@ class Errors:
                 shares = {source: float(self.of([source], what)[worst]) for source in sources}
                 place, measure = PLACES[what]
                 said = f"{place} {names[what][worst]!r} is uncertain by"
-                raise _refusal(scene, said, measure, shares, self.order, limit, enough or 0)
-        self.refuse_missed(scene)
+                return _refusal(scene, said, measure, shares, self.order, limit, enough or 0)
+        return self.missing(scene)
 
     def refuse_missed(self, scene: Scene) -> None:
         """Raise `UnresolvedError` where the positions surely miss peaks of joint forces or strains by too much."""
+        if (refusal := self.missing(scene)) is not None:
+            raise refusal
+
+    def missing(self, scene: Scene) -> UnresolvedError | None:
+        """Give the error that says which peaks the positions surely miss by too much; None where they miss none.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, missed in self._missed().items():
             if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
                 worst = int(missed.argmax())
-                raise self.missed.refusal(
-                    (what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", self._enough(scene)
-                )
+                where = f"{PLACES[what][0]} {names[what][worst]!r}"
+                return self.missed.refusal((what, worst), where, self._enough(scene))
+        return None
 
     def _missed(self) -> dict[str, Array]:
         """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
@@ -250,14 +270,33 @@ def _refusal(
     room = max(limit - (total - shares[source]), limit / 2)
     in_time = source == "time" and scene.analysis.method == "transient"
     fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
-    advice = _advice(scene, source, (shares[source] / room) ** (1 / order[source]), least)
-    if least and "sub_intervals" not in advice:
-        advice += f", and at least {least} sub_intervals"
+    times = (shares[source] / room) ** (1 / order[source])
+    advice = _advice(scene, source, times, least)
+    finer = _finer(scene, source, times)
+    if least:
+        finer["sub_intervals"] = max(least, finer.get("sub_intervals", 0))
+        advice += "" if "sub_intervals" in advice else f", and at least {least} sub_intervals"
     return UnresolvedError(
         f"{fault}: the {what} an estimated {percent(total)} of {measure}, "
         f"{percent(shares[source])} of it from the {ORIGINS[source]}. "
         f"{advice}; analysis.allow_coarse lets it pass"
-    )
+    ).finer_by(ANSWERED, **finer)
+
+
+def _finer(scene: Scene, source: str, times: float) -> dict[str, float]:
+    """Give the numbers with which the error of a source is small enough, which is to fall so many times."""
+    analysis, more = scene.analysis, ACCEPTED.margin * times
+    if source == "time" and analysis.method == "transient":
+        return {"time_tolerance": analysis.time_tolerance / more}
+    if source in ("mesh", "modes") and analysis.reduction != "none":
+        return {}  # the cutoff is stated in hertz, or that of the members
+    if source == "mesh":
+        return {"elements": more}
+    if source == "harmonics":  # which need more than four times as many sub-intervals
+        harmonics = math.ceil(more * analysis.harmonics)
+        return {"harmonics": harmonics, "sub_intervals": max(analysis.sub_intervals, 4 * harmonics + 2)}
+    name = {"time": "sub_intervals", "modes": "modes"}[source]
+    return {name: math.ceil(more * getattr(analysis, name))}
 
 
 def estimate(
