@@ -123,6 +123,10 @@ class DerivativeError(SolverError):
     """A motion has no derivatives, or they do not follow from the equation linearised about it."""
 
 
+class UnstableError(SolverError):
+    """A periodic motion is unstable: small disturbances grow, so that a machine leaves it."""
+
+
 class UnresolvedError(SolverError):
     """Steps or a mesh too coarse for an answer, or for an accurate one: finer ones may give it."""
 

@@ -95,12 +95,23 @@ def made_finer(result: Result) -> str:
     result
         The result.
     """
-    numbers = json.loads(result.data.attrs.get("refined", "{}"))
+    said = in_words(str(result.data.attrs.get("refined", "")))
+    return f"Chosen for it: {said}." if said else ""
+
+
+def in_words(numbers: str) -> str:
+    """Say which mesh and steps were taken in place of the usual ones.
+
+    Parameters
+    ----------
+    numbers
+        The numbers by name, as JSON; empty where there are none.
+    """
     said = [
         f"solver {value!r}" if name == "solver" else f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}"
-        for name, value in numbers.items()
+        for name, value in json.loads(numbers or "{}").items()
     ]
-    return f"Chosen for it: {' and '.join(said)}." if said else ""
+    return " and ".join(said)
 
 
 def leaves_vibration(decided: Sequence[Mapping[str, Any]]) -> bool:

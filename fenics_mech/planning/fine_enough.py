@@ -139,7 +139,7 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
         raise refused
     coarse = with_numbers(scene, changed(numbers, first)).changed(analysis__allow_coarse=True)
     result = _telling(analysed(coarse), numbers, first, refused)
-    result.data.attrs["coarse_because"] = str(refused).removesuffix("; analysis.allow_coarse lets it pass")
+    result.data.attrs["coarse_because"] = without_pass(refused)
     return result
 
 
@@ -160,6 +160,17 @@ def _telling(result: Result, numbers: Numbers, first: Numbers, refused: Mechanis
         result.data.attrs["refined"] = json.dumps(finer)
         result.data.attrs["refined_because"] = _without_cure(refused)
     return result
+
+
+def without_pass(refused: MechanismError) -> str:
+    """What is too coarse and what to do about it, of an error that lets no answer pass.
+
+    Parameters
+    ----------
+    refused
+        The error.
+    """
+    return str(refused).removesuffix("; analysis.allow_coarse lets it pass")
 
 
 def _without_cure(refused: MechanismError) -> str:

@@ -125,6 +125,25 @@ class Verdict:
         return tuple(dict.fromkeys(f"{check.mode}: {check.missing}" for check in missing))
 
 
+def without_cure(result: Result) -> Verdict:
+    """Judge every member of a result by all modes, and look for no cure.
+
+    Parameters
+    ----------
+    result
+        The result, of links that bend.
+    """
+    found: dict[str, tuple[Check, ...]] = {}
+    for label, (link, member) in result.scene.members().items():
+        of = Loaded(label, member, result)
+        checks = {mode: judged(of) for mode, judged in BY_SECTION.items()}
+        checks |= {"pin and eye": pins(of), "resonance": resonating(result, link)}
+        found[label] = tuple(checks[mode] for mode in KEYS)
+    verdict = Verdict(found, None)
+    shares = {label: least.share if (least := verdict.least(label)) else math.inf for label in found}
+    return Verdict({label: found[label] for label in sorted(found, key=shares.__getitem__)}, None)
+
+
 @kept
 def judge(result: Result) -> Verdict:
     """Judge every member of a result by all modes.
@@ -145,15 +164,7 @@ def judge(result: Result) -> Verdict:
     >>> sorted(verdict.checks)
     ['coupler', 'crank', 'follower']
     """
-    found: dict[str, tuple[Check, ...]] = {}
-    for label, (link, member) in result.scene.members().items():
-        of = Loaded(label, member, result)
-        checks = {mode: judged(of) for mode, judged in BY_SECTION.items()}
-        checks |= {"pin and eye": pins(of), "resonance": resonating(result, link)}
-        found[label] = tuple(checks[mode] for mode in KEYS)
-    verdict = Verdict(found, None)
-    shares = {label: least.share if (least := verdict.least(label)) else math.inf for label in found}
-    verdict = Verdict({label: found[label] for label in sorted(found, key=shares.__getitem__)}, None)
+    verdict = without_cure(result)
     governing = verdict.governing
     if governing is None or governing[1].share >= 1:
         return verdict
