@@ -70,7 +70,8 @@ TEXTS = {
     "safety_mode": "mode of failure of that factor",
     "unstable": "why the motion is unstable, of a point whose numbers are kept nevertheless",
 }
-
+LONGEST_CURVES = 10_000_000  # letters: those of 400 members take 0.3 million
+CURVES_TEXT = "curves"  # of a point that keeps its curves; see `point_curves`
 
 INFINITE = "theory_share", "deflection_theory_share", "safety", "safety_min"  # no theory tells, or nothing acts
 SIGNED = "peak_strain_theta", "peak_strain_side", "drive_rate", "growth_rate"
@@ -89,6 +90,7 @@ class Point(Ended):
     safety_member: Text
     safety_mode: Text
     unstable: Text
+    curves: NotRequired[Annotated[str, Field(max_length=LONGEST_CURVES)]]
     values: NotRequired[Annotated[dict[str, Numbers], Field(max_length=len(KEPT))]]
 
 

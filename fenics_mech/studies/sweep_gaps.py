@@ -268,5 +268,5 @@ def _passed(run: SweepRun, value: float, before: Record, followed: Sequence[_Fol
     common.keep(one.reached[value][1])
     estimates = not run.at_peaks_alone and run.any_scene.analysis.error_estimates
     data = placed(scene, {run.axes[0].path: value, "analysis.error_estimates": estimates})
-    compute_point(Task(path, data, run.gauge, 0.0, None), common)
+    compute_point(Task(path, data, run.gauge, 0.0, None, run.keeps_curves), common)
     return dict(read_point(path, run.any_scene) or before)

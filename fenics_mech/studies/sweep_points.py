@@ -30,7 +30,8 @@ from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_motions import read_motion, write_motion
-from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
+from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
+from fenics_mech.studies.point_curves import packed_curves
 
 logger = logging.getLogger(__name__)
 
@@ -88,6 +89,8 @@ class Task(NamedTuple):
         Its place in a run, whose motions begin from those before them; None where it begins from nothing.
     motion
         File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
+    curves
+        Whether its curves over the cycle are kept.
     errors_alone
         Whether only the errors of its answer are asked for, which was found without estimates and may be kept.
     """
@@ -97,6 +100,7 @@ class Task(NamedTuple):
     gauge: Gauge
     place: float | None
     motion: Path | None
+    curves: bool = False
     errors_alone: bool = False
 
 
@@ -139,7 +143,7 @@ def compute_point(task: Task, common: PointParts) -> None:
 
 def _analysed(task: Task, common: PointParts) -> Record:
     """Analyse a point and give what is kept of it."""
-    _, data, gauge, place, motion, _ = task
+    _, data, gauge, place, motion, curves, _ = task
     common.go_to(place)
     scene = Scene.read(data)
     estimated = scene.analysis.error_estimates
@@ -158,6 +162,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
         if common.found is not None:
             write_motion(motion, common.found)
     record = reduced(result, gauge) | {"unstable": unstable}
+    record |= {CURVES_TEXT: packed_curves(result)} if curves else {}
     record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")

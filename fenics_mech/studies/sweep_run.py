@@ -18,9 +18,20 @@ from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, UnresolvedError
+from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
-from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, give_up, kept_point, point_file, read_point
+from fenics_mech.studies.kept_points import (
+    CURVES_TEXT,
+    KEPT,
+    TEXTS,
+    Record,
+    give_up,
+    kept_point,
+    point_file,
+    read_point,
+)
+from fenics_mech.studies.point_curves import MOST_POINTS, with_curves
 from fenics_mech.studies.same_sweep import plan_before, refuse_other
 from fenics_mech.studies.sweep_axes import Axis, placed
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
@@ -66,6 +77,11 @@ class SweepRun:
     def any_scene(self) -> Scene:
         """The scene without the sweep: its members and joints are those of all points."""
         return Scene.read(self.scene)
+
+    @property
+    def keeps_curves(self) -> bool:
+        """Whether points keep their curves over the cycle: those of a line that is not too long."""
+        return len(self.axes) == 1 and len(self.axes[0].values) <= MOST_POINTS
 
     def over(self, values: Sequence[Sequence[float]], refine_peaks: int) -> Sequence[Sequence[float]]:
         """Compute the points of a grid, with points added at peaks, and give the values with these."""
@@ -173,7 +189,7 @@ class SweepRun:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
         place = None if first is None else sum(here - there for here, there in zip(point, first))  # all but one are 0
         motion = self.without_estimates.path(point).with_suffix(".motion") if self.at_peaks_alone else None
-        return Task(self.path(point), self.scene_of(point), self.gauge, place, motion)
+        return Task(self.path(point), self.scene_of(point), self.gauge, place, motion, self.keeps_curves)
 
     def scene_of(self, point: Sequence[float]) -> Record:
         """Give the scene of a point."""
@@ -255,6 +271,10 @@ class SweepRun:
             data = data.assign_coords({axis.path: (axis.path, list(along), units)})
         first = Scene.read(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
         data = tabulated(data, records, KEPT, first, dict(zip(paths, shape)))
+        if self.keeps_curves:
+            curves = [str(record.get(CURVES_TEXT, "")) for record in records]
+            effort = {"curve_input_torque": effort_units(first.moved_joints, first.joints)[0]} if first.drives else {}
+            data = with_curves(data, paths[0], curves, first, effort)
         data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
         data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
         data.attrs["stated_rate"] = abs(self.any_scene.cycle_rate)  # of the scene as it is without the sweep
