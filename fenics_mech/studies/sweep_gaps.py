@@ -170,7 +170,7 @@ def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
     told
         Writes a value of the field.
     """
-    said = [f"that of {told(one.start)} is stable up to {told(one.ended)}, {one.how}" for one in found if one.how]
+    said = [f"the motion of {told(one.start)} is stable up to {told(one.ended)}, {one.how}" for one in found if one.how]
     return f"By continuation {'; '.join(said)}" if said else ""
 
 
