@@ -91,7 +91,7 @@ def _attribute_kinds() -> dict[str, TypeAdapter[Any]]:
 
 TEXTS = (
     *("fenics_mech", "title", "scene", "solver", "not_estimated", "chosen", "refined", "refined_because"),
-    *("coarse_because", "effects", "warnings", "paths", "ended"),
+    *("coarse_because", "between", "effects", "warnings", "paths", "ended"),
 )
 NUMBERS = (
     *("mobility", "dofs", "elements", "energy_fluctuation", "speed_fluctuation", "power_residual", "power_error"),

@@ -99,7 +99,8 @@ class OneEquation:
         """
         if found is None or found["error"]:
             return before
-        return found | {"numbers": json.dumps(json.loads(before["numbers"] or "{}") | dict(self.numbers))}
+        numbers = json.loads(before["numbers"] or "{}") | dict(self.numbers)
+        return found | {"numbers": json.dumps(numbers) if numbers else ""}
 
 
 def union(acting: set[str]) -> tuple[str, ...]:

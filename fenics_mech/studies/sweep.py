@@ -22,6 +22,7 @@ from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.scene import Scene
 from fenics_mech.studies.one_equation import OneEquation
+from fenics_mech.studies.peak_between import largest_between
 from fenics_mech.studies.sweep_axes import Axis, axes_of, stated_data
 from fenics_mech.studies.sweep_gaps import fill_gaps
 from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone
@@ -177,14 +178,19 @@ def run_sweep(
         run.at_root(run.claim_folder)
         values = run.over([axis.values for axis in axes], refine_peaks)
         records = run.at_root(lambda: run.answers(values))
+        same = run
         if (one := OneEquation.of(run.any_scene, records)) is not None:
             unlike = [point for point, record in zip(grid(values), records) if one.lacks(record)]
             same, its_own = replace(run, scene=one.scene(run.scene)), run.with_errors(values)
             found = dict(zip(unlike, same.answers_of(unlike, its_own)))
             records = [one.chosen(found.get(point), record) for point, record in zip(grid(values), records)]
+        between = ""
         if len(axes) == 1 and not axes[0].whole:
             records = run.at_root(lambda: fill_gaps(run, values[0], records))
-    return run.at_root(lambda: _written(run.finish(values, records), folder))
+            members = list(scene.members())
+            if not refine_peaks:
+                between = run.at_root(lambda: largest_between(values[0], records, same.answer_at, members))
+    return run.at_root(lambda: _written(run.finish(values, records).assign_attrs(between=between), folder))
 
 
 def _written(data: xr.Dataset, folder: Path) -> Sweep:

@@ -51,7 +51,7 @@ class Axis:
     def told(self, value: float) -> str:
         """Write a value of the field in the unit in which its range was written."""
         unit, factor = self.written
-        return f"{value / factor:.4g}{'' if unit == '1' else ' ' + unit}"
+        return f"{value / factor:.5g}{'' if unit == '1' else ' ' + unit}"
 
     @property
     def whole(self) -> bool:

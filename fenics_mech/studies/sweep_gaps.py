@@ -48,16 +48,17 @@ class Ahead:
     ----------
     start
         Value of the point.
-    ended
-        The last value up to which they are stable.
+    ended, beyond
+        The last value at which they are known to be stable, and the first one at which they are not.
     how
-        What ends that, in words.
+        What ends that, in words; empty where they are stable to the end.
     reached
         By value that they pass, whether the motion is stable there, and one beside it.
     """
 
     start: float
     ended: float
+    beyond: float
     how: str
     reached: dict[float, tuple[bool, KnownMotion]] = field(default_factory=dict)
 
@@ -146,7 +147,8 @@ def ahead(
                 reached[value] = both, motion
     if last == len(stable) and found[-1][0] == ends[1]:
         how = ""
-    return Ahead(ends[0], found[max(last - 1, 0)][0], how, reached)
+    ended, beyond = (found[min(max(k, 0), len(found) - 1)][0] for k in (last - 1, last))
+    return Ahead(ends[0], ended, beyond, how, reached)
 
 
 def _kind(solution: CollocationSolution, folds: Sequence[bool]) -> str:
@@ -154,10 +156,10 @@ def _kind(solution: CollocationSolution, folds: Sequence[bool]) -> str:
     assert solution.stability is not None
     leading = complex(solution.stability.multipliers[0])
     if abs(leading.imag) > REAL:
-        return "where a vibration of another frequency grows (Neimark-Sacker)"
+        return "a vibration of another frequency grows (Neimark-Sacker)"
     if leading.real < 0:
-        return "where a vibration of half the frequency grows (period doubling)"
-    return "where the branch turns back (a fold)" if any(folds) else "where the branch divides"
+        return "a vibration of half the frequency grows (period doubling)"
+    return "the branch turns back (a fold)" if any(folds) else "the branch divides"
 
 
 def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
@@ -170,7 +172,12 @@ def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
     told
         Writes a value of the field.
     """
-    said = [f"the motion of {told(one.start)} is stable up to {told(one.ended)}, {one.how}" for one in found if one.how]
+    said = []
+    for one in found:
+        if one.how:
+            end, beyond = told(one.ended), told(one.beyond)
+            where = f"up to {end}" if beyond == end else f"at {end} and no longer at {beyond}"
+            said.append(f"the motion of {told(one.start)} is stable {where}: {one.how}")
     return f"By continuation {'; '.join(said)}" if said else ""
 
 

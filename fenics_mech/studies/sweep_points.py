@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import math
+import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -155,7 +156,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
     try:
         result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
     except UnstableError as error:  # a motion that a machine leaves: its numbers show where a branch goes on
-        unstable = str(error).removesuffix(". analysis.allow_unstable lets it pass")
+        unstable = re.split(r"\. (?:Change|Take|The)\b", str(error))[0]  # without what to do about it
         result = analyse(scene.changed(analysis__allow_unstable=True), common=common, names=READ)
     if motion is not None and not estimated:
         common.keep_answer(motion)

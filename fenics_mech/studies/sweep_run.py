@@ -97,6 +97,20 @@ class SweepRun:
             self.compute(quick.at_root(lambda: quick.ends_and_peaks(values)))
         return values
 
+    def answer_at(self, value: float) -> Record:
+        """Give what is kept of a point of a line that is none of the sweep's own; the first process calls this alone.
+
+        Parameters
+        ----------
+        value
+            The value of the one field.
+        """
+        quick = self.without_estimates if self.at_peaks_alone else self
+        task = quick.task((value,), None)._replace(curves=False)
+        if read_point(task.path, self.any_scene) is None:
+            compute_point(task, self.common)
+        return quick.records([(value,)])[0]
+
     def with_errors(self, values: Sequence[Sequence[float]]) -> set[Point]:
         """Give the points of a grid whose errors are estimated."""
         if not self.at_peaks_alone:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,7 +24,7 @@ from fenics_mech.views.sweep_data import (
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
 
-UNSTABLE = "unstable"
+UNSTABLE, BETWEEN = "unstable", "between points"
 
 
 def settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = False) -> None:
@@ -74,6 +75,15 @@ def draw(axes: Axes, sweep: Sweep, values: xr.DataArray, index: int, label: str 
     told = axes.get_legend_handles_labels()[1]
     said = "" if UNSTABLE in told else UNSTABLE
     axes.plot(x, np.where(unstable, y, np.nan), label=said, markeredgecolor=look["color"], **rings)
+
+
+def mark_between(axes: Axes, sweep: Sweep, name: str, member: str, index: int, size: float) -> None:
+    """Mark the largest stress or strain of a member that was found between the points; `size` is that of its unit."""
+    found = json.loads(str(sweep.data.attrs.get("between", "")) or "{}")
+    if found.get("member") == member and name in found:
+        x = found["value"] / sweep.data[sweep.paths[0]].attrs["written_factor"]
+        look: dict[str, Any] = {"linestyle": "none", "marker": "D", "markersize": 5, "label": BETWEEN}
+        axes.plot([x], [found[name] / size], color=COLOURS[index % len(COLOURS)], **look)
 
 
 def look_of(index: int, points: int) -> dict[str, Any]:

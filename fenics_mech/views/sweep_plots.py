@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
 from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save_all
-from fenics_mech.views.sweep_curves import along, dot_beyond, draw, look_of, mark_unresolved, settle
+from fenics_mech.views.sweep_curves import along, dot_beyond, draw, look_of, mark_between, mark_unresolved, settle
 from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 
@@ -84,6 +84,7 @@ def response_figure(sweep: Sweep) -> Figure:
         for i, member in enumerate(data["member"].to_numpy()):
             curve = data[f"peak_{name}"].sel(member=member) / units.size(kind)
             draw(axes, sweep, curve, i, str(member))
+            mark_between(axes, sweep, name, str(member), i, units.size(kind))
         dot_beyond(axes, sweep)
         mark_unresolved(axes, sweep)
         settle(axes, sweep, f"Largest {name} in a cycle", labelled(units, kind, name), last=axes is panels[-1])

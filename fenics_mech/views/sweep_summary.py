@@ -57,7 +57,12 @@ def sweep_summary(sweep: Sweep) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
         parts.append(_peaks(sweep))
-    parts += [*_safety(data, paths), *_resonances(without_unstable(data), paths), *_unresolved(data, paths)]
+    parts += [
+        *_between(data, paths),
+        *_safety(data, paths),
+        *_resonances(without_unstable(data), paths),
+        *_unresolved(data, paths),
+    ]
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
@@ -154,6 +159,17 @@ def _finer(data: xr.Dataset, paths: list[str]) -> list[Text]:
         said.append(f"{in_words(numbers)} at {where}")
     steps = "" if len(said) < 2 and all("all points" in one for one in said) else ": curves may have steps there"
     return [Text(f"Chosen by the program as the scene states none: {'; '.join(said)}{steps}.")] if said else []
+
+
+def _between(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Tell the largest strain and stress that were found between the points."""
+    if not (said := str(data.attrs.get("between", ""))):
+        return []
+    found, units = json.loads(said), units_of(data)
+    value = float(found["value"]) / data[paths[0]].attrs["written_factor"]
+    strain, stress = (f"{number(units.number(found[kind], kind))} {units.label(kind)}" for kind in ("strain", "stress"))
+    at = f"{value:.5g} {written_unit(data, paths[0])}".rstrip()
+    return [Text(f"Between the points {found['member']} has more: {strain} and {stress} at {paths[0]} = {at}.")]
 
 
 def _safety(data: xr.Dataset, paths: list[str]) -> list[Text]:

@@ -469,7 +469,8 @@ def test_a_folder_keeps_to_one_sweep(arm, tmp_path, monkeypatch):
     monkeypatch.setattr(sweep_points, "analyse", lambda scene, common, names: calls.append(scene) or analyse(scene))
     finer = swept(arm.changed(drive__period=5.0), folder, "drive.period=0.1:0.3:5")  # the period itself is swept
     assert finer.data.sizes["drive.period"] == 5
-    assert len(calls) == 2
+    own = set(finer.data["drive.period"].to_numpy())  # others are analysed for the largest strain between them
+    assert sum(call.drive.period in own for call in calls) == 2
 
 
 def test_refinement_is_for_one_field_that_is_no_whole_number(arm, tmp_path):
