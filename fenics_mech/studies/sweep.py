@@ -72,7 +72,8 @@ def sweep(
 ) -> Sweep:
     """Analyse a scene at given values of its numbers; several numbers make a grid.
 
-    A point that fails ends nothing: the sweep holds its error and NaN for its numbers.
+    A point that fails ends nothing: the sweep holds its error and NaN for its numbers. What one point needs of mesh,
+    steps and effects is taken for all. Motions are followed into stretches of points that have no stable one.
 
     Parameters
     ----------
@@ -148,9 +149,9 @@ def run_sweep(
         the error `kept_points.LOST`, and the next sweep tries it again.
     estimates
         Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
-        are then analysed again with estimates, and the sweep says of all others that there are none. Where numerical
-        errors are too large, "all" lets the point fail, and "peaks" keeps its answer with the text `too_coarse`. "auto"
-        takes "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
+        are then analysed again with estimates, and the sweep says of all others that there are none. Where a stated
+        mesh or stated steps are too coarse, the text `too_coarse` says so. "auto" takes "peaks" for more than
+        `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
