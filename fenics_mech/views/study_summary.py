@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.errors import percent
+from fenics_mech.planning.answer_remarks import in_words
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.problem import PROBLEM
 from fenics_mech.studies.design.result_numbers import Quantity
