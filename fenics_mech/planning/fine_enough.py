@@ -105,7 +105,8 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
     """Analyse a scene as finely as its answer needs, by the numbers that it leaves to the program.
 
     Where stated numbers are too coarse, or finer ones do not suffice, the answer is kept: its errors are told, and the
-    attribute `coarse_because` says what is too coarse. `refined` holds the numbers that were made finer.
+    attribute `coarse_because` says what is too coarse. `refined` holds the numbers that were made finer. With
+    `allow_coarse` all numbers are kept.
 
     Parameters
     ----------
@@ -119,6 +120,8 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
     MechanismError
         As `analysed` does, where nothing finer helps and there is no answer.
     """
+    if scene.analysis.allow_coarse:
+        return analysed(scene)
     numbers = first = free_numbers(scene)
     refused: MechanismError | None = None
     for _ in range(FINE.most_rounds):
