@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,8 @@ def key_figures(result: Result) -> dict[str, Any]:
         "notices": list(result.notices),
         "joints": _joints(closer),
     }
+    if "refined" in data.attrs:
+        found["refined"] = json.loads(data.attrs["refined"])
     if scene.members():
         judged = judgements(result)
         level, sentence = verdict(judged)
