@@ -94,7 +94,10 @@ def _said(sweep: Sweep) -> Html:
     said = [part for part in sweep_summary(sweep).renderables if isinstance(part, Text)][1:]
     levels = {"bold red": "bad", "bold yellow": "warn", "yellow": "warn", "bold green": "good"}
     found = [levels.get(str(part.style), "note") for part in said]
-    lines = [tag("li", part.plain, class_=level) for part, level in zip(said, found)]
+    texts = [part.plain for part in said if not part.plain.startswith("  ")]
+    failed = " ".join(part.plain.strip() for part in said if part.plain.startswith("  "))
+    texts = [f"{text} {failed}" if text.endswith(" points failed:") else text for text in texts]
+    lines = [tag("li", text, class_="bad" if failed in text and failed else level) for text, level in zip(texts, found)]
     worst = next((level for level in ("bad", "warn") if level in found), "good")
     return tag("section", tag("ul", *lines, class_="reasons"), class_=f"verdict {worst}") if lines else EMPTY
 
