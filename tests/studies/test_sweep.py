@@ -209,11 +209,11 @@ import sys
 from mpi4py import MPI
 from fenics_mech import cli
 from fenics_mech.errors import ResultError
-from fenics_mech.studies import sweep
+from fenics_mech.studies import sweep_run
 if MPI.COMM_WORLD.rank == 1:
     def broken(*_):
         raise ResultError("the disk is full")
-    sweep.compute_point = broken
+    sweep_run.compute_point = broken
 sys.argv = ["fenics-mech", *{arguments!r}]
 cli.main()
 """
