@@ -10,7 +10,7 @@ from typing import Literal
 
 import numpy as np
 
-from fenics_mech.accuracy.estimate import ACCEPTED
+from fenics_mech.accuracy.accepted_errors import ACCEPTED
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.effects.gravity import EFFECT as GRAVITY

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from fenics_mech import load
+from fenics_mech.accuracy.accepted_errors import advice
 from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.corrected_response import MESH_SAFETY
-from fenics_mech.accuracy.estimate import Errors, _advice, left_out
+from fenics_mech.accuracy.estimate import Errors, left_out
 from fenics_mech.accuracy.quantities import places_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
@@ -498,12 +499,12 @@ def test_harmonics():
 
 def test_steps_too_long_for_a_vibration_that_nothing_damps_ask_for_damping(seed):
     free = seed.changed(damping={})
-    assert _advice(seed, "time", 2.0, 1).startswith("Take at least")
-    assert _advice(free, "time", 2.0, 1).startswith(
+    assert advice(seed, "time", 2.0, 1).startswith("Take at least")
+    assert advice(free, "time", 2.0, 1).startswith(
         "State the damping, as nothing damps the vibration, or take at least"
     )
     dampers = {"d": {"joint": "C", "damping": 0.001}}
-    assert _advice(free.changed(dampers=dampers), "time", 2.0, 1).startswith("Take at least")
+    assert advice(free.changed(dampers=dampers), "time", 2.0, 1).startswith("Take at least")
 
 
 def test_too_coarse_a_stated_mesh_is_told_with_what_to_do():
