@@ -89,7 +89,10 @@ def _attribute_kinds() -> dict[str, TypeAdapter[Any]]:
     return {name: TypeAdapter(kind) for name, kind in lists.items()}
 
 
-TEXTS = "fenics_mech", "title", "scene", "solver", "not_estimated", "chosen", *("effects", "warnings", "paths", "ended")
+TEXTS = (
+    *("fenics_mech", "title", "scene", "solver", "not_estimated", "chosen", "refined", "refined_because"),
+    *("coarse_because", "between", "effects", "warnings", "paths", "ended"),
+)
 NUMBERS = (
     *("mobility", "dofs", "elements", "energy_fluctuation", "speed_fluctuation", "power_residual", "power_error"),
     *("power_balance_error", "condition", "too_coarse", "stability_limit", "time_steps", "contacts_closed"),

@@ -22,6 +22,7 @@ from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.mechanism import System
 from fenics_mech.planning.answer_remarks import answer_remarks
 from fenics_mech.planning.effect_choice import Rung, rungs, sized, suffices, theory_share
+from fenics_mech.planning.fine_enough import fine_enough
 from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import start_state, state_to_go_on_from
@@ -74,7 +75,8 @@ def analyse(
     Returns
     -------
     Result
-        Strains, stresses, forces, deflections, their errors, and every decision that was taken.
+        Strains, stresses, forces, deflections, their errors, and every decision that was taken. Mesh and steps that
+        the scene does not state are as fine as the answer needs; those that it states are kept, and the errors told.
 
     Raises
     ------
@@ -103,15 +105,16 @@ def analyse(
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
-        result = rigid_result(scene, state_to_go_on_from(scene, 0), stated)
+        result = fine_enough(scene, lambda finer: rigid_result(finer, state_to_go_on_from(finer, 0), stated))
     elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
-        result = by_poses(scene) if scene.tolerance is None else within(scene, RefinedByPoses(scene.effects == "auto"))
+        by_itself = scene.tolerance is None
+        result = fine_enough(scene, by_poses) if by_itself else within(scene, RefinedByPoses(scene.effects == "auto"))
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
-        result = in_time_by_poses(scene)
+        result = fine_enough(scene, in_time_by_poses)
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
-        result = _by_rungs(scene, progress, common, laws, names)
+        result = fine_enough(scene, lambda finer: _by_rungs(finer, progress, common, laws, names))
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
@@ -142,6 +145,8 @@ def _by_rungs(
         try:
             result = as_planned(rung, (*decided, *laws), progress, common, names)
         except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
+            if error.finer:  # which exact strains do not cure
+                raise
             logger.info("linear strains have no answer: %s", error)
             continue
         if suffices(scene, result, decided):

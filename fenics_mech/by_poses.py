@@ -18,7 +18,7 @@ from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
@@ -309,7 +309,7 @@ def _stability(solved: Solved) -> xr.Dataset:
     if not len(values):
         return xr.Dataset(attrs=limit)
     if abs(values[0]) > 1 + STABILITY.tolerance and not scene.analysis.allow_unstable:
-        raise SolverError(
+        raise UnstableError(
             f"the periodic motion is unstable: a small disturbance grows by {abs(values[0]):.6g} in each cycle "
             f"(multiplier {values[0]:.5g}, {rates[0].real:.3g} 1/s) at {rates[0].imag / (2 * np.pi):.4g} Hz. "
             "Change the speed or give more damping; analysis.allow_unstable lets it pass"

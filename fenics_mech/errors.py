@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import reprlib
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Self
 
+ANSWERED = True  # of an error: there is an answer nevertheless, whose error is estimated
 LONGEST_MESSAGE, LONGEST_VALUE = 1000, 160  # characters of a message, and of a value that is shown in one
 
 
@@ -15,6 +19,14 @@ class MechanismError(Exception):
     message
         What was found, where, what is expected, and what to do.
 
+    Attributes
+    ----------
+    finer
+        What makes an analysis fine enough that is too coarse: "elements" by how many times as many, the others by
+        their keys in `analysis`, such as another "solver". Empty where nothing of that kind helps.
+    answered
+        Whether there is an answer nevertheless, whose error is estimated.
+
     Examples
     --------
     >>> try:
@@ -23,6 +35,22 @@ class MechanismError(Exception):
     ...     print(error)
     nowhere.toml: cannot read the scene file: No such file or directory
     """
+
+    finer: Mapping[str, float | str] = MappingProxyType({})
+    answered: bool = False
+
+    def finer_by(self, answered: bool = False, /, **numbers: float | str) -> Self:
+        """Give the error, which says what makes the analysis fine enough.
+
+        Parameters
+        ----------
+        answered
+            Whether there is an answer nevertheless, whose error is estimated.
+        **numbers
+            As `finer`.
+        """
+        self.finer, self.answered = numbers, answered
+        return self
 
     def __init__(self, message: str) -> None:
         line = printable(message)
@@ -93,6 +121,10 @@ class SolverError(MechanismError):
 
 class DerivativeError(SolverError):
     """A motion has no derivatives, or they do not follow from the equation linearised about it."""
+
+
+class UnstableError(SolverError):
+    """A periodic motion is unstable: small disturbances grow, so that a machine leaves it."""
 
 
 class UnresolvedError(SolverError):

@@ -21,14 +21,33 @@ _results: dict[str, Result] = {}
 _references: dict[str, Result] = {}
 
 
+def _content(scene: Scene) -> str:
+    """Give what a scene states, and which of its mesh and steps it leaves to the program."""
+    return f"{scene.model_dump_json()} {sorted(scene.mesh.model_fields_set)} {sorted(scene.analysis.model_fields_set)}"
+
+
 def analysed(scene: Scene) -> Result:
     """Give the result of a scene, which is analysed once in a process: scenes of one content have one result."""
     from fenics_mech import analyse
 
-    content = scene.model_dump_json()
+    content = _content(scene)
     if content not in _results:
         _results[content] = analyse(scene)
     return _results[content]
+
+
+def too_coarse(scene: Scene) -> str:
+    """Give what the answer of a scene with a stated mesh and stated steps says of their being too coarse.
+
+    The answer is kept, its verdict says that it is not to be used, and so do its warnings.
+    """
+    from fenics_mech.views.judgements import judgements
+
+    result = analysed(scene)
+    said = str(result.data.attrs.get("coarse_because", ""))
+    assert not said or f"too coarse: {said}" in result.warnings
+    assert not said or any(judged.level == "bad" for judged in judgements(result))
+    return said
 
 
 def response_of(scene: Scene) -> Result:
@@ -38,7 +57,7 @@ def response_of(scene: Scene) -> Result:
     """
     from fenics_mech import Result, analyse
 
-    content = scene.model_dump_json()
+    content = _content(scene)
     if content not in _references:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("fenics_mech.recovery.labelled.estimate", _no_errors)

@@ -5,13 +5,13 @@ They come from motions that the solver gives without that error.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.accuracy.accepted_errors import ACCEPTED, refusal_by
 from fenics_mech.accuracy.at_stations import AtStations
 from fenics_mech.accuracy.base_response import Compared
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse
@@ -32,9 +32,8 @@ from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors, trial_of_steps
 from fenics_mech.accuracy.undamped_modes import TOO_MANY, left_undamped
 from fenics_mech.beams.variable_sections import misfit
-from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import UnresolvedError, percent
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import (
     CollocationSolution,
@@ -47,21 +46,8 @@ from fenics_mech.response.solution import (
     TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from
-from fenics_mech.scene import Damping, Scene
+from fenics_mech.scene import Scene
 
-
-@dataclass(frozen=True)
-class AcceptedErrors:
-    """Largest errors of a result that is not refused, relative to the largest value of a quantity."""
-
-    by_steps: float = 0.02  # of a strain: steps are cheap
-    by_positions: float = 0.05  # of a strain or joint force: so are positions
-    of_strain: float = 0.05  # by all numerical sources
-    of_rest: float = 0.5  # of deflections and joint forces: beyond it not one digit is known
-    margin: float = 1.2  # factor on the numbers that a refusal asks for
-
-
-ACCEPTED = AcceptedErrors()
 STEPS = ("time", "harmonics")
 BY_POSITIONS = 2.0  # with which power of their number errors by peaks between positions fall
 NUMERICAL = (*STEPS, "modes", "mesh")  # sources that are judged
@@ -76,14 +62,6 @@ PLACES = {  # of an error, in words, and what it is relative to
     "deflection": ("deflection of", "its largest value"),
     "joint_force": ("force in joint", "the largest joint force"),
     "torque": ("effort of the drive at", "the largest effort of a drive"),
-}
-ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
-ORIGINS |= {BETWEEN: "peaks between positions"}
-FAULTS = {
-    "time": "the sub-intervals are too long",
-    "mesh": "the elements are too long",
-    "modes": "the modes kept are too few",
-    "harmonics": "the harmonics are too few",
 }
 
 
@@ -135,11 +113,20 @@ class Errors:
         are refused only where they have not one right digit. Efforts of drives are not: where a mechanism is balanced
         they are small differences, of which the summary says that they are wrong.
         """
-        if scene.analysis.allow_coarse:
-            return
+        if not scene.analysis.allow_coarse and (refusal := self.refusal(scene)) is not None:
+            raise refusal
+
+    def refusal(self, scene: Scene) -> UnresolvedError | None:
+        """Give the error that says where numerical errors are too large, and by what; None where they are not.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         enough = self._enough(scene)
         if enough is None:  # then no steps cure it
-            self.refuse_missed(scene)
+            return self.missing(scene)
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, sources, limit in JUDGED:
             errors = self.of(sources, what)
@@ -148,18 +135,29 @@ class Errors:
                 shares = {source: float(self.of([source], what)[worst]) for source in sources}
                 place, measure = PLACES[what]
                 said = f"{place} {names[what][worst]!r} is uncertain by"
-                raise _refusal(scene, said, measure, shares, self.order, limit, enough or 0)
-        self.refuse_missed(scene)
+                return refusal_by(scene, said, measure, shares, self.order, limit, enough or 0)
+        return self.missing(scene)
 
     def refuse_missed(self, scene: Scene) -> None:
         """Raise `UnresolvedError` where the positions surely miss peaks of joint forces or strains by too much."""
+        if (refusal := self.missing(scene)) is not None:
+            raise refusal
+
+    def missing(self, scene: Scene) -> UnresolvedError | None:
+        """Give the error that says which peaks the positions surely miss by too much; None where they miss none.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        """
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, missed in self._missed().items():
             if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
                 worst = int(missed.argmax())
-                raise self.missed.refusal(
-                    (what, worst), f"{PLACES[what][0]} {names[what][worst]!r}", self._enough(scene)
-                )
+                where = f"{PLACES[what][0]} {names[what][worst]!r}"
+                return self.missed.refusal((what, worst), where, self._enough(scene))
+        return None
 
     def _missed(self) -> dict[str, Array]:
         """Share of their measure by which positions surely miss peaks, of joint forces first, which have them too."""
@@ -231,33 +229,6 @@ class Errors:
             return True
         judged_here = [one for one in JUDGED if one[0] in self.errors]
         return any(not self.of(sources, what).max(initial=0.0) <= limit for what, sources, limit in judged_here)
-
-
-def _refusal(
-    scene: Scene,
-    what: str,
-    measure: str,
-    shares: Mapping[str, float],
-    order: Mapping[str, float],
-    limit: float,
-    least: int,
-) -> UnresolvedError:
-    """Say which source has the largest part in the error of a strain or force, and what to do about it.
-
-    `least` are sub-intervals without which the positions would be refused next.
-    """
-    total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
-    room = max(limit - (total - shares[source]), limit / 2)
-    in_time = source == "time" and scene.analysis.method == "transient"
-    fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
-    advice = _advice(scene, source, (shares[source] / room) ** (1 / order[source]), least)
-    if least and "sub_intervals" not in advice:
-        advice += f", and at least {least} sub_intervals"
-    return UnresolvedError(
-        f"{fault}: the {what} an estimated {percent(total)} of {measure}, "
-        f"{percent(shares[source])} of it from the {ORIGINS[source]}. "
-        f"{advice}; analysis.allow_coarse lets it pass"
-    )
 
 
 def estimate(
@@ -387,29 +358,3 @@ def left_out(choices: Sequence[Choice], known: Collection[str] = ()) -> float | 
         return None
     inside = {choice.effect.replaces for choice in choices if choice.acts} | set(known)
     return sum(c.size for c in choices if c.size is not None and not c.acts and c.effect.name not in inside)
-
-
-def _advice(scene: Scene, source: str, times: float, least: int) -> str:
-    """Say how many more it takes, of sub-intervals as many as `least`."""
-    analysis = scene.analysis
-    if source == "time" and analysis.method == "transient":
-        tolerance = analysis.time_tolerance / (ACCEPTED.margin * times)
-        return f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
-    if source == "modes" and analysis.reduction != "none":
-        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times * 10) / 10:g} times as high"
-    if source == "mesh" and analysis.reduction != "none":
-        if not any(EFFECTS[name].couples for name in scene.named_effects):
-            return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
-        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times**2 * 10) / 10:g} times as high, and finer elements"
-    if source == "mesh":
-        return f"Take {math.ceil(ACCEPTED.margin * times * 100) / 100:.3g} times as many elements, rounded up"
-    name, now = {
-        "time": ("sub_intervals", analysis.sub_intervals),
-        "modes": ("modes", analysis.modes),
-        "harmonics": ("harmonics", analysis.harmonics),
-    }[source]
-    assert not isinstance(now, str)  # all modes leave none out
-    free = scene.damping == Damping() and not scene.dampers
-    first = "State the damping, as nothing damps the vibration, or take" if source == "time" and free else "Take"
-    enough = math.ceil(ACCEPTED.margin * now * times)
-    return f"{first} at least {max(enough, least) if source == 'time' else enough} {name}"

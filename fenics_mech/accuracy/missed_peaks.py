@@ -10,7 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.errors import UnresolvedError
+from fenics_mech.errors import ANSWERED, UnresolvedError
 
 ACCELERATIONS = ("point_acceleration", "point_acceleration_bent")  # of links that do not bend, and of bent ones
 BETWEEN = "positions"  # the source of errors by what lies between them
@@ -86,4 +86,4 @@ class MissedPeaks:
             f"the positions are too few: the {what} reaches {peak:.4g}{unit} at drive angle "
             f"{math.degrees(angle):.6g} deg, and {self.count} positions show another peak by {missed:.3g}{unit}. "
             f"{advice}; analysis.allow_coarse lets it pass"
-        )
+        ).finer_by(ANSWERED, **({} if enough is None else {"sub_intervals": enough}))

@@ -66,4 +66,4 @@ def _refuse_large(system: System, q: Array, change: Array) -> None:
             f"the elements are too long under axial forces at drive angle {theta:.6g} deg: shorter ones may change the "
             f"deflection by a share of {share[k]:.2g} or more, as near a buckling load. Take more elements; "
             "analysis.allow_coarse lets it pass"
-        )
+        ).finer_by(elements=2.0)

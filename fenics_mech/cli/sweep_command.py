@@ -58,7 +58,7 @@ def sweep(
     units: Units = None,
     strict: Strict = False,
 ) -> None:
-    """Analyse a scene at many values of speed, damping or any other number: write sweep.nc and plots.
+    """Analyse a scene at many values of speed, damping or any other number: write sweep.nc, sweep.html and plots.
 
     A sweep that was interrupted goes on when it is started again with the same folder. Under mpirun the processes
     share the points.
@@ -67,6 +67,7 @@ def sweep(
         from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
         from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
         from fenics_mech.studies.sweep_points import Gauge  # noqa: PLC0415
+        from fenics_mech.views.page.sweep_page import can_show, sweep_report  # noqa: PLC0415
         from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415
         from fenics_mech.views.sweep_summary import sweep_summary  # noqa: PLC0415
 
@@ -87,9 +88,10 @@ def sweep(
         )
     if first:
         found = found if named is None else found.told_in(named)
+        page = [sweep_report(found, folder / "sweep.html")] if can_show(found) else []
         plots = plot_sweep(found, folder, member)
         out.print(sweep_summary(found))
-        tell_written([Path("sweep.nc"), Path("timings.csv"), *plots], folder)
+        tell_written([Path("sweep.nc"), Path("timings.csv"), *page, *plots], folder)
         if (found.data["error"] != "").all():
             raise MechanismError("every point of the sweep failed; the lines above and sweep.nc say why")
         if strict and (warned := int((found.data["warnings"] != "").sum())):

@@ -218,7 +218,7 @@ def refuse_too_stiff(scene: Scene) -> None:
             f"springs.{name}: with damping.ratio the drag on a torsional spring so much stiffer than the elements "
             f"beside it depends on the mesh. Take up to {bound:.2g} N m/rad, which is as good as rigid there, or "
             "damping.material instead of the ratio; analysis.allow_coarse lets it pass"
-        )
+        ).finer_by(elements=1.01 * scene.springs[name].stiffness / bound)  # which goes with one over their lengths
 
 
 def wound_at_start(stated: Scene, scene: Scene) -> tuple[str, ...]:

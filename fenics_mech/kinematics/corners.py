@@ -129,4 +129,4 @@ def refuse_unresolved(path: Path, vibrates: bool) -> None:
             place="analysis.sub_intervals",
             hint=f"Take at least {corner.enough}, or lengths that keep away from dead centres; analysis.allow_coarse "
             "lets it pass",
-        )
+        ).finer_by(sub_intervals=corner.enough)

@@ -30,6 +30,7 @@ CAUSES = {  # sources of errors that the mesh and the steps of a tolerance do no
     "joints": "rigid arms and guides",
     "positions": "peaks between positions",
 }
+NUMBERS_IN_WORDS = {"elements": "elements a member"}
 CURES = {
     "joints": "Take a stiff member that bends in place of `rigid`, or lower loads or speed",
     "positions": "Take more sub_intervals",
@@ -50,7 +51,9 @@ def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) 
     """
     too_weak = exceeded(scene.members(), scene.sections, scene.materials, result.data)
     taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
-    told = {"warnings": [*unmet(result), *implausible(scene), *of_starts, *too_weak], "notices": list(taken)}
+    coarse = [f"too coarse: {text}"] if (text := result.data.attrs.get("coarse_because")) else []
+    warned = [*unmet(result), *coarse, *implausible(scene), *of_starts, *too_weak]
+    told = {"warnings": warned, "notices": list(taken)}
     return {name: json.dumps(sentences) for name, sentences in told.items()}
 
 
@@ -82,6 +85,33 @@ def unmet(result: Result) -> list[str]:
             size += f", and {percent_of_error(errors[worst])} is by {CAUSES[worst]}"
         found.append(f"{percent(most)} of the {WORDS[what]} is not met: the error is {size}. {_cure(result, worst)}")
     return [f"tolerance: {text}" for text in found]
+
+
+def made_finer(result: Result) -> str:
+    """Say which mesh and steps the program took in place of its usual ones; empty where these suffice.
+
+    Parameters
+    ----------
+    result
+        The result.
+    """
+    said = in_words(str(result.data.attrs.get("refined", "")))
+    return f"Chosen for it: {said}." if said else ""
+
+
+def in_words(numbers: str) -> str:
+    """Say which mesh and steps were taken in place of the usual ones.
+
+    Parameters
+    ----------
+    numbers
+        The numbers by name, as JSON; empty where there are none.
+    """
+    said = [
+        f"solver {value!r}" if name == "solver" else f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}"
+        for name, value in json.loads(numbers or "{}").items()
+    ]
+    return " and ".join(said)
 
 
 def leaves_vibration(decided: Sequence[Mapping[str, Any]]) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from fenics_mech.accuracy.estimate import ORIGINS
+from fenics_mech.accuracy.accepted_errors import ORIGINS
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.theory_ladder import UNKNOWN
 from fenics_mech.effects.effect import Choice

@@ -45,13 +45,12 @@ def refuse_undersampled(scene: Scene, points: int, by_collocation: bool = False)
         if enough > points:
             slower = "state what changes more slowly, such as a wider pulse; analysis.allow_coarse lets it pass"
             wanted = f"Take at least {math.ceil(count * enough / points)} sub_intervals, or {slower}"
+            known = enough < SAMPLING.samples
             raise SceneError(
                 f"{count} positions miss what {what} does between them",
                 place=place,
-                hint=wanted
-                if enough < SAMPLING.samples
-                else (CUT if place.startswith("loads.") and not by_collocation else "") + slower,
-            )
+                hint=wanted if known else (CUT if place.startswith("loads.") and not by_collocation else "") + slower,
+            ).finer_by(**({"sub_intervals": math.ceil(count * enough / points)} if known else {}))
     if by_collocation:
         refuse_hidden_peaks(scene)
 

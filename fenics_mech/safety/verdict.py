@@ -125,6 +125,20 @@ class Verdict:
         return tuple(dict.fromkeys(f"{check.mode}: {check.missing}" for check in missing))
 
 
+def without_cure(result: Result) -> Verdict:
+    """Judge every member of a result by all modes, and look for no cure.
+
+    Parameters
+    ----------
+    result
+        The result, of links that bend.
+    """
+    found = _of_cases(result) if result.cases else _of_one(result)
+    verdict = Verdict(found, None)
+    shares = {label: least.share if (least := verdict.least(label)) else math.inf for label in found}
+    return Verdict({label: found[label] for label in sorted(found, key=shares.__getitem__)}, None)
+
+
 @kept
 def judge(result: Result) -> Verdict:
     """Judge every member of a result by all modes.
@@ -145,10 +159,7 @@ def judge(result: Result) -> Verdict:
     >>> sorted(verdict.checks)
     ['coupler', 'crank', 'follower']
     """
-    found = _of_cases(result) if result.cases else _of_one(result)
-    verdict = Verdict(found, None)
-    shares = {label: least.share if (least := verdict.least(label)) else math.inf for label in found}
-    verdict = Verdict({label: found[label] for label in sorted(found, key=shares.__getitem__)}, None)
+    verdict = without_cure(result)
     governing = verdict.governing
     if governing is None or governing[1].share >= 1:
         return verdict
@@ -172,7 +183,7 @@ def _of_cases(every: Result) -> dict[str, tuple[Check, ...]]:
 
     Of a mode that rests on an assumption in one case alone both are kept: what decides, and before it what does not.
     """
-    each = [judge(result) for result in every.cases.values()]
+    each = [without_cure(result) for result in every.cases.values()]
     found: dict[str, tuple[Check, ...]] = {}
     for label in each[0].checks:
         found[label] = ()

@@ -40,7 +40,7 @@ class Analysis(Part):
         Find the Floquet multipliers of a periodic response by collocation or harmonic balance.
     error_estimates
         Estimate the errors of the answer, which takes about half of the time. Without it nothing tells whether mesh,
-        steps and theory suffice, and nothing is refused because they do not: for sweeps whose worst points are known.
+        steps and theory suffice, and none are made finer because they do not: for sweeps whose worst points are known.
         "contacts" also estimates the error of time steps where contacts open, from a motion with half their tolerance.
     critical_speeds
         Find the critical speeds of a machine that its drives lead: which harmonic of the drive meets which mode.
@@ -73,7 +73,8 @@ class Analysis(Part):
     position
         Drive coordinate (rad) at which "static" holds the linkage.
     sub_intervals
-        Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0.
+        Number of sub-intervals of the cycle; results are given at their middles, the first at drive angle 0. More
+        are taken where the answer needs them, unless the scene states how many.
     modes
         Number of modes kept, or "all".
     reduction
@@ -93,8 +94,9 @@ class Analysis(Part):
     allow_ringing
         Accept free vibration of modes faster than half the rate of the sub-intervals, which the joins excite.
     allow_coarse
-        Accept a strain error of more than 2 % by the steps, or 5 % by steps, mesh and modes. Also accept a joint force
-        error of half of the largest, and positions that miss a corner of the rigid motion.
+        Take mesh and steps as they are. Without it those that the scene does not state are made finer where the strain
+        error is more than 2 % by the steps, or 5 % by steps, mesh and modes. So they are at a joint force error of half
+        of the largest. With it, positions may also miss a corner of the rigid motion.
     allow_large
         Accept deflections far beyond small ones. Axes turn by more than 1 rad against the rigid motion, or points move
         by more than the member's length.

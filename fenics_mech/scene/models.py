@@ -169,11 +169,27 @@ class Scene(Part):
         >>> round(scene.changed({"drive.speed": "400 rpm", "analysis.modes": 3}).drive.speed, 3)
         41.888
         """
-        data = self.model_dump(by_alias=True)  # so that paths are those of a scene file
+        data = self.stated_data(by_alias=True)  # so that paths are those of a scene file
         dotted = {key.replace("__", "."): value for key, value in keys.items()} | dict(values or {})
         for path, value in dotted.items():
             place_in(data, path, value)
         return self.read(data)
+
+    def stated_data(self, **options: Any) -> dict[str, Any]:
+        """Give the scene as plain data without the numbers of mesh and analysis that nobody stated.
+
+        These are the program's to choose, and stay so in a scene that is read from the data.
+
+        Parameters
+        ----------
+        **options
+            As of pydantic's `model_dump`.
+        """
+        unset = {
+            name: set(type(part).model_fields) - part.model_fields_set
+            for name, part in (("mesh", self.mesh), ("analysis", self.analysis))
+        }
+        return self.model_dump(exclude=unset, **options)
 
     @property
     def answer_units(self) -> AnswerUnits:

@@ -61,7 +61,7 @@ class PointParts(CommonParts):
 
     @guarded()
     def errors(self, path: Path, estimates: bool | Literal["contacts"]) -> Errors | None:
-        """Estimate the errors of an answer that is kept; None where it is not.
+        """Estimate the errors of an answer that is kept, however large they are; None where it is not.
 
         Parameters
         ----------
@@ -69,15 +69,10 @@ class PointParts(CommonParts):
             The file of its motion.
         estimates
             What its scene says of estimates, True or "contacts".
-
-        Raises
-        ------
-        UnresolvedError
-            When a numerical error is too large.
         """
         if path not in self._answers:
             return None
         solution, fields, choices = self._answers.pop(path)
-        analysis = solution.scene.analysis.model_copy(update={"error_estimates": estimates})
+        analysis = solution.scene.analysis.model_copy(update={"error_estimates": estimates, "allow_coarse": True})
         scene = solution.scene.model_copy(update={"analysis": analysis})
         return errors_of(replace(solution, scene=scene), fields, choices)

@@ -34,6 +34,8 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "peak_strain_s": (("member",), "1", "station of the largest strain"),
     "peak_strain_side": (("member",), "1", "fibre of the largest strain: 1 on the side of the normal, or -1"),
     "peak_deflection": (("member",), "m", "largest elastic displacement over the cycle"),
+    "safety": (("member",), "1", "least factor of safety over the wanted one, of the modes that decide"),
+    "safety_min": ((), "1", "the least of all members; the distance from critical speeds is not among its modes"),
     "peak_joint_force": (("joint",), "N", "largest force of the joint over the cycle"),
     "peak_input_torque": ((), "N m", "largest torque of the first drive over the cycle; force where it slides"),
     "strain_harmonic": (("member", "harmonic"), "1", "amplitude of the strain's harmonic; order 0 is its mean"),
@@ -63,10 +65,15 @@ TEXTS = {
     "not_estimated": "what its error estimate leaves out",
     "warnings": "numbers that can hardly be meant, one a line",
     "too_coarse": "message about numerical errors that are too large, of a point whose answer is kept",
+    "numbers": "mesh and steps that the program took in place of its usual ones, as JSON",
+    "safety_member": "member that has the least factor of safety over the wanted one",
+    "safety_mode": "mode of failure of that factor",
+    "unstable": "why the motion is unstable, of a point whose numbers are kept nevertheless",
 }
+LONGEST_CURVES = 10_000_000  # letters: those of 400 members take 0.3 million
+CURVES_TEXT = "curves"  # of a point that keeps its curves; see `point_curves`
 
-
-INFINITE = "theory_share", "deflection_theory_share"  # where a theory tells nothing at all
+INFINITE = "theory_share", "deflection_theory_share", "safety", "safety_min"  # no theory tells, or nothing acts
 SIGNED = "peak_strain_theta", "peak_strain_side", "drive_rate", "growth_rate"
 MOST = {"peak_strain": LARGEST_STRAIN, "peak_strain_s": 1.0, "peak_strain_side": 1.0}
 Numbers = float | list[float] | list[list[float]]
@@ -79,6 +86,11 @@ class Point(Ended):
     not_estimated: Text
     warnings: Text
     too_coarse: Text
+    numbers: Text
+    safety_member: Text
+    safety_mode: Text
+    unstable: Text
+    curves: NotRequired[Annotated[str, Field(max_length=LONGEST_CURVES)]]
     values: NotRequired[Annotated[dict[str, Numbers], Field(max_length=len(KEPT))]]
 
 

@@ -7,39 +7,29 @@ to its tolerance. Processes of this machine, or of `mpirun`, share runs of point
 
 from __future__ import annotations
 
-import itertools
 import json
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar
 
-import numpy as np
 import xarray as xr
 
-from fenics_mech._arrays import Array
-from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._petsc import MPI
-from fenics_mech._ranks import together
-from fenics_mech._version import __version__
-from fenics_mech.errors import MechanismError, ResultError, SceneError, UnresolvedError
+from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
-from fenics_mech.studies.kept_answers import PointParts
-from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, give_up, kept_point, point_file, read_point
-from fenics_mech.studies.same_sweep import plan_before, refuse_other
-from fenics_mech.studies.sweep_axes import Axis, axes_of, placed, scene_data
-from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone, peaks_of, unresolved
-from fenics_mech.studies.sweep_points import Gauge, Task, compute_here, compute_point, stacked, tabulated
-from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs, with_peaks
+from fenics_mech.studies.one_equation import OneEquation
+from fenics_mech.studies.peak_between import largest_between
+from fenics_mech.studies.sweep_axes import Axis, axes_of, stated_data
+from fenics_mech.studies.sweep_gaps import fill_gaps
+from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone
+from fenics_mech.studies.sweep_points import Gauge
+from fenics_mech.studies.sweep_run import SweepRun, grid
 from fenics_mech.studies.worker_processes import Workers
-
-Found = TypeVar("Found")
-Point = tuple[float, ...]  # the value of each field
 
 
 @dataclass(frozen=True)
@@ -83,7 +73,8 @@ def sweep(
 ) -> Sweep:
     """Analyse a scene at given values of its numbers; several numbers make a grid.
 
-    A point that fails ends nothing: the sweep holds its error and NaN for its numbers.
+    A point that fails ends nothing: the sweep holds its error and NaN for its numbers. What one point needs of mesh,
+    steps and effects is taken for all. Motions are followed into stretches of points that have no stable one.
 
     Parameters
     ----------
@@ -159,9 +150,9 @@ def run_sweep(
         the error `kept_points.LOST`, and the next sweep tries it again.
     estimates
         Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
-        are then analysed again with estimates, and the sweep says of all others that there are none. Where numerical
-        errors are too large, "all" lets the point fail, and "peaks" keeps its answer with the text `too_coarse`. "auto"
-        takes "peaks" for more than `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
+        are then analysed again with estimates, and the sweep says of all others that there are none. Where a stated
+        mesh or stated steps are too coarse, the text `too_coarse` says so. "auto" takes "peaks" for more than
+        `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
     progress
         Called before each point of this process with its number, from 0, and how many there are.
 
@@ -184,211 +175,29 @@ def run_sweep(
     at_peaks = at_peaks_alone(scene, estimates, math.prod(len(axis.values) for axis in axes))
     if jobs > 1 and MPI.COMM_WORLD.size > 1:
         raise MechanismError("the processes of mpirun share the points already: leave --jobs out, or mpirun")
-    data, comm = scene_data(scene), MPI.COMM_WORLD
+    data, comm = stated_data(scene), MPI.COMM_WORLD
     with Workers(jobs) as workers:
-        run = _SweepRun(data, tuple(axes), folder, gauge or Gauge(), comm, progress, workers, at_peaks)
+        run = SweepRun(data, tuple(axes), folder, gauge or Gauge(), comm, progress, workers, at_peaks)
         run.at_root(run.claim_folder)
-        values = [axis.values for axis in axes]
-        quick = run.without_estimates if at_peaks else run
-        quick.compute(grid(values), run if at_peaks and len(axes) == 1 and not refine_peaks else None)
-        left = refine_peaks
-        while left and (added := quick.at_peaks(values, left)):
-            values = [tuple(sorted((*values[0], *added)))]
-            quick.compute(grid(values))
-            left -= len(added)
-        estimated = grid(values)
-        if at_peaks:
-            estimated = quick.at_root(lambda: quick.ends_and_peaks(values))
-            run.compute(estimated)
-    return run.at_root(lambda: run.finish(values, estimated, quick))
+        values = run.over([axis.values for axis in axes], refine_peaks)
+        records = run.at_root(lambda: run.answers(values))
+        same = run
+        if (one := OneEquation.of(run.any_scene, records)) is not None:
+            unlike = [point for point, record in zip(grid(values), records) if one.lacks(record)]
+            same, its_own = replace(run, scene=one.scene(run.scene)), run.with_errors(values)
+            found = dict(zip(unlike, same.answers_of(unlike, its_own)))
+            records = [one.chosen(found.get(point), record) for point, record in zip(grid(values), records)]
+        between = ""
+        if len(axes) == 1 and not axes[0].whole:
+            records = run.at_root(lambda: fill_gaps(run, values[0], records))
+            members = list(scene.members())
+            if not refine_peaks:
+                between = run.at_root(lambda: largest_between(values[0], records, same.answer_at, members))
+    return run.at_root(lambda: _written(run.finish(values, records).assign_attrs(between=between), folder))
 
 
-def grid(values: Sequence[Sequence[float]]) -> list[Point]:
-    """Give the points of a grid."""
-    return list(itertools.product(*values))
-
-
-@dataclass(frozen=True)
-class _SweepRun:
-    """A sweep being made by the processes of a communicator, or by several of this machine."""
-
-    scene: Record
-    axes: tuple[Axis, ...]
-    folder: Path
-    gauge: Gauge
-    comm: Any
-    progress: Callable[[int, int], None]
-    workers: Workers
-    at_peaks_alone: bool
-    common: PointParts = field(default_factory=PointParts)
-    paths: dict[Point, Path] = field(default_factory=dict, init=False)
-
-    @property
-    def points(self) -> Path:
-        return self.folder / "points"
-
-    @cached_property
-    def without_estimates(self) -> _SweepRun:
-        """The same sweep without error estimates."""
-        return replace(self, scene=placed(self.scene, {"analysis.error_estimates": False}))
-
-    @cached_property
-    def any_scene(self) -> Scene:
-        """The scene without the sweep: its members and joints are those of all points."""
-        return Scene.read(self.scene)
-
-    def at_root(self, work: Callable[[], Found]) -> Found:
-        """Let the first process work and give all of them what it found, or its error."""
-        return self.comm.bcast(together(self.comm, lambda: work() if self.comm.rank == 0 else None))
-
-    def claim_folder(self) -> None:
-        """Write what is swept into the folder, unless another sweep is there."""
-        plan = {
-            "scene": placed(self.scene, dict.fromkeys((axis.path for axis in self.axes), None)),
-            "gauge": asdict(self.gauge),
-            "values": {axis.path: list(axis.values) for axis in self.axes},
-        }
-        path = self.folder / "sweep.json"
-        try:
-            self.points.mkdir(parents=True, exist_ok=True)
-            before = plan_before(path) if path.exists() else plan
-            if folder := next((entry for entry in self.points.iterdir() if entry.is_dir()), None):
-                raise ValueError(f"{folder.name} in {self.points} is a folder, and points are files. Remove it")
-        except (OSError, ValueError) as error:
-            raise ResultError(f"{self.folder}: cannot be used for a sweep: {reason_of(error)}") from error
-        refuse_other(before, plan, self.folder)
-        write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
-
-    def compute(self, points: Sequence[Point], estimated: _SweepRun | None = None) -> None:
-        """Compute those points that are missing.
-
-        Points whose links are the same follow each other, as they have them in common. Along a line, those that turn
-        out to be peaks or ends are at once computed in the sweep `estimated` too, if there is one.
-        """
-        links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
-        points = sorted(points, key=lambda point: [point[number] for number in links])
-        missing = self.at_root(
-            lambda: [
-                index for index, point in enumerate(points) if read_point(self.path(point), self.any_scene) is None
-            ]
-        )
-        longest = longest_run(self.any_scene)
-        shrinking = longest == 1 and self.comm.size == 1
-        runs = shrinking_runs(missing, self.workers.count) if shrinking else runs_of(points, set(missing), longest)
-        mine = runs[self.comm.rank :: self.comm.size]
-        begun, count = itertools.count(), sum(map(len, mine))
-
-        def tasks(run: Sequence[int]) -> Iterator[Task]:
-            def task(index: int) -> Task:
-                return self.task(points[index], points[run[0]] if longest > 1 and index != run[0] else None)
-
-            if estimated is None:
-                return map(task, run)
-
-            def errors_of(index: int) -> Task:
-                return estimated.task(points[index], None)._replace(errors_alone=True)
-
-            return with_peaks(run, len(points), task, errors_of, lambda index: self.strains([points[index]])[0])
-
-        def started(task: Task) -> None:
-            if not task.errors_alone:
-                self.progress(next(begun), count)
-
-        def work() -> None:
-            if self.workers.count > 1:
-                self.workers.share(map(tasks, mine), compute_here, self.lost, started)
-                return
-            for task in itertools.chain.from_iterable(map(tasks, mine)):
-                started(task)
-                compute_point(task, self.common)
-
-        together(self.comm, work)
-
-    def lost(self, task: Task) -> None:
-        """Write that the process of a point was lost. Where it is known already, its errors are estimated later."""
-        if not task.errors_alone:
-            give_up(task.path)
-
-    def task(self, point: Point, first: Point | None) -> Task:
-        """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""
-        place = None if first is None else sum(here - there for here, there in zip(point, first))  # all but one are 0
-        motion = self.without_estimates.path(point).with_suffix(".motion") if self.at_peaks_alone else None
-        return Task(self.path(point), self.scene_of(point), self.gauge, place, motion)
-
-    def scene_of(self, point: Sequence[float]) -> Record:
-        """Give the scene of a point."""
-        return placed(self.scene, dict(zip((axis.path for axis in self.axes), point)))
-
-    def path(self, point: Point) -> Path:
-        """Give the file of a point."""
-        if point not in self.paths:
-            self.paths[point] = point_file(self.points, self.scene_of(point), self.gauge)
-        return self.paths[point]
-
-    def records(self, points: Sequence[Point]) -> list[Record]:
-        """Read points, those to be tried again too."""
-        found = {self.path(point): kept_point(self.path(point), self.any_scene) for point in points}
-        if lost := [path for path, record in found.items() if record is None]:
-            raise ResultError(f"{lost[0]}: was removed or changed while the sweep ran: start it again")
-        return [record for record in found.values() if record is not None]
-
-    def strains(self, points: Sequence[Point]) -> list[list[float] | None]:
-        """Give the peak strain of each member at points, None where a point failed."""
-        return [record.get("values", {}).get("peak_strain") for record in self.records(points)]
-
-    def peaks(self, points: Sequence[Point]) -> Array:
-        """Give the peak strains at points, ``(points, members)``; one column of NaN where all have failed."""
-        return stacked(self.strains(points)).reshape(len(points), -1)
-
-    def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
-        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it.
-
-        Points that failed are not among them: with estimates they fail as well.
-        """
-        points, shape = grid(values), [len(along) for along in values]
-        peaks = self.peaks(points)
-        found = peaks_of(peaks.reshape(*shape, -1), len(shape)).ravel() & ~np.isnan(peaks).all(axis=1)
-        return [point for point, there in zip(points, found) if there]
-
-    def at_peaks(self, values: Sequence[Sequence[float]], most: int) -> list[float]:
-        """Give the values of the field at which peaks of strain are not resolved, at most so many."""
-        return self.at_root(lambda: unresolved(np.array(values[0]), self.peaks(grid(values)))[:most])
-
-    def finish(self, values: Sequence[Sequence[float]], estimated: Sequence[Point], quick: _SweepRun) -> Sweep:
-        """Put the points together and write them: those that are not estimated are of a sweep without estimates."""
-        its_own = set(estimated)
-        records = [self.kept(quick, point) if point in its_own else quick.records([point])[0] for point in grid(values)]
-        found = Sweep(self.dataset(values, records))
-        found.save(self.folder / "sweep.nc")
-        for motion in self.points.glob("*.motion"):
-            motion.unlink(missing_ok=True)
-        places = itertools.product(*values)
-        head = [*(f"{axis.path} ({axis.unit})" for axis in self.axes), "seconds", "error"]
-        rows = [(*at, record["seconds"], record["error"]) for at, record in zip(places, records)]
-        write_table(self.folder / "timings.csv", [head, *rows])
-        return found
-
-    def kept(self, quick: _SweepRun, point: Point) -> Record:
-        """Give what is kept of a point with estimates: of one that they refuse, the answer and the message.
-
-        Else curves would have gaps at their peaks, beside points that are as coarse and have no estimates.
-        """
-        (found,) = self.records([point])
-        if quick is self or found["error"] != UnresolvedError.__name__:
-            return found
-        return quick.records([point])[0] | {"not_estimated": "", "too_coarse": found["message"]}
-
-    def dataset(self, values: Sequence[Sequence[float]], records: Sequence[Record]) -> xr.Dataset:
-        """Label the points' numbers."""
-        paths, shape = [axis.path for axis in self.axes], [len(along) for along in values]
-        texts = {name: np.array([record[name] for record in records], dtype=object).reshape(shape) for name in TEXTS}
-        data = xr.Dataset({name: (paths, text, {"long_name": TEXTS[name]}) for name, text in texts.items()})
-        for axis, along in zip(self.axes, values):
-            units = {"units": axis.unit, "written_units": axis.written[0], "written_factor": axis.written[1]}
-            data = data.assign_coords({axis.path: (axis.path, list(along), units)})
-        first = Scene.read(placed(self.scene, {path: along[0] for path, along in zip(paths, values)}))
-        data = tabulated(data, records, KEPT, first, dict(zip(paths, shape)))
-        data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
-        data.attrs |= {"paths": json.dumps(paths), "gauge": json.dumps(asdict(self.gauge))}
-        data.attrs["stated_rate"] = abs(self.any_scene.cycle_rate)  # of the scene as it is without the sweep
-        return data
+def _written(data: xr.Dataset, folder: Path) -> Sweep:
+    """Write the dataset of a sweep into its folder."""
+    found = Sweep(data)
+    found.save(folder / "sweep.nc")
+    return found

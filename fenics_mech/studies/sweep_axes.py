@@ -48,6 +48,11 @@ class Axis:
         """Whether the field changes links or joints."""
         return self.path.split(".")[0] in OF_LINKS
 
+    def told(self, value: float) -> str:
+        """Write a value of the field in the unit in which its range was written."""
+        unit, factor = self.written
+        return f"{value / factor:.5g}{'' if unit == '1' else ' ' + unit}"
+
     @property
     def whole(self) -> bool:
         """Whether the field is a whole number."""
@@ -173,6 +178,17 @@ def scene_data(scene: Scene) -> dict[str, Any]:
         The scene.
     """
     return json.loads(scene.model_copy(update={"measurements": (), "study": None}).model_dump_json())
+
+
+def stated_data(scene: Scene) -> dict[str, Any]:
+    """Give a scene as `scene_data` does, without the numbers of mesh and analysis that are the program's to choose.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    return scene.model_copy(update={"measurements": (), "study": None}).stated_data(mode="json")
 
 
 def value_in_si(scene: Scene, path: str, value: float | str | None = None) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import logging
 import math
+import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -18,17 +19,20 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import MechanismError, SolverError
+from fenics_mech.errors import MechanismError, SolverError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units, joint_names
+from fenics_mech.planning.fine_enough import finer_numbers, free_numbers, without_pass
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
+from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_motions import read_motion, write_motion
-from fenics_mech.studies.kept_points import KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
+from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
+from fenics_mech.studies.point_curves import packed_curves
 
 logger = logging.getLogger(__name__)
 
@@ -86,6 +90,8 @@ class Task(NamedTuple):
         Its place in a run, whose motions begin from those before them; None where it begins from nothing.
     motion
         File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
+    curves
+        Whether its curves over the cycle are kept.
     errors_alone
         Whether only the errors of its answer are asked for, which was found without estimates and may be kept.
     """
@@ -95,6 +101,7 @@ class Task(NamedTuple):
     gauge: Gauge
     place: float | None
     motion: Path | None
+    curves: bool = False
     errors_alone: bool = False
 
 
@@ -137,7 +144,7 @@ def compute_point(task: Task, common: PointParts) -> None:
 
 def _analysed(task: Task, common: PointParts) -> Record:
     """Analyse a point and give what is kept of it."""
-    _, data, gauge, place, motion, _ = task
+    _, data, gauge, place, motion, curves, _ = task
     common.go_to(place)
     scene = Scene.read(data)
     estimated = scene.analysis.error_estimates
@@ -145,12 +152,18 @@ def _analysed(task: Task, common: PointParts) -> Record:
         common.go_to(None)
         common.keep(known)
     multipliers = _examined(motion, scene) if estimated else {}
-    result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
+    unstable = _unstable_before(motion, scene) if multipliers else ""
+    try:
+        result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
+    except UnstableError as error:  # a motion that a machine leaves: its numbers show where a branch goes on
+        unstable = re.split(r"\. (?:Change|Take|The)\b", str(error))[0]  # without what to do about it
+        result = analyse(scene.changed(analysis__allow_unstable=True), common=common, names=READ)
     if motion is not None and not estimated:
         common.keep_answer(motion)
         if common.found is not None:
             write_motion(motion, common.found)
-    record = reduced(result, gauge)
+    record = reduced(result, gauge) | {"unstable": unstable}
+    record |= {CURVES_TEXT: packed_curves(result)} if curves else {}
     record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")
@@ -160,13 +173,25 @@ def _analysed(task: Task, common: PointParts) -> Record:
 def _with_errors(task: Task, common: PointParts) -> Record | None:
     """Give what is kept of a point without estimates, with errors of its answer; None where that was not kept."""
     assert task.motion is not None
-    scene, estimates = Scene.read(task.data), task.data["analysis"]["error_estimates"]
+    scene = Scene.read(task.data)
+    estimates = scene.analysis.error_estimates
     before = read_point(task.motion.with_suffix(".json"), scene)
     if before is None or not estimates or (errors := common.errors(task.motion, estimates)) is None:
         return None
+    refusal = None if scene.analysis.allow_coarse else errors.refusal(scene)
+    free = free_numbers(scene)
+    if refusal is not None and finer_numbers(free, free, refusal) != free:
+        return None  # a finer answer is found
+    coarse = "" if refusal is None else without_pass(refusal)
     data = of_errors(errors).dataset()
     values = before["values"] | {name: value.tolist() for name, value in _of_errors(data).items()}
-    return before | {"not_estimated": _not_estimated(data), "values": values}
+    return before | {"not_estimated": _not_estimated(data), "values": values, "too_coarse": coarse}
+
+
+def _unstable_before(motion: Path | None, scene: Scene) -> str:
+    """What was said of the stability of a point that was analysed without estimates."""
+    record = None if motion is None else read_point(motion.with_suffix(".json"), scene)
+    return "" if record is None else str(record["unstable"])
 
 
 def _examined(motion: Path | None, scene: Scene) -> Record:
@@ -220,10 +245,21 @@ def reduced(result: Result, gauge: Gauge) -> Record:
         values["growth_rate"] = variables["growth_rate"].to_numpy()
     values |= {name: variables[name].to_numpy() for name in ("euler_ratio", "bow", "rotation")}
     values |= _of_errors(data)
+    verdict = without_cure(result)
+    least = {member: check.share for member in verdict.checks if (check := verdict.least(member)) is not None}
+    values["safety"] = np.array([least.get(str(member), math.nan) for member in variables["member"].to_numpy()])
+    member, mode = "", ""
+    if verdict.governing is not None:
+        member, mode = verdict.governing[0], verdict.governing[1].mode
+        values["safety_min"] = np.array(verdict.governing[1].share)
     return {
+        "safety_member": member,
+        "safety_mode": mode,
         "effects": ", ".join(acting),
         "not_estimated": _not_estimated(data),
-        "warnings": "\n".join(result.warnings),
+        "warnings": "\n".join(text for text in result.warnings if not text.startswith("too coarse: ")),
+        "too_coarse": data.attrs.get("coarse_because", ""),
+        "numbers": data.attrs.get("refined", ""),
         "values": {name: np.asarray(value).tolist() for name, value in values.items()},
     }
 

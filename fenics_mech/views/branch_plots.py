@@ -105,7 +105,8 @@ def _draw(axes: Axes, branch: Branch, heights: Array, colour: str, label: str) -
     """Draw a curve along the branch: solid between stable points, dashed elsewhere, with circles at its folds."""
     stable, fold = (branch.data[name].to_numpy() == 1 for name in ("stable", "fold"))
     solid = (stable | fold)[1:] & (stable | fold)[:-1] & (stable[1:] | stable[:-1])
-    for part in np.split(np.arange(len(solid)), np.flatnonzero(np.diff(solid)) + 1):
+    parts = np.split(np.arange(len(solid)), np.flatnonzero(np.diff(solid)) + 1)
+    for part in parts if len(solid) else []:  # a branch of one point has no line
         run = np.append(part, part[-1] + 1)
         axes.plot(branch.values[run], heights[run], color=colour, linestyle=STABLE if solid[part[0]] else UNSTABLE)
     axes.plot([], [], color=colour, linestyle=STABLE, label=label)

@@ -15,6 +15,7 @@ from fenics_mech._constants import MILLI
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS, active, loads_at_nodes
 from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.planning.answer_remarks import made_finer
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
@@ -193,6 +194,8 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
         nodes = [len(member_nodes(scene, label, at_nodes)) for label in scene.members()]
         elements = sum(nodes) - len(nodes)  # it is recovered on fewer
         rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
+    if "refined" in result.data.attrs:
+        rows["mesh and steps"] = f"{made_finer(result)} Else {result.data.attrs['refined_because']}"
     if "chosen" in result.data.attrs:
         rows["tolerance"] = str(result.data.attrs["chosen"])
     return rows

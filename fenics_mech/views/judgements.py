@@ -10,12 +10,12 @@ from typing import Literal
 
 import numpy as np
 
-from fenics_mech.accuracy.estimate import ACCEPTED
+from fenics_mech.accuracy.accepted_errors import ACCEPTED
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.effects.gravity import EFFECT as GRAVITY
 from fenics_mech.errors import percent
-from fenics_mech.planning.answer_remarks import unmet
+from fenics_mech.planning.answer_remarks import made_finer, unmet
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.peaks import CYCLIC, PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
@@ -372,7 +372,7 @@ def error(result: Result) -> Judgement:
         text += "" if missed else remedy(result, largest)
     level: Level = "good" if total <= ACCEPTED.of_strain and not missed else "warn"
     title += ", tolerance not met" * bool(missed)
-    parts = [f"{text}.", *beside_tolerance(result)]
+    parts = [f"{text}.", *filter(None, [made_finer(result)]), *beside_tolerance(result)]
     if wrong := too_uncertain(result):
         said = ", ".join(f"{name} {share(value)}" for name, value in wrong.items())
         level, parts = "warn", [*parts, f"Too uncertain to be used: {said}."]

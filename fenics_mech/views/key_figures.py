@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,8 @@ def key_figures(result: Result) -> dict[str, Any]:
     level, sentence = verdict(judged)
     found["verdict"] = {"level": level, "sentence": sentence}
     found["judgements"] = [{"level": one.level, "title": one.title, "text": one.text} for one in judged]
+    if "refined" in data.attrs:
+        found["refined"] = json.loads(data.attrs["refined"])
     if scene.members():
         found["members"] = _members(closer)
         found["safety"] = safety_figures(result, prefixed(result, scene.answer_units))

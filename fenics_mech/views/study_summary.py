@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.errors import percent
+from fenics_mech.planning.answer_remarks import in_words
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.problem import PROBLEM
 from fenics_mech.studies.design.result_numbers import Quantity
@@ -41,6 +42,9 @@ def study_summary(found: Optimum) -> Group:
     if failures := Counter(trial.error for trial in found.history if trial.failed):
         kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
         parts.append(Text(f"Trials that failed, and were passed over: {kinds}."))
+    if finer := in_words(str(found.result.data.attrs.get("refined", ""))):
+        why = "as the program may choose mesh and steps. What that changes counts in the error"
+        parts.append(Text(f"The best scene was analysed with {finer}, {why}. State them in the scene for all trials."))
     return Group(*parts)
 
 

@@ -2,17 +2,29 @@
 
 from __future__ import annotations
 
+import json
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 
 from fenics_mech._arrays import Array
 from fenics_mech.views.figures import COLOURS, finish
-from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, unresolved_at, written
+from fenics_mech.views.sweep_data import (
+    BEYOND,
+    beyond_theory,
+    edges,
+    named,
+    unresolved_at,
+    unstable_points,
+    written,
+)
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep
+
+UNSTABLE, BETWEEN = "unstable", "between points"
 
 
 def settle(axes: Axes, sweep: Sweep, title: str, ylabel: str, last: bool = False) -> None:
@@ -47,6 +59,31 @@ def mark_unresolved(axes: Axes, sweep: Sweep) -> None:
         look: dict[str, Any] = {"linestyle": "none", "marker": "v", "markersize": 5, "color": "#777777"}
         edge = axes.get_xaxis_transform()
         axes.plot(places, 0 * places + 1, transform=edge, clip_on=False, label="not resolved", **look)
+
+
+def draw(axes: Axes, sweep: Sweep, values: xr.DataArray, index: int, label: str = "") -> None:
+    """Draw a curve over the swept field: a line where motions are stable, and rings on dashes where they are not."""
+    x, unstable = along(sweep), unstable_points(sweep.data).to_numpy()
+    look, y = look_of(index, len(x)), values.to_numpy().astype(float)
+    axes.plot(x, np.where(unstable, np.nan, y), label=label, **look)
+    if not unstable.any():
+        return
+    beside = unstable | np.append(unstable[1:], False) | np.append(False, unstable[:-1])
+    dashes: dict[str, Any] = {"linestyle": (0, (2, 2)), "linewidth": 1, "color": look["color"]}
+    rings: dict[str, Any] = {"linestyle": "none", "marker": "o", "markersize": 4, "markerfacecolor": "white"}
+    axes.plot(x, np.where(beside, y, np.nan), **dashes)
+    told = axes.get_legend_handles_labels()[1]
+    said = "" if UNSTABLE in told else UNSTABLE
+    axes.plot(x, np.where(unstable, y, np.nan), label=said, markeredgecolor=look["color"], **rings)
+
+
+def mark_between(axes: Axes, sweep: Sweep, name: str, member: str, index: int, size: float) -> None:
+    """Mark the largest stress or strain of a member that was found between the points; `size` is that of its unit."""
+    found = json.loads(str(sweep.data.attrs.get("between", "")) or "{}")
+    if found.get("member") == member and name in found:
+        x = found["value"] / sweep.data[sweep.paths[0]].attrs["written_factor"]
+        look: dict[str, Any] = {"linestyle": "none", "marker": "D", "markersize": 5, "label": BETWEEN}
+        axes.plot([x], [found[name] / size], color=COLOURS[index % len(COLOURS)], **look)
 
 
 def look_of(index: int, points: int) -> dict[str, Any]:

@@ -9,6 +9,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import EFFECTS
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.sweep_peaks import unresolved
 from fenics_mech.views.judgements import TheorySizes
@@ -101,6 +102,38 @@ def unresolved_at(data: xr.Dataset, paths: list[str]) -> Array:
     x, peaks = written(data, paths[0]), data["peak_strain"].transpose(paths[0], "member").to_numpy()
     order = np.argsort(x)
     return np.sort(np.array(unresolved(x[order], peaks[order]), dtype=float))
+
+
+def unstable_points(data: xr.Dataset) -> xr.DataArray:
+    """Tell which points have a motion that no machine stays in, as disturbances of it grow.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
+    told = data["error"].copy(data=np.zeros(data["error"].shape, dtype=bool))
+    if "unstable" in data:
+        told |= data["unstable"].astype(str) != ""
+    if "multiplier" in data:
+        told |= data["multiplier"].max("disturbance").transpose(*told.dims) > 1 + STABILITY.tolerance
+    return told
+
+
+def without_unstable(data: xr.Dataset) -> xr.Dataset:
+    """Give the data with no numbers at points whose motion was refused as unstable.
+
+    Parameters
+    ----------
+    data
+        The sweep's data.
+    """
+    if "unstable" not in data or not bool((refused := data["unstable"].astype(str) != "").any()):
+        return data
+    numbers = {
+        name: part.where(~refused) for name, part in data.data_vars.items() if part.dtype.kind == "f" and part.dims
+    }
+    return data.assign({name: part.transpose(*data[name].dims) for name, part in numbers.items()})
 
 
 def beyond_theory(data: xr.Dataset) -> xr.DataArray:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
 from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save_all
-from fenics_mech.views.sweep_curves import along, dot_beyond, look_of, mark_unresolved, settle
+from fenics_mech.views.sweep_curves import along, dot_beyond, draw, look_of, mark_between, mark_unresolved, settle
 from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.sweep_maps import stability_map, strain_map
 
@@ -60,6 +60,8 @@ def plot_sweep(sweep: Sweep, folder: str | Path, member: str | None = None) -> l
             figures["waterfall"] = waterfall_figure(sweep, member)
         if "multiplier" in data:
             figures["stability"] = stability_figure(sweep)
+        if "safety" in data and np.isfinite(data["safety"]).any():
+            figures["safety"] = safety_figure(sweep)
     elif len(sweep.paths) == 2:
         figures["map"] = strain_map(sweep, member)
         if "multiplier" in data:
@@ -75,13 +77,14 @@ def check_member(members: list[str], member: str | None) -> None:
 
 def response_figure(sweep: Sweep) -> Figure:
     """Peak stress, strain and deflection of every member over the swept field, below one another."""
-    x, data, units = along(sweep), sweep.data, units_of(sweep.data)
+    data, units = sweep.data, units_of(sweep.data)
     shown = {name: kind for name, kind in RESPONSES.items() if f"peak_{name}" in data}  # older sweeps have no stress
     figure, panels = empty_figure(rows=len(shown), height=3.2 * len(shown))
     for axes, (name, kind) in zip(panels, shown.items()):
         for i, member in enumerate(data["member"].to_numpy()):
             curve = data[f"peak_{name}"].sel(member=member) / units.size(kind)
-            axes.plot(x, curve, label=str(member), **look_of(i, len(x)))
+            draw(axes, sweep, curve, i, str(member))
+            mark_between(axes, sweep, name, str(member), i, units.size(kind))
         dot_beyond(axes, sweep)
         mark_unresolved(axes, sweep)
         settle(axes, sweep, f"Largest {name} in a cycle", labelled(units, kind, name), last=axes is panels[-1])
@@ -90,18 +93,18 @@ def response_figure(sweep: Sweep) -> Figure:
 
 def force_figure(sweep: Sweep) -> Figure:
     """Peak joint forces over the swept field, and below them the peak input torque where there is one."""
-    x, data, units = along(sweep), sweep.data, units_of(sweep.data)
+    data, units = sweep.data, units_of(sweep.data)
     torque = "peak_input_torque" in data
     figure, panels = empty_figure(rows=1 + torque, height=6.4 if torque else SIZE[1])
     for i, joint in enumerate(data["joint"].to_numpy()):
         forces = data["peak_joint_force"].sel(joint=joint) / units.size("force")
-        panels[0].plot(x, forces, label=f"joint {joint}", **look_of(i, len(x)))
+        draw(panels[0], sweep, forces, i, f"joint {joint}")
     dot_beyond(panels[0], sweep)
     settle(panels[0], sweep, "Largest joint forces in a cycle", labelled(units, "force"), last=not torque)
     if torque:
         slides = data["peak_input_torque"].attrs["units"] == "N"
         kind, name, what = ("force", "force", "drive force") if slides else ("moment", "torque", "input torque")
-        panels[1].plot(x, data["peak_input_torque"] / units.size(kind), **look_of(0, len(x)))
+        draw(panels[1], sweep, data["peak_input_torque"] / units.size(kind), 0)
         dot_beyond(panels[1], sweep)
         settle(panels[1], sweep, f"Largest {what} in a cycle", labelled(units, kind, name), last=True)
     return figure
@@ -141,6 +144,22 @@ def _scale_bar(axes: Axes, height: float, largest: float, unit: str) -> None:
     axes.plot([1.02, 1.02], [foot, head], color="black", linewidth=2, linestyle="-", transform=beside, clip_on=False)
     text = f"{amount:g} {unit}"
     axes.text(1.035, (foot + head) / 2, text, transform=beside, va="center", fontsize=9)
+
+
+def safety_figure(sweep: Sweep) -> Figure:
+    """Least factor of safety over the wanted one of every member, over the swept field."""
+    figure, (axes,) = empty_figure()
+    data = sweep.data
+    for i, member in enumerate(data["member"].to_numpy()):
+        curve = data["safety"].sel(member=member)
+        if np.isfinite(curve).any():
+            draw(axes, sweep, curve.where(np.isfinite(curve)), i, str(member))
+    axes.axhline(1, color=COLOURS[1], linewidth=1, linestyle="--", zorder=1.5)
+    axes.set_yscale("log")
+    dot_beyond(axes, sweep)
+    title = "Safety: too small below the dashed line"
+    settle(axes, sweep, title, "least factor of safety over the wanted one", last=True)
+    return figure
 
 
 def stability_figure(sweep: Sweep) -> Figure:

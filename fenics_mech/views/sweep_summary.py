@@ -15,6 +15,7 @@ from rich.text import Text
 from fenics_mech._arrays import Index
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.errors import percent
+from fenics_mech.planning.answer_remarks import in_words
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.studies.sweep_peaks import RESOLVED
 from fenics_mech.views.resonances import RESONANCE, peak_of_speed, resonances_of, rising_at_ends, whole_points
@@ -26,6 +27,7 @@ from fenics_mech.views.sweep_data import (
     theory_levels,
     units_of,
     unresolved_at,
+    without_unstable,
     written,
     written_unit,
 )
@@ -44,6 +46,7 @@ KINDS = {  # of errors, in words
     "AssemblyError": "the links cannot be put together",
     "SolverError": "no accurate answer, or no stable motion, is found",
     "UnresolvedError": "steps, modes or elements are too coarse",
+    "NoStableMotion": "no stable motion is found, also by continuation from the points beside them",
     "LostProcess": "the process was lost; a sweep into the same folder tries them again",
 }
 
@@ -54,14 +57,19 @@ def sweep_summary(sweep: Sweep) -> Group:
     parts: list[RenderableType] = [Text(data.attrs["title"], style="bold")]
     if "peak_strain" in data:
         parts.append(_peaks(sweep))
-    parts += [*_resonances(data, paths), *_unresolved(data, paths)]
+    parts += [
+        *_between(data, paths),
+        *_safety(data, paths),
+        *_resonances(without_unstable(data), paths),
+        *_unresolved(data, paths),
+    ]
     beyond = beyond_theory(data).transpose(*paths).to_numpy()
     if beyond.any():
         at = _where(data, paths, np.argwhere(beyond))
         text = f"{beyond.sum()} of {beyond.size} points are OUTSIDE THE THEORY that acts: {at}."
         more = "`fenics-mech run` at one of them says by how much its strains are wrong."
         parts.append(Text(f"{text} {more}", style="bold red"))
-    parts += [*_with_care(data, paths), *_too_coarse(data, paths)]
+    parts += [*_with_care(data, paths), *_too_coarse(data, paths), *_unstable(data, paths), *_finer(data, paths)]
     if changing := _changing_effects(data, paths):
         parts.append(Text(changing))
     errors, messages, missing, warned = (
@@ -116,7 +124,67 @@ def _too_coarse(data: xr.Dataset, paths: list[str]) -> list[Text]:
     if not len(places := np.argwhere(said != "")):
         return []
     text = f"{len(places)} of {said.size} points are TOO COARSE: {_where(data, paths, places)}."
-    return [Text(f"{text} A run of the first is refused: {said[tuple(places[0])]}", style="bold red")]
+    kept = "Their answers are kept, with their errors"
+    return [Text(f"{text} {kept}. Of the first: {said[tuple(places[0])]}", style="bold red")]
+
+
+def _unstable(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Say where the motion that is found is unstable, and what continuation says of stable ones."""
+    if "unstable" not in data:  # of version 0.3
+        return []
+    said = data["unstable"].transpose(*paths).to_numpy().astype(str)
+    if not len(places := np.argwhere(said != "")):
+        return []
+    where = _where(data, paths, places)
+    text = f"{len(places)} of {said.size} points are UNSTABLE, and not among the largest: {where}."
+    followed = list(dict.fromkeys(part for one in said[said != ""] if (part := _followed(one))))
+    return [Text(f"{text} Of the first: {said[tuple(places[0])]}.", style="bold red"), *map(Text, followed[1:])]
+
+
+def _followed(said: str) -> str:
+    """What continuation says, of what was said of a point."""
+    return f"By continuation {said.partition('By continuation ')[2]}." if "By continuation " in said else ""
+
+
+def _finer(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Say which mesh and steps the program took, and where, in place of its usual ones."""
+    if "numbers" not in data:
+        return []
+    chosen = data["numbers"].transpose(*paths).to_numpy().astype(str)
+    answered = data["error"].transpose(*paths).to_numpy() == ""
+    said = []
+    for numbers in np.unique(chosen[(chosen != "") & answered]):
+        places = np.argwhere((chosen == numbers) & answered)
+        where = "all points" if len(places) == answered.sum() else _where(data, paths, places)
+        said.append(f"{in_words(numbers)} at {where}")
+    steps = "" if len(said) < 2 and all("all points" in one for one in said) else ": curves may have steps there"
+    return [Text(f"Chosen by the program as the scene states none: {'; '.join(said)}{steps}.")] if said else []
+
+
+def _between(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Tell the largest strain and stress that were found between the points."""
+    if not (said := str(data.attrs.get("between", ""))):
+        return []
+    found, units = json.loads(said), units_of(data)
+    value = float(found["value"]) / data[paths[0]].attrs["written_factor"]
+    strain, stress = (f"{number(units.number(found[kind], kind))} {units.label(kind)}" for kind in ("strain", "stress"))
+    at = f"{value:.5g} {written_unit(data, paths[0])}".rstrip()
+    return [Text(f"Between the points {found['member']} has more: {strain} and {stress} at {paths[0]} = {at}.")]
+
+
+def _safety(data: xr.Dataset, paths: list[str]) -> list[Text]:
+    """Tell the least factor of safety over the wanted one, where it is, and where it is below 1."""
+    stable = without_unstable(data)
+    if "safety_min" not in stable or not np.isfinite(stable["safety_min"]).any():
+        return []
+    least = stable["safety_min"].transpose(*paths).to_numpy()
+    there = np.unravel_index(int(np.nanargmin(np.where(np.isfinite(least), least, np.nan))), least.shape)
+    member, mode = (str(data[f"safety_{name}"].transpose(*paths).to_numpy()[there]) for name in ("member", "mode"))
+    at = _where(data, paths, np.array([there]))
+    text = f"Least factor of safety over the wanted one: {number(least[there])}, {member}, {mode}, at {at}."
+    if len(below := np.argwhere(least < 1)):
+        text += f" It is below 1 at {_where(data, paths, below)}."
+    return [Text(text, style="bold red" if least[there] < 1 else "bold green")]
 
 
 def _resonances(data: xr.Dataset, paths: list[str]) -> list[Text]:
@@ -190,7 +258,7 @@ def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
 
 def _peaks(sweep: Sweep) -> Table:
     """Tabulate the largest peaks of every member: of its stress, and its strain with the values and the place."""
-    data, paths = sweep.data, sweep.paths
+    data, paths = without_unstable(sweep.data), sweep.paths
     columns, units = [named(data, path) for path in paths], units_of(data)
     heads = [labelled(units, "stress"), labelled(units, "strain"), *columns, "place"]
     table = table_of("Largest stress and strain over the sweep", "member", *heads)

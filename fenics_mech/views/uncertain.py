@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from fenics_mech.accuracy.estimate import ACCEPTED, NUMERICAL
+from fenics_mech.accuracy.accepted_errors import ACCEPTED
+from fenics_mech.accuracy.estimate import NUMERICAL
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.forces.joint_forces import effort_units

@@ -109,7 +109,7 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
     axes = parse_axes(scene, [SPEEDS])
     found, counts = {}, {}
     for longest in (1, LONGEST):
-        monkeypatch.setattr("fenics_mech.studies.sweep.longest_run", lambda scene, longest=longest: longest)
+        monkeypatch.setattr("fenics_mech.studies.sweep_run.longest_run", lambda scene, longest=longest: longest)
         with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
             found[longest] = run_sweep(scene, axes, tmp_path / str(longest)).data
         counts[longest] = len(iterations(caplog))

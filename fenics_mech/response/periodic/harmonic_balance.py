@@ -92,7 +92,7 @@ def solve_harmonic_balance(
         raise UnresolvedError(
             f"{harmonics} harmonics need more than {4 * harmonics} sub_intervals, and there are {count}: give more "
             "sub_intervals or fewer harmonics"
-        )
+        ).finer_by(sub_intervals=4 * harmonics + 2)
     rate = 2 * np.pi / period
     basis = _basis(2 * np.pi * np.arange(count) / count, harmonics, rate)
     series: Series | None = None
@@ -112,7 +112,7 @@ def solve_harmonic_balance(
         raise UnresolvedError(
             f"{harmonics} harmonics are too few: the error is about {series.error:.1e} of the motion. Give more "
             "analysis.harmonics (and sub_intervals)"
-        )
+        ).finer_by(harmonics=2 * harmonics, sub_intervals=max(count, 8 * harmonics + 2))
     return series
 
 

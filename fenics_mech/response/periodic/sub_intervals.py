@@ -308,7 +308,7 @@ def _refuse_ringing(period: float, modes: Modes, state: Array, free: Array) -> N
             "would be wrong. "
             f"{_without_ringing(int(np.argmax(unresolved)), math.ceil(needed.max()))}. analysis.allow_ringing "
             "lets it pass, and analysis.allow_coarse what the error estimate may refuse then"
-        )
+        ).finer_by(solver="collocation")
 
 
 def _without_ringing(slower: int, count: int) -> str:

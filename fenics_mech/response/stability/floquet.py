@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.eigenmodes import Modes
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import UnstableError
 from fenics_mech.mechanism.matrices import Matrices
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.stability.multipliers import MULTIPLIERS, eigenpairs
@@ -96,7 +96,7 @@ class Stability:
         return bool((np.abs(self.multipliers) <= 1 + STABILITY.tolerance).all())
 
     def refuse_unstable(self) -> None:
-        """Raise a `SolverError` that names the worst disturbance when the motion is unstable."""
+        """Raise an `UnstableError` that names the worst disturbance when the motion is unstable."""
         if not self.stable:
             worst, frequency = self.multipliers[0], self.frequency[0]
             steadily = frequency * self.period < STABILITY.tolerance
@@ -115,12 +115,12 @@ class Stability:
                 )
             elif frequency > self.limit:
                 advice = f"Take more {steps}. If it stays unstable, change the speed or give more damping"
-            raise SolverError(
+            raise UnstableError(
                 f"the periodic motion is unstable: a small disturbance grows by {abs(worst):.6g} in each cycle "
                 f"(multiplier {worst:.5g}, {self.growth_rate[0]:.3g} 1/s) {how}; mode "
                 f"{self.mode[0] + 1} carries {self.share[0]:.0%} of it. {advice}. "
                 "analysis.allow_unstable lets it pass"
-            )
+            ).finer_by(**({"sub_intervals": self.enough_steps} if self.enough_steps else {}))
 
     def nearest(self) -> tuple[float, str]:
         """Find which vibration is next to resonance: the distance of its multiplier from 1, and words for it."""

@@ -182,12 +182,12 @@ def _refuse_too_fast(modes: Modes, step: float, period: float) -> None:
     """Raise `UnresolvedError` where modes swing more than once in two sub-intervals: they ring at the joins."""
     fastest = modes.frequency.max(axis=0)
     if (slow := int((2 * fastest * step <= 1).sum())) < len(fastest):
-        keep = f"Keep {slow} modes, or t" if slow else "T"
+        keep, count = f"Keep {slow} modes, or t" if slow else "T", math.ceil(2 * fastest.max() * period)
         raise UnresolvedError(
             f"mode {slow + 1} ({fastest[slow]:.4g} Hz) is too fast for these sub_intervals, at whose joins it is set "
-            f"vibrating. {keep}ake at least {math.ceil(2 * fastest.max() * period)} sub_intervals; "
+            f"vibrating. {keep}ake at least {count} sub_intervals; "
             "analysis.allow_ringing lets it pass"
-        )
+        ).finer_by(sub_intervals=count)
 
 
 def _settled(displacement: Array, lead: int, scene: Scene) -> tuple[int, float]:

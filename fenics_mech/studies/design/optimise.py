@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.methods import METHODS, Ending, Search
 from fenics_mech.studies.design.problem import Problem, bounds_of
 from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.design.trial_tasks import read_numbers
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.worker_processes import Workers
 
@@ -99,7 +101,10 @@ class Optimum:
         return found
 
     def errors(self) -> dict[str, float]:
-        """Estimated relative error of each aim; NaN where none is estimated."""
+        """Estimated relative error of each aim in the trials; NaN where none is estimated.
+
+        Where the best scene is analysed as a whole on a finer mesh than trials have, what that changes counts too.
+        """
         known = {"mass": 0.0}
         for quantity in self.problem.trials.quantities:
             key = next((key for start, key in ERRORS.items() if quantity.name.startswith(start)), "")
@@ -109,7 +114,13 @@ class Optimum:
                 known[quantity.text] = float(self.result.data.attrs.get(key, np.nan))
             else:
                 known[quantity.text] = 0.0
-        return {name: known[name] for name, _ in self.problem.aims}
+        aims = {name: known[name] for name, _ in self.problem.aims}
+        if "refined" in self.result.data.attrs:
+            trials = self.problem.trials
+            finer = read_numbers(trials.quantities, self.result, trials.design.study.targets)
+            changes = {name: abs(finer[name] / (self.best.numbers[name] or math.inf) - 1) for name in aims}
+            aims = {name: error + changes[name] for name, error in aims.items()}
+        return aims
 
 
 def best_scene(problem: Problem, trial: Trial) -> Scene:

@@ -38,7 +38,7 @@ from fenics_mech.studies.design.trial_tasks import (
     write,
 )
 from fenics_mech.studies.lead_process import leads, over_machines
-from fenics_mech.studies.sweep_axes import placed, scene_data
+from fenics_mech.studies.sweep_axes import placed, stated_data
 from fenics_mech.studies.worker_processes import Workers
 
 
@@ -271,7 +271,7 @@ class Trials:
     @cached_property
     def _data(self) -> Record:
         """The cheapest scene as plain data."""
-        return scene_data(self.cheapest)
+        return stated_data(self.cheapest)
 
     @cached_property
     def cheapest(self) -> Scene:

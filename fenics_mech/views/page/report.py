@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import hashlib
 import json
+from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -99,11 +100,11 @@ def page(result: Result, pages: dict[str, str] | None = None) -> str:
         When the result lacks what is shown.
     """
     reading = reading_of(result)
-    script = "(async () => {\n'use strict';\n" + "".join(_source(name) for name in SCRIPTS) + "})();\n"
+    script = joined(SCRIPTS)
     pieces = {
-        "policy": _policy(script),
+        "policy": policy(script),
         "title": tag("title", f"{reading.scene.name}: report of fenics_mech"),
-        "style": _source("page.css"),
+        "style": source("page.css"),
         "heading": parts.heading(reading),
         "verdict": parts.verdict_of(reading),
         "figures": parts.figures(reading),
@@ -116,7 +117,7 @@ def page(result: Result, pages: dict[str, str] | None = None) -> str:
         "data": json_in_page(payload(reading)),
         "script": script,
     }
-    return Template(_source("page.html")).substitute(pieces)
+    return Template(source("page.html")).substitute(pieces)
 
 
 def _stated(result: Result) -> Any:
@@ -144,13 +145,36 @@ def _computed(reading: ForceReading) -> Html:
     return tag("div", first, second, class_="two last")
 
 
-def _source(name: str) -> str:
-    """Read a file that stands beside this module."""
+def joined(names: Sequence[str]) -> str:
+    """Join files that stand beside this module to one script.
+
+    Parameters
+    ----------
+    names
+        Their names.
+    """
+    return "(async () => {\n'use strict';\n" + "".join(source(name) for name in names) + "})();\n"
+
+
+def source(name: str) -> str:
+    """Read a file that stands beside this module.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    """
     return (files(__package__) / name).read_text(encoding="utf-8")
 
 
-def _policy(script: str) -> Html:
-    """Let the browser run this script and no other, load nothing, and send nothing."""
+def policy(script: str) -> Html:
+    """Let the browser run this script and no other, load nothing, and send nothing.
+
+    Parameters
+    ----------
+    script
+        The script.
+    """
     hashed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     rules = (
         "default-src 'none'",

@@ -21,6 +21,7 @@ from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.trial import Trial, Trials
 from fenics_mech.views.study_plots import history_figure, pareto_figure
 from fenics_mech.views.study_summary import study_summary, verdict
+from tests.common import DEMOS
 
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
 
@@ -502,3 +503,15 @@ def test_the_trade_off_is_written_and_drawn_with_the_design_that_is_kept(tmp_pat
     assert best in drawn["none is better in every aim"].tolist()
     assert len(history_figure(found).axes) == 2
     assert "least sum of all aims" in verdict(found)
+
+
+@pytest.mark.slow
+def test_a_best_scene_with_steps_that_are_too_long_comes_with_its_error():
+    """Its whole analysis ended the search in an error, after all trials: 30 stated steps are 13 % off."""
+    study = {"maximise": ["strain.max"], "variables": {"speed": {"numbers": ["drive.speed"], "between": [20, 40]}}}
+    plain = {"analysis.stability": False, "analysis.critical_speeds": False, "analysis.solver": "collocation"}
+    scene = fm.load(DEMOS / "four_bar.toml").changed(plain | {"effects": (), "study": study})
+    found = fm.optimise(scene.changed({"analysis.sub_intervals": 30}))
+    assert found.scene.drive.speed == pytest.approx(40.0)
+    assert "Take at least 53 sub_intervals" in found.result.data.attrs["coarse_because"]
+    assert found.errors()["strain.max"] > 0.05

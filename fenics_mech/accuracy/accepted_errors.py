@@ -1,0 +1,117 @@
+"""Which errors of a result are accepted, and what is said of larger ones: by what they are, and what to do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from fenics_mech.accuracy.missed_peaks import BETWEEN
+from fenics_mech.effects import EFFECTS
+from fenics_mech.errors import ANSWERED, UnresolvedError, percent
+from fenics_mech.scene import Damping, Scene
+
+
+@dataclass(frozen=True)
+class AcceptedErrors:
+    """Largest errors of a result that is not refused, relative to the largest value of a quantity."""
+
+    by_steps: float = 0.02  # of a strain: steps are cheap
+    by_positions: float = 0.05  # of a strain or joint force: so are positions
+    of_strain: float = 0.05  # by all numerical sources
+    of_rest: float = 0.5  # of deflections and joint forces: beyond it not one digit is known
+    margin: float = 1.2  # factor on the numbers that a refusal asks for
+
+
+ACCEPTED = AcceptedErrors()
+ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
+ORIGINS |= {BETWEEN: "peaks between positions"}
+FAULTS = {
+    "time": "the sub-intervals are too long",
+    "mesh": "the elements are too long",
+    "modes": "the modes kept are too few",
+    "harmonics": "the harmonics are too few",
+}
+
+
+def refusal_by(
+    scene: Scene,
+    what: str,
+    measure: str,
+    shares: Mapping[str, float],
+    order: Mapping[str, float],
+    limit: float,
+    least: int,
+) -> UnresolvedError:
+    """Say which source has the largest part in the error of a strain or force, and what to do about it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    what, measure
+        What is uncertain, and what errors are relative to, in words.
+    shares, order
+        The errors by their sources, and with which power of their numbers these fall.
+    limit
+        The largest error that is accepted.
+    least
+        Sub-intervals without which the positions would be refused next.
+    """
+    total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
+    room = max(limit - (total - shares[source]), limit / 2)
+    in_time = source == "time" and scene.analysis.method == "transient"
+    fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
+    times = (shares[source] / room) ** (1 / order[source])
+    cure = advice(scene, source, times, least)
+    finer = _finer(scene, source, times)
+    if least:
+        finer["sub_intervals"] = max(least, finer.get("sub_intervals", 0))
+        cure += "" if "sub_intervals" in cure else f", and at least {least} sub_intervals"
+    return UnresolvedError(
+        f"{fault}: the {what} an estimated {percent(total)} of {measure}, "
+        f"{percent(shares[source])} of it from the {ORIGINS[source]}. "
+        f"{cure}; analysis.allow_coarse lets it pass"
+    ).finer_by(ANSWERED, **finer)
+
+
+def _finer(scene: Scene, source: str, times: float) -> dict[str, float]:
+    """Give the numbers with which the error of a source is small enough, which is to fall so many times."""
+    analysis, more = scene.analysis, ACCEPTED.margin * times
+    if source == "time" and analysis.method == "transient":
+        return {"time_tolerance": analysis.time_tolerance / more}
+    if source in ("mesh", "modes") and analysis.reduction != "none":
+        return {}  # the cutoff is stated in hertz, or that of the members
+    if source == "mesh":
+        return {"elements": more}
+    if source == "harmonics":  # which need more than four times as many sub-intervals
+        harmonics = math.ceil(more * analysis.harmonics)
+        return {"harmonics": harmonics, "sub_intervals": max(analysis.sub_intervals, 4 * harmonics + 2)}
+    name = {"time": "sub_intervals", "modes": "modes"}[source]
+    return {name: math.ceil(more * getattr(analysis, name))}
+
+
+def advice(scene: Scene, source: str, times: float, least: int) -> str:
+    """Say how many more it takes, of sub-intervals as many as `least`."""
+    analysis = scene.analysis
+    if source == "time" and analysis.method == "transient":
+        tolerance = analysis.time_tolerance / (ACCEPTED.margin * times)
+        return f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
+    if source == "modes" and analysis.reduction != "none":
+        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times * 10) / 10:g} times as high"
+    if source == "mesh" and analysis.reduction != "none":
+        if not any(EFFECTS[name].couples for name in scene.named_effects):
+            return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
+        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times**2 * 10) / 10:g} times as high, and finer elements"
+    if source == "mesh":
+        return f"Take {math.ceil(ACCEPTED.margin * times * 100) / 100:.3g} times as many elements, rounded up"
+    name, now = {
+        "time": ("sub_intervals", analysis.sub_intervals),
+        "modes": ("modes", analysis.modes),
+        "harmonics": ("harmonics", analysis.harmonics),
+    }[source]
+    assert not isinstance(now, str)  # all modes leave none out
+    free = scene.damping == Damping() and not scene.dampers
+    first = "State the damping, as nothing damps the vibration, or take" if source == "time" and free else "Take"
+    enough = math.ceil(ACCEPTED.margin * now * times)
+    return f"{first} at least {max(enough, least) if source == 'time' else enough} {name}"

@@ -1,0 +1,116 @@
+"""One mesh, one set of steps and one set of effects for all points of a sweep, so that its curves have no steps.
+
+Each point is first analysed as finely as it needs, and with the effects that it calls for. What any of them needs is
+then taken for all: effects that act anywhere, and the finest mesh and steps unless these are far finer.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from fenics_mech.effects import EFFECTS
+from fenics_mech.planning.fine_enough import free_numbers
+from fenics_mech.scene import Scene
+from fenics_mech.studies.kept_points import Record
+from fenics_mech.studies.sweep_axes import placed
+
+MOST_TIMES = 2.0  # as many elements or steps as usual, which all points may take: a sweep then takes 2 to 4 times
+COUNTS = "elements", "sub_intervals"
+
+
+@dataclass(frozen=True)
+class OneEquation:
+    """What all points of a sweep are to have in common.
+
+    Parameters
+    ----------
+    usual
+        Mesh, steps and solver of points for which nothing finer was needed.
+    numbers
+        Those that all points are to have, where they differ.
+    effects
+        Effects that are to act at all points; none where the same act anyway.
+    """
+
+    usual: Mapping[str, float | str]
+    numbers: Mapping[str, float | str]
+    effects: tuple[str, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, records: Sequence[Record]) -> OneEquation | None:
+        """Find what points need that have an answer; None where all have it.
+
+        Parameters
+        ----------
+        scene
+            The scene of the sweep, with any values of its fields.
+        records
+            What is kept of each point.
+        """
+        answered = [record for record in records if not record["error"]]
+        acting = {record["effects"] for record in answered}
+        usual, found = free_numbers(scene), [json.loads(record["numbers"] or "{}") for record in answered]
+        numbers: dict[str, float | str] = {}
+        for name in usual:
+            values = {one.get(name, usual[name]) for one in found}
+            if name == "solver" and len(values) > 1:
+                numbers[name] = next(value for value in values if value != usual[name])
+            elif name in COUNTS and len(values) > 1 and (most := max(values)) <= MOST_TIMES * float(usual[name]):
+                numbers[name] = most
+        effects = union(acting) if scene.effects == "auto" and len(acting) > 1 else ()
+        return cls(usual, numbers, effects) if numbers or effects else None
+
+    def scene(self, data: Mapping[str, Any]) -> dict[str, Any]:
+        """Give the scene of a sweep with what all points have in common.
+
+        Parameters
+        ----------
+        data
+            The scene, as plain data.
+        """
+        paths = {name: "mesh.elements" if name == "elements" else f"analysis.{name}" for name in self.numbers}
+        changes = {paths[name]: int(value) if name in COUNTS else value for name, value in self.numbers.items()}
+        return placed(dict(data), changes | ({"effects": list(self.effects)} if self.effects else {}))
+
+    def lacks(self, record: Record) -> bool:
+        """Whether a point has an answer with other effects, another mesh or other steps.
+
+        Parameters
+        ----------
+        record
+            What is kept of the point.
+        """
+        if record["error"]:
+            return False
+        numbers = json.loads(record["numbers"] or "{}")
+        others = any(numbers.get(name, self.usual[name]) != value for name, value in self.numbers.items())
+        return others or bool(self.effects and set(self.effects) != set(record["effects"].split(", ")))
+
+    def chosen(self, found: Record | None, before: Record) -> Record:
+        """Give what was found of a point with what all have in common, where that has an answer.
+
+        Parameters
+        ----------
+        found, before
+            What is kept of the point with it, if it was analysed so, and what was kept before.
+        """
+        if found is None or found["error"]:
+            return before
+        numbers = json.loads(before["numbers"] or "{}") | dict(self.numbers)
+        return found | {"numbers": json.dumps(numbers) if numbers else ""}
+
+
+def union(acting: set[str]) -> tuple[str, ...]:
+    """Give the effects that act at any point, but those that others of them hold.
+
+    Parameters
+    ----------
+    acting
+        Names of those that act at each point, with commas between them.
+    """
+    names = {name for some in acting for name in some.split(", ")} & EFFECTS.keys()
+    held = {EFFECTS[name].replaces for name in names}
+    return tuple(name for name in EFFECTS if name in names - held)

@@ -1,0 +1,279 @@
+"""Points of a sweep that found no stable motion: what continuation says from the stable motions beside them.
+
+Under exact strains several motions may exist at a value, or none that is stable. The motion of the nearest stable point
+on either side is followed towards the others, through folds. Points that it passes have an answer, stable or not. Of
+the rest it is told where the stable motions end, and how.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from fenics_mech._guard import guarded
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.response.continuation.arc_length import continued
+from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
+from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.response.solution import CollocationSolution
+from fenics_mech.scene import Scene
+from fenics_mech.studies.kept_answers import PointParts
+from fenics_mech.studies.kept_points import Record, read_point, write_point
+from fenics_mech.studies.sweep_axes import placed
+from fenics_mech.studies.sweep_points import Task, compute_point
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.sweep_run import SweepRun
+
+logger = logging.getLogger(__name__)
+LOST = "NoStableMotion"  # error of a point that no stable motion beside it reaches
+NO_MOTION = "SolverError", "UnresolvedError", "UnstableError", LOST  # errors of points that continuation looks into
+POINTS = 6  # along a gap at least
+MOST = 20  # of a branch, before it is left: unstable ones may wind for ever
+REAL = 1e-6  # imaginary part of a multiplier that counts as none
+
+
+@dataclass(frozen=True)
+class Ahead:
+    """The motions from a stable point on.
+
+    Parameters
+    ----------
+    start
+        Value of the point.
+    ended, beyond
+        The last value at which they are known to be stable, and the first one at which they are not.
+    how
+        What ends that, in words; empty where they are stable to the end.
+    reached
+        By value that they pass, whether the motion is stable there, and one beside it.
+    """
+
+    start: float
+    ended: float
+    beyond: float
+    how: str
+    reached: dict[float, tuple[bool, KnownMotion]] = field(default_factory=dict)
+
+
+def gaps_of(records: Sequence[Record]) -> list[range]:
+    """Give the runs of neighbouring points of a line that have no stable motion.
+
+    Parameters
+    ----------
+    records
+        What is kept of each point, in order.
+    """
+    found: list[range] = []
+    for k, record in enumerate(records):
+        if record["error"] in NO_MOTION or record["unstable"]:
+            joins = found and found[-1].stop == k
+            found[-1:] = [range(found[-1].start, k + 1)] if joins else [*found[-1:], range(k, k + 1)]
+    return found
+
+
+def followable(record: Record, scene: Scene) -> bool:
+    """Whether a point has a stable motion that is not the only one by its equation, and can be followed.
+
+    Parameters
+    ----------
+    record
+        What is kept of the point.
+    scene
+        Its scene.
+    """
+    exact = LARGE_ROTATIONS.name in record["effects"].split(", ")
+    if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
+        return False
+    try:
+        refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
+    except SceneError:
+        return False
+    return True
+
+
+@guarded()
+def ahead(
+    at: Callable[[float], Scene], path: str, ends: tuple[float, float], values: Sequence[float], common: PointParts
+) -> Ahead | None:
+    """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with.
+
+    Parameters
+    ----------
+    at
+        Gives the scene with a value of the swept field.
+    path
+        The field.
+    ends
+        Value of the stable point, and the other end.
+    values
+        Values of the points in the gap.
+    common
+        What the scenes have in common.
+    """
+    found: list[tuple[float, CollocationSolution, bool, KnownMotion]] = []
+    how = f"followed through {MOST} motions"
+    try:
+        family = family_of(at, path, ends, common)
+        for point in islice(continued(family, first_motion(at(ends[0]), family), POINTS), MOST):
+            solution = solution_at(at(point.value), point, common)
+            motion = KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit)
+            if motion is None or solution.stability is None:
+                return None
+            found.append((point.value, solution, point.fold, motion))
+            logger.info("followed to %.6g: stable %s", point.value, solution.stability.stable)
+    except (SolverError, SceneError) as error:
+        logger.info("the branch from %.6g ends: %s", ends[0], error)
+        how = "Newton's method does not go on"
+    if not found:
+        return None
+    stable = [solution.stability is not None and solution.stability.stable for _, solution, _, _ in found]
+    last = stable.index(False) if False in stable else len(stable)
+    if last < len(stable):
+        how = _kind(found[last][1], [fold for *_, fold, _ in found[max(last - 1, 0) : last + 3]])
+    reached: dict[float, tuple[bool, KnownMotion]] = {}
+    for k in range(1, len(found)):
+        (before, *_), (after, *_, motion) = found[k - 1], found[k]
+        both = stable[k - 1] and stable[k]
+        for value in values:
+            if (before - value) * (after - value) <= 0 and (value not in reached or (both and not reached[value][0])):
+                reached[value] = both, motion
+    if last == len(stable) and found[-1][0] == ends[1]:
+        how = ""
+    ended, beyond = (found[min(max(k, 0), len(found) - 1)][0] for k in (last - 1, last))
+    return Ahead(ends[0], ended, beyond, how, reached)
+
+
+def _kind(solution: CollocationSolution, folds: Sequence[bool]) -> str:
+    """Name how a motion has become unstable: by its leading multiplier."""
+    assert solution.stability is not None
+    leading = complex(solution.stability.multipliers[0])
+    if abs(leading.imag) > REAL:
+        return "a vibration of another frequency grows (Neimark-Sacker)"
+    if leading.real < 0:
+        return "a vibration of half the frequency grows (period doubling)"
+    return "the branch turns back (a fold)" if any(folds) else "the branch divides"
+
+
+def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
+    """Say from where motions were followed, and where they are no longer stable.
+
+    Parameters
+    ----------
+    found
+        What was followed.
+    told
+        Writes a value of the field.
+    """
+    said = []
+    for one in found:
+        if one.how:
+            end, beyond = told(one.ended), told(one.beyond)
+            where = f"up to {end}" if beyond == end else f"at {end} and no longer at {beyond}"
+            said.append(f"the motion of {told(one.start)} is stable {where}: {one.how}")
+    return f"By continuation {'; '.join(said)}" if said else ""
+
+
+def as_analysed(scene: Record, record: Record) -> Record:
+    """Give the scene of a sweep with the effects, the mesh and the steps that a point of it was analysed with.
+
+    Parameters
+    ----------
+    scene
+        The scene, as plain data.
+    record
+        What is kept of the point.
+    """
+    numbers = json.loads(record["numbers"] or "{}")
+    paths = {"elements": "mesh.elements"}
+    changes = {paths.get(name, f"analysis.{name}"): value for name, value in numbers.items()}
+    whole = {path: int(value) if isinstance(value, float) and value >= 1 else value for path, value in changes.items()}
+    return placed(scene, whole | {"effects": record["effects"].split(", ")})
+
+
+def fill_gaps(run: SweepRun, values: Sequence[float], records: Sequence[Record]) -> list[Record]:
+    """Give what is kept of the points of a line, with what continuation finds where no stable motion was found.
+
+    Parameters
+    ----------
+    run
+        The sweep.
+    values
+        Values of its one field.
+    records
+        What is kept of each point.
+    """
+    found = list(records)
+    for gap in gaps_of(records):
+        beside = [k for k in (gap.start - 1, gap.stop) if 0 <= k < len(values)]
+        beside = [k for k in beside if followable(records[k], Scene.read(run.scene_of((values[k],))))]
+        if not beside:
+            continue
+        paths = {k: run.followed_file(values[k], values[gap.start], values[gap.stop - 1]) for k in gap}
+        if any(read_point(path, run.any_scene) is None for path in paths.values()):
+            _follow_into(run, values, found, gap, beside, paths)
+        for k, path in paths.items():
+            found[k] = read_point(path, run.any_scene) or found[k]
+    return found
+
+
+def _follow_into(
+    run: SweepRun,
+    values: Sequence[float],
+    records: Sequence[Record],
+    gap: range,
+    beside: Sequence[int],
+    paths: Mapping[int, Path],
+) -> None:
+    """Follow the motions from both sides into a gap, and write what is found of its points."""
+    axis, inside = run.axes[0], [values[k] for k in gap]
+    followed: list[_Followed] = []
+    for k in beside:
+        far = gap.stop if k < gap.start else gap.start - 1
+        end = values[min(max(far, 0), len(values) - 1)]
+        base, common = as_analysed(run.scene, records[k]), PointParts()
+        quick = partial(_scene_at, placed(base, {"analysis.error_estimates": False}), axis.path)
+        if (one := ahead(quick, axis.path, (values[k], end), inside, common)) is not None:
+            followed.append(_Followed(one, base, common))
+    said = in_words([each.ahead for each in followed], axis.told)
+    for k in gap:
+        record = _passed(run, values[k], records[k], followed, paths[k])
+        if record["error"] in NO_MOTION and said:
+            record |= {"error": LOST, "message": f"no stable motion is found. {said}", "again": False}
+        elif record["unstable"] and said:
+            record["unstable"] = f"{record['unstable']}. {said}"
+        write_point(paths[k], record)
+
+
+class _Followed(NamedTuple):
+    """Motions ahead of a point, the scene that they were followed in, and what its analyses have in common."""
+
+    ahead: Ahead
+    scene: Record
+    common: PointParts
+
+
+def _scene_at(scene: Record, path: str, value: float) -> Scene:
+    return Scene.read(placed(scene, {path: value}))
+
+
+def _passed(run: SweepRun, value: float, before: Record, followed: Sequence[_Followed], path: Path) -> Record:
+    """Analyse a point from a motion that passes it, a stable one if there is one; else give what was known before."""
+    passing = [each for each in followed if value in each.ahead.reached]
+    passing.sort(key=lambda each: not each.ahead.reached[value][0])
+    if not passing or not (before["error"] or passing[0].ahead.reached[value][0]):
+        return dict(before)
+    one, scene, common = passing[0]
+    common.go_to(None)
+    common.keep(one.reached[value][1])
+    estimates = not run.at_peaks_alone and run.any_scene.analysis.error_estimates
+    data = placed(scene, {run.axes[0].path: value, "analysis.error_estimates": estimates})
+    compute_point(Task(path, data, run.gauge, 0.0, None, run.keeps_curves), common)
+    return dict(read_point(path, run.any_scene) or before)

@@ -1,0 +1,62 @@
+"""What the points of a sweep have in common: effects, mesh and steps, chosen once for all or told where they change."""
+
+import json
+
+import numpy as np
+import pytest
+
+from fenics_mech import load
+from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.studies.one_equation import MOST_TIMES, OneEquation, union
+from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep_axes import parse_axes, stated_data
+from fenics_mech.views.sweep_summary import sweep_summary
+from tests.common import DEMOS
+
+
+def record(effects="coupling, vibration", error="", **numbers):
+    return {"effects": effects, "error": error, "numbers": json.dumps(numbers) if numbers else ""}
+
+
+def test_what_one_point_needs_is_taken_for_all():
+    """Three elements of a mesh that nobody states are the usual ones; points that failed need nothing."""
+    scene = seed_four_bar(effects="auto")
+    records = [
+        record(),
+        record(elements=5),
+        record("coupling, large-rotations, vibration"),
+        record(error="SolverError"),
+    ]
+    one = OneEquation.of(scene, records)
+    assert dict(one.numbers) == {"elements": 5}
+    assert set(one.effects) == {"coupling", "large-rotations", "vibration"}
+    assert [one.lacks(known) for known in records] == [True, True, True, False]
+    data = one.scene(stated_data(scene))
+    assert data["mesh"] == {"elements": 5}
+    assert data["effects"] == list(one.effects)
+    whole = record("coupling, large-rotations, vibration", elements=5)
+    assert not one.lacks(whole)
+    assert OneEquation.of(scene, [whole, whole]) is None
+
+
+def test_far_finer_meshes_of_few_points_stay_theirs():
+    scene = seed_four_bar()
+    assert OneEquation.of(scene, [record(), record(elements=int(3 * MOST_TIMES) + 1)]) is None
+    assert OneEquation.of(seed_four_bar(mesh={"elements": 3}), [record(), record(elements=4)]) is None  # it is stated
+
+
+def test_effects_that_others_hold_are_left_out():
+    """Large rotations hold the stiffening by axial forces."""
+    assert "geometric-stiffness" not in union({"coupling, geometric-stiffness", "coupling, large-rotations"})
+
+
+@pytest.mark.slow
+def test_a_sweep_has_one_solver_at_all_points(tmp_path):
+    """Below 250 rpm sub-intervals ring, and steps with all coordinates answer: then they do at all speeds."""
+    scene = load(DEMOS / "slider_crank.toml").changed({"analysis.error_estimates": False, "analysis.modes": 3})
+    found = run_sweep(scene, parse_axes(scene, ["drive.speed=150 rpm:300 rpm:3"]), tmp_path)
+    assert (found.data["error"] == "").all()
+    assert set(found.data["numbers"].to_numpy()) == {'{"solver": "collocation"}'}
+    said = [str(part) for part in sweep_summary(found).renderables]
+    assert "Chosen by the program as the scene states none: solver 'collocation' at all points." in said
+    assert np.isfinite(found.data["safety_min"]).all()
