@@ -7,13 +7,12 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.ticker import LogLocator, NullFormatter, ScalarFormatter
 
 from fenics_mech._arrays import Array
 from fenics_mech.eigenmodes import simply_supported_frequencies
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.figures import angle_axis, curve, finish, new_axes
+from fenics_mech.views.figures import angle_axis, curve, finish, logarithmic, new_axes
 
 LABEL_HEIGHT = 0.05  # of the axes
 MOST_BEYOND = 2  # labels of members whose frequencies lie above the axes, or below them
@@ -71,11 +70,7 @@ def draw_frequencies(frequency: Array, theta: Array, supported: Mapping[str, flo
         axes.plot(*curve(theta, frequency[:, mode]), label=f"mode {mode + 1}")
     frequency = frequency[:, bends]
     low, high = frequency.min() / 1.1, frequency.max() * 1.1
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 1.5, 2, 3, 4, 5, 7) if high / low < 30 else (1, 2, 5)))
-    axes.yaxis.set_major_formatter(ScalarFormatter())
-    axes.yaxis.set_minor_formatter(NullFormatter())
+    logarithmic(axes, low, high)
     _draw_supported(axes, dict(sorted(supported.items(), key=lambda item: item[1])))
     angle_axis(axes)
     dashed = ". Dashed: each member simply supported" if any(low <= f <= high for f in supported.values()) else ""

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 from fenics_mech.errors import ViewError
 from fenics_mech.views.campbell import campbell_figure
-from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, save_all
+from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, logarithmic, save_all
 from fenics_mech.views.sweep_curves import along, dot_beyond, draw, look_of, mark_between, mark_unresolved, settle
 from fenics_mech.views.sweep_data import labelled, units_of
 from fenics_mech.views.sweep_maps import stability_map, strain_map
@@ -155,7 +155,8 @@ def safety_figure(sweep: Sweep) -> Figure:
         if np.isfinite(curve).any():
             draw(axes, sweep, curve.where(np.isfinite(curve)), i, str(member))
     axes.axhline(1, color=COLOURS[1], linewidth=1, linestyle="--", zorder=1.5)
-    axes.set_yscale("log")
+    found = data["safety"].where(np.isfinite(data["safety"]))
+    logarithmic(axes, min(1, found.min().item()) / 1.1, max(1, found.max().item()) * 1.1)
     dot_beyond(axes, sweep)
     title = "Safety: too small below the dashed line"
     settle(axes, sweep, title, "least factor of safety over the wanted one", last=True)
