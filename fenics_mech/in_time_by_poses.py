@@ -85,8 +85,8 @@ def _refuse(scene: Scene) -> None:
     laws = "forces of joint laws, such as friction, contact and clearance"
     refused = [(f"joint_laws.{name}", laws) for name in scene.joint_laws]
     for name, freedom in scene.freedoms.items():
-        refused += [(f"freedoms.{name}.effort", "motors and other efforts")] if freedom.effort else []
-        refused += [(f"freedoms.{name}.inertia", "inertia at freedoms")] if freedom.inertia else []
+        both_move = not any(point.startswith("ground.") for point in scene.joints[name].connect)
+        refused += [(f"freedoms.{name}.inertia", "inertia between two links")] if freedom.inertia and both_move else []
     riding = [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None]
     refused += [(f"joints.{name}.member", "pins that ride along members") for name in riding]
     stated = (
@@ -452,7 +452,8 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     """Give the mean power of every cause, by the stages of all steps, and what the machine stores."""
     powers, duration = whole.inside.powers(), float(np.ptp(whole.ends.t))
     mean = {cause: float(whole.weights @ power) / duration for cause, power in powers.items()}
-    stored, weight = (energy(whole.ends) for energy in (_stored, energy_of_weight))
+    weight, rotors = energy_of_weight(whole.ends), _of_rotors(whole)
+    stored = kinetic_energy(whole.ends) + energy_of_terms(whole.ends) - rotors
     if any(whole.scene.gravity):
         drive = next(iter(mean))
         mean = {drive: mean[drive], Cause.WEIGHT: -float(weight[1] - weight[0]) / duration} | mean
@@ -466,5 +467,9 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     return balance_of(mean, max(MEASURE.small_power * passed, exchanged), bound)
 
 
-def _stored(motion: Motion) -> Array:
-    return kinetic_energy(motion) + energy_of_terms(motion)
+def _of_rotors(whole: InTime) -> Array:
+    """Give the energy of rotors at freedoms ``(instants,)`` (J): efforts count without what accelerates them."""
+    ends = OfPoses(whole.inside.made, whole.ends)
+    parts = {name: part.inertia for name, part in whole.scene.freedoms.items() if part.inertia}
+    each = (inertia / 2 * ends.rate_of(f"freedoms.{name}") ** 2 for name, inertia in parts.items())
+    return sum(each, np.zeros(2))

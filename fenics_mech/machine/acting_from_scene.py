@@ -14,6 +14,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
 from fenics_mech.machine.drawn_from_scene import Bodies, clock_of, law_of
 from fenics_mech.machine.groups import Drag
+from fenics_mech.machine.laws_from_scene import effort_in
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
@@ -34,6 +35,7 @@ from fenics_mech.terms import (
     Term,
 )
 
+OfJoint = tuple[tuple[End, End], Measure, Callable[[Array], Array] | None]  # ends, what they look at, and an angle near
 SHAFT = "drive.motor"  # place of the one shaft that a scene may have
 
 
@@ -96,6 +98,10 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
             law, crank = law_of(scene, number), one if other.startswith("ground.") else other
             acting[SHAFT] = Shaft((at.end(one), at.end(other)), motor.stiffness, motor.damping, law, scene.cycle_rate)
             machine.masses.add_body(at.end(crank), 0.0, np.eye(2) * motor.inertia / 2)
+    for name, freedom in scene.freedoms.items():
+        if freedom.effort or freedom.inertia:
+            joint = _of_joint(scene, at, name, bodies)
+            acting[f"freedoms.{name}"] = effort_in(machine, name, freedom, joint)
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
@@ -113,10 +119,6 @@ def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what acts on the links and has no term yet."""
     for name in scene.joint_laws:
         raise SceneError("no term states a law of a joint yet", place=f"joint_laws.{name}")
-    for name, freedom in scene.freedoms.items():
-        for key in ("effort", "inertia"):
-            if getattr(freedom, key) != 0:
-                raise SceneError(f"no term states the {key} of a freedom yet", place=f"freedoms.{name}.{key}")
 
 
 def _load(
@@ -150,9 +152,7 @@ def _load(
     return OverState(term, pair, measure, load.factor.with_derivatives, near)
 
 
-def _of_joint(
-    scene: Scene, at: Ends, name: str, bodies: Bodies
-) -> tuple[tuple[End, End], Measure, Callable[[Array], Array] | None]:
+def _of_joint(scene: Scene, at: Ends, name: str, bodies: Bodies) -> OfJoint:
     """Give the ends of a joint, the measure that is its angle or stroke, and its angle in the rigid motion by time."""
     joint = scene.joints[name]
     if isinstance(joint, Slot | Prismatic):

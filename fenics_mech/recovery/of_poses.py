@@ -25,7 +25,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.scene.joints import Joint, Prismatic, Weld
+from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.terms import Beams, Term
 
 GROUND = "ground"
@@ -141,7 +141,16 @@ class OfPoses:
             return {joints[0]: self._of_shaft - motor.inertia * change}
         first = self.motion.machine.n
         found = {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
-        return found | {name: np.zeros(len(self.motion.t)) for name in self.made.scene.freedoms}  # nothing leads them
+        return found | {name: self._in_freedom(name) for name in self.made.scene.freedoms}
+
+    def _in_freedom(self, name: str) -> Array:
+        """Give the effort of a freedom on the second body less what accelerates its rotor ``(instants,)``."""
+        term = self.made.acting.get(f"freedoms.{name}")
+        if term is None:
+            return np.zeros(len(self.motion.t))
+        number = self.motion.machine.terms.index(term)
+        stress = self.motion.found.terms[number].response.stress[:, 0, 0]
+        return -stress - self.made.scene.freedoms[name].inertia * self.motion.jet(number)[2]
 
     @property
     def shaft(self) -> Measured | None:
@@ -155,11 +164,22 @@ class OfPoses:
         assert self.shaft is not None
         return -self.shaft.response.stress[:, 0, 0]
 
-    def _of_drive(self, name: str, joint: Joint, body: str) -> Array | float:
-        """Give the moment of a motor's shaft on one of the bodies of a joint (N m): a drive without one has a row."""
-        if self.shaft is None or name != self.made.scene.drives[0].joint:
-            return 0.0
-        return self._of_shaft if joint.connect[1].split(".")[0] == body else -self._of_shaft
+    def _of_drive(self, name: str, joint: Joint, body: str) -> Array:
+        """Give force and moment of a motor or of an effort on a body of a joint, where it has no row (N, N m)."""
+        scene = self.made.scene
+        own = self.made.acting.get(f"freedoms.{name}")
+        if own is not None:
+            effort = -self.motion.found.terms[self.motion.machine.terms.index(own)].response.stress[:, 0, 0]
+        elif self.shaft is not None and name == scene.drives[0].joint:
+            effort = self._of_shaft
+        else:
+            return np.zeros((len(self.motion.t), 3))
+        along = np.zeros((len(effort), 3))
+        if isinstance(joint, Slot | Prismatic):
+            along[:, :2] = self.motion.axes(self.made.end(joint.connect[0], joint.angle))[:, :, 0]
+        else:
+            along[:, 2] = 1.0
+        return along * (effort if joint.connect[1].split(".")[0] == body else -effort)[:, None]
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
@@ -188,8 +208,8 @@ class OfPoses:
             return self._at_weld(body, end)
         found = self._reactions.of(name)[:, end.pose]
         arm = self.motion.of_end(end)[0] - self.motion.found.at.r[:, end.pose]
-        moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0] + self._of_drive(name, joint, body)
-        return np.concatenate([found[:, :2], moment[:, None]], axis=1)
+        moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0]
+        return np.concatenate([found[:, :2], moment[:, None]], axis=1) + self._of_drive(name, joint, body)
 
     def _at_weld(self, body: str, end: End) -> Array:
         """Give what a body needs from a weld, whose pose it shares: for its elements and its masses there."""
@@ -310,6 +330,11 @@ class OfPoses:
         measured = motion.machine.row_group.measure(motion.found.at, np.stack(value, axis=1)[..., None])
         return measured.rate[:, self.made.driven, 0]
 
+    def rate_of(self, place: str) -> Array:
+        """Give the rate of the measure of a term, by its place in the scene ``(instants,)``."""
+        number = self.motion.machine.terms.index(self.made.acting[place])
+        return self.motion.found.terms[number].rate[:, 0, 0]
+
     @property
     def measured(self) -> Sequence[Measured]:
         """Measures and stresses of every term."""
@@ -322,6 +347,9 @@ class OfPoses:
         if drives := len(self.made.scene.drives):
             efforts = np.stack(list(self.efforts().values())[:drives], axis=1)
             given = np.sum(efforts * self.drive_rates(), axis=1)
+        for joint, part in self.made.scene.freedoms.items():
+            if part.effort or part.inertia:
+                given = given + self._in_freedom(joint) * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
         taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, self.measured[0]))

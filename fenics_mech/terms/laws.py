@@ -119,6 +119,40 @@ class Shaft(Term):
         return self.stiffness * np.sum((x - self.near(t)) ** 2, axis=-1) / 2
 
 
+class Effort(Term):
+    """A torque or force of a law at a joint, on the second end, with the opposite one on the first.
+
+    Parameters
+    ----------
+    pair, measure
+        Ends, and the measure that is the joint's angle or stroke.
+    law
+        Gives the effort (N m or N) and its derivatives by the measure and its rate, by time, measure and rate
+        ``(instants,)``.
+    near
+        Angle within half a turn of the measure, by time ``(instants,)``.
+    """
+
+    def __init__(
+        self,
+        pair: tuple[End, End],
+        measure: Measure,
+        law: Callable[[Array, Array, Array], tuple[Array, Array, Array]],
+        near: Callable[[Array], Array] | None = None,
+    ) -> None:
+        super().__init__([pair])
+        self.measures, self.law, self._near = (measure,), law, near
+
+    def near(self, t: Array) -> Array | None:
+        """Give angles near those of the joint."""
+        return None if self._near is None else np.asarray(self._near(t)[:, None, None])
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give minus the effort, as stresses act against their measures."""
+        stress, by_measure, by_rate = (-part[:, None, None] for part in self.law(t, x[:, 0, 0], v[:, 0, 0]))
+        return Response(stress, diagonal(by_measure), diagonal(by_rate))
+
+
 class PointLoad(Term):
     """A force and a moment at an end in the plane, times a factor over time.
 
