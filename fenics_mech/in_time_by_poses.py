@@ -29,10 +29,12 @@ from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of, moved_ends
+from fenics_mech.machine.laws_from_scene import LAWS
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
+from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
@@ -82,8 +84,8 @@ def in_time_by_poses(scene: Scene) -> Result:
 def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
-    laws = "forces of joint laws, such as friction, contact and clearance"
-    refused = [(f"joint_laws.{name}", laws) for name in scene.joint_laws]
+    laws = "forces of joint laws such as friction, contact and clearance"
+    refused = [(f"joint_laws.{name}", laws) for name, law in scene.joint_laws.items() if type(law) not in LAWS]
     for name, freedom in scene.freedoms.items():
         both_move = not any(point.startswith("ground.") for point in scene.joints[name].connect)
         refused += [(f"freedoms.{name}.inertia", "inertia between two links")] if freedom.inertia and both_move else []
@@ -423,6 +425,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
     parts = [
         _power(whole, errors),
         _of_freedoms(found),
+        _of_laws(whole),
         residual_vibration(scene, data),
         mode_speeds(scene),
         *([] if errors is None else [of_errors(errors).dataset()]),
@@ -446,6 +449,12 @@ def _of_freedoms(found: OfTime) -> xr.Dataset:
         {"freedom_place": (along, place), "freedom_rate": (along, rate)}, {"freedom": list(scene.freedoms)}
     )
     return joined(states, running(scene, found.motion.t, place, rate))
+
+
+def _of_laws(whole: InTime) -> xr.Dataset:
+    """Give what laws of joints exert, and the most of it at the stages of all steps."""
+    inside = {name: float(np.abs(effort).max()) for name, effort in whole.inside.laws().items()}
+    return with_law_units(whole.scene, law_efforts(whole.positions.laws(), {}, inside, 0))
 
 
 def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:

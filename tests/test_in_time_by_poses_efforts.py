@@ -1,4 +1,4 @@
-"""Efforts in freedoms by the equation of poses, against equations of rigid bodies that scipy integrates."""
+"""Efforts and laws of joints by the equation of poses, against equations of rigid bodies that scipy integrates."""
 
 import numpy as np
 import pytest
@@ -64,3 +64,52 @@ def test_a_force_in_a_guide_moves_a_bar_by_its_place_and_rate():
     np.testing.assert_allclose(at(data, "drive_effort", drive="J0"), force(t, place, rate), atol=1e-5)
     along = data["joint_force"].sel(joint="J0", component="x")
     np.testing.assert_allclose(along, force(t, place, rate), atol=1e-3)
+
+
+def test_an_effort_at_a_joint_is_told_with_what_it_takes():
+    law = {"kind": "joint-effort", "joint": "J0", "effort": {"kind": "formula", "formula": "0.03 - 0.01 * omega"}}
+    changes = {"joint_laws": {"brake": law}, "analysis.start": "static", "analysis.time_tolerance": 1e-3}
+    data = fm.analyse(bars(elements=1, **changes)).data
+    t = data["time"].to_numpy()
+    effort = lambda t, x, v: 0.03 - 0.01 * v  # noqa: E731
+    place, rate = moved(effort, TURNS, t)
+    np.testing.assert_allclose(at(data, "freedom_place", freedom="J0"), place, atol=1e-3)
+    np.testing.assert_allclose(at(data, "law_effort", law="brake"), effort(t, place, rate), atol=1e-4)
+    np.testing.assert_allclose(
+        at(data, "support_moment", support="joint law brake"), -effort(t, place, rate), atol=1e-4
+    )
+    given = float(data["mean_power"].sel(cause="efforts")) * t[-1]
+    assert given == pytest.approx(TURNS * rate[-1] ** 2 / 2, rel=3e-3)
+    assert data["law_effort"].attrs["units"] == "N m"
+    assert data.attrs["power_balance_error"] < 1e-5
+
+
+def test_bars_with_a_bushing_between_them_swing_along_their_guides():
+    """Two equal masses with a spring and a damper: M x'' = k (y - x) + c (y' - x') and the opposite."""
+    k, c, speed = 20.0, 0.05, 0.02
+    law = {"kind": "bushing", "joint": "B", "stiffness": (k, 50.0), "damping": (c, 0.0)}
+    scene = bars(2, 1).model_dump()
+    joints = {
+        "J0": {"kind": "prismatic", "connect": ("ground.O", "bar0.O")},
+        "J1": {"kind": "prismatic", "connect": ("ground.P", "bar1.A")},
+        "B": {"connect": ("bar0.A", "bar1.O")},
+    }
+    freedoms = {"J0": {"start": 0.0, "speed": speed}, "J1": {"start": 0.0, "speed": 0.0}}
+    stated = {"ground": {"points": {"O": (0, 0), "P": (2 * LENGTH, 0)}}, "joints": joints, "freedoms": freedoms}
+    scene = fm.Scene(**{**scene, **stated, "joint_laws": {"soft": law}})
+    data = fm.analyse(scene.changed({"analysis.time_tolerance": 1e-4})).data
+    t = data["time"].to_numpy()
+
+    def rates(t, y):
+        pull = k * (y[1] - y[0]) + c * (y[3] - y[2])
+        return y[2], y[3], pull / MASS, -pull / MASS
+
+    known = solve_ivp(rates, (0, t[-1]), [0, 0, speed, 0], t_eval=t, rtol=1e-9, atol=1e-12).y
+    for name, place in zip(("J0", "J1"), known):
+        np.testing.assert_allclose(at(data, "freedom_place", freedom=name), place, atol=1e-6)
+    pull = np.abs(k * (known[1] - known[0]) + c * (known[3] - known[2]))
+    np.testing.assert_allclose(at(data, "law_effort", law="soft"), pull, atol=2e-3 * pull.max())
+    held = float(data["mean_power"].sel(cause="bushings")) * t[-1]
+    v, w = known[2:, -1]
+    assert held == pytest.approx(MASS * (v**2 + w**2 - speed**2) / 2, rel=1e-3)
+    assert "B" not in data["joint"]

@@ -14,7 +14,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
 from fenics_mech.machine.drawn_from_scene import Bodies, clock_of, law_of
 from fenics_mech.machine.groups import Drag
-from fenics_mech.machine.laws_from_scene import effort_in
+from fenics_mech.machine.laws_from_scene import add_laws
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
@@ -35,7 +35,6 @@ from fenics_mech.terms import (
     Term,
 )
 
-OfJoint = tuple[tuple[End, End], Measure, Callable[[Array], Array] | None]  # ends, what they look at, and an angle near
 SHAFT = "drive.motor"  # place of the one shaft that a scene may have
 
 
@@ -67,7 +66,6 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     SceneError
         When the scene has what no term states yet.
     """
-    _refuse(scene)
     acting: dict[str, Term] = {}
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
@@ -98,10 +96,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
             law, crank = law_of(scene, number), one if other.startswith("ground.") else other
             acting[SHAFT] = Shaft((at.end(one), at.end(other)), motor.stiffness, motor.damping, law, scene.cycle_rate)
             machine.masses.add_body(at.end(crank), 0.0, np.eye(2) * motor.inertia / 2)
-    for name, freedom in scene.freedoms.items():
-        if freedom.effort or freedom.inertia:
-            joint = _of_joint(scene, at, name, bodies)
-            acting[f"freedoms.{name}"] = effort_in(machine, name, freedom, joint)
+    acting |= add_laws(scene, machine, at.end, bodies)
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
@@ -113,12 +108,6 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     machine.terms += acting.values()
     machine.forget_plan()
     return acting
-
-
-def _refuse(scene: Scene) -> None:
-    """Raise `SceneError` for what acts on the links and has no term yet."""
-    for name in scene.joint_laws:
-        raise SceneError("no term states a law of a joint yet", place=f"joint_laws.{name}")
 
 
 def _load(
@@ -152,7 +141,9 @@ def _load(
     return OverState(term, pair, measure, load.factor.with_derivatives, near)
 
 
-def _of_joint(scene: Scene, at: Ends, name: str, bodies: Bodies) -> OfJoint:
+def _of_joint(
+    scene: Scene, at: Ends, name: str, bodies: Bodies
+) -> tuple[tuple[End, End], Measure, Callable[[Array], Array] | None]:
     """Give the ends of a joint, the measure that is its angle or stroke, and its angle in the rigid motion by time."""
     joint = scene.joints[name]
     if isinstance(joint, Slot | Prismatic):

@@ -20,6 +20,7 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
+from fenics_mech.machine.laws_from_scene import LAWS
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
@@ -185,7 +186,7 @@ class OfPoses:
     def joint_forces(self) -> dict[str, Array]:
         """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N)."""
         found: dict[str, Array] = {}
-        for name, joint in self.made.scene.joints.items():
+        for name, joint in self.made.scene.constraints.items():
             others = joint.connect[1:]
             for point in others:
                 body = point.split(".")[0]
@@ -242,7 +243,7 @@ class OfPoses:
     def supports(self) -> dict[str, tuple[Array, Array]]:
         """Force and couple on the ground ``(instants, 3)``, and where they act, of its joints, springs and dampers."""
         found = {}
-        for name, joint in self.made.scene.joints.items():
+        for name, joint in self.made.scene.constraints.items():
             bodies = {point.split(".")[0]: point for point in joint.connect}
             if GROUND in bodies:
                 pin = next(point for body, point in bodies.items() if body != GROUND)
@@ -352,6 +353,8 @@ class OfPoses:
                 given = given + self._in_freedom(joint) * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
+        laws = self.made.scene.joint_laws
+        causes |= {id(self.made.acting[f"joint_laws.{name}"]): LAWS[type(law)] for name, law in laws.items()}
         taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, self.measured[0]))
         drag, at = machine.drag, found.at
         for cause, factor, rates in (
@@ -381,22 +384,32 @@ class OfPoses:
                 found[f"{kind}_force"] = (("theta", kind), np.stack(each, axis=1))
         return found
 
+    def laws(self) -> dict[str, Array]:
+        """Give what each law exerts on the second body of its joint ``(instants,)``: of a bushing the force's size."""
+        found = {}
+        for name in self.made.scene.joint_laws:
+            number = self.motion.machine.terms.index(self.made.acting[f"joint_laws.{name}"])
+            stress = self.motion.found.terms[number].response.stress[:, 0]
+            found[name] = -stress[:, 0] if stress.shape[1] == 1 else norms(stress[:, :2])
+        return found
+
     def _of_springs(self) -> Iterator[tuple[str, Array, Array]]:
         """Give springs and dampers on the ground: force and couple on it ``(instants, 3)``, and where they act."""
         machine, found = self.motion.machine, dict((id(term), here) for term, here in self._acting)
         for group, term in zip(machine.groups, machine.terms):
             place = next((place for place, own in self.made.acting.items() if own is term), "")
             kind, _, name = place.partition(".")
-            if kind not in ("springs", "dampers") or machine.ground not in group.pose[0]:
+            if kind not in SUPPORTING or machine.ground not in group.pose[0]:
                 continue
             here, side = found[id(term)], int(group.pose[0, 1] == machine.ground)
-            force, couple = group.on_ends(here.gradient[:, :, 0] * here.response.stress)
+            force, couple = group.on_ends(np.einsum("tekn,tek->ten", here.gradient, here.response.stress))
             at = self.motion.of_end(term.pairs[0][side])[0]
             force, couple = -force[:, 0, side], -couple[:, 0, side]
             about_place = couple - (at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0])[:, None]
-            yield f"{kind[:-1]} {name}", np.concatenate([force, about_place], axis=1), at
+            yield f"{SUPPORTING[kind]} {name}", np.concatenate([force, about_place], axis=1), at
 
 
+SUPPORTING = {"springs": "spring", "dampers": "damper", "joint_laws": "joint law"}  # names of supports, by table
 CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
 
 
