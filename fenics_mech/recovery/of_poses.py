@@ -186,7 +186,7 @@ class OfPoses:
     def joint_forces(self) -> dict[str, Array]:
         """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N)."""
         found: dict[str, Array] = {}
-        for name, joint in self.made.scene.constraints.items():
+        for name, joint in self.made.scene.joints.items():
             others = joint.connect[1:]
             for point in others:
                 body = point.split(".")[0]
@@ -202,6 +202,9 @@ class OfPoses:
         bodies = {point.split(".")[0]: point for point in joint.connect}
         if body == GROUND:
             return -np.sum([self.held(name, joint, other) for other in bodies if other != GROUND], axis=0)
+        if name in self.made.scene.open_joints:
+            law = next(key for key, law in self.made.scene.joint_laws.items() if law.joint == name)
+            return self._on_end(self.made.acting[f"joint_laws.{law}"], list(bodies).index(body))
         end = self.made.end(bodies[body])
         if joint.member is not None:
             return self._under_pin(name, body)
@@ -395,18 +398,24 @@ class OfPoses:
 
     def _of_springs(self) -> Iterator[tuple[str, Array, Array]]:
         """Give springs and dampers on the ground: force and couple on it ``(instants, 3)``, and where they act."""
-        machine, found = self.motion.machine, dict((id(term), here) for term, here in self._acting)
+        machine = self.motion.machine
         for group, term in zip(machine.groups, machine.terms):
             place = next((place for place, own in self.made.acting.items() if own is term), "")
             kind, _, name = place.partition(".")
             if kind not in SUPPORTING or machine.ground not in group.pose[0]:
                 continue
-            here, side = found[id(term)], int(group.pose[0, 1] == machine.ground)
-            force, couple = group.on_ends(np.einsum("tekn,tek->ten", here.gradient, here.response.stress))
-            at = self.motion.of_end(term.pairs[0][side])[0]
-            force, couple = -force[:, 0, side], -couple[:, 0, side]
-            about_place = couple - (at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0])[:, None]
-            yield f"{SUPPORTING[kind]} {name}", np.concatenate([force, about_place], axis=1), at
+            side = int(group.pose[0, 1] == machine.ground)
+            yield f"{SUPPORTING[kind]} {name}", self._on_end(term, side), self.motion.of_end(term.pairs[0][side])[0]
+
+    def _on_end(self, term: Term, side: int) -> Array:
+        """Give force and couple of a term of one element on one of its ends, about it ``(instants, 3)`` (N, N m)."""
+        number, end = self.motion.machine.terms.index(term), term.pairs[0][side]
+        here, group = self.motion.found.terms[number], self.motion.machine.groups[number]
+        force, couple = group.on_ends(np.einsum("tekn,tek->ten", here.gradient, here.response.stress))
+        force, couple = -force[:, 0, side], -couple[:, 0, side]
+        arm = self.motion.of_end(end)[0] - self.motion.found.at.r[:, end.pose]
+        about_end = couple - (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])[:, None]
+        return np.concatenate([force, about_end], axis=1)
 
 
 SUPPORTING = {"springs": "spring", "dampers": "damper", "joint_laws": "joint law"}  # names of supports, by table
