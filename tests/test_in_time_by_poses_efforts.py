@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fenics_mech as fm
+from fenics_mech.scene.freedoms import effort_of, with_slopes
 from tests.test_in_time_by_poses import LENGTH, MASS, at, bars
 
 TURNS = MASS * LENGTH**2 / 3  # inertia of a bar about its end (kg m^2)
@@ -51,6 +52,19 @@ def test_a_bar_that_a_motor_turns_goes_as_a_rigid_one(kind):
         np.testing.assert_allclose(
             at(data, "electrical_power", motor_at="J0"), effort * (10 if kind[0] == "d" else -10), rtol=5e-3
         )
+
+
+@pytest.mark.parametrize("kind", MOTORS)
+def test_slopes_of_efforts_are_those_of_differences(kind):
+    """Central differences by h = 1e-4 have h^2/6 of the third derivative, at most 1e-8 here."""
+    effort = fm.Freedom(effort={"kind": kind, **MOTORS[kind][0]}).effort
+    t, place, rate, h = np.array([0.3, 0.7]), np.array([0.2, -1.0]), np.array([2.0, -4.0]), 1e-4
+    value = lambda x, v: effort_of(effort, t, (x, v), 0.1)  # noqa: E731
+    found = with_slopes(effort, t, (place, rate), 0.1)
+    by_place, by_rate = (
+        (value(place + x, rate + v) - value(place - x, rate - v)) / (2 * h) for x, v in ((h, 0.0), (0.0, h))
+    )
+    np.testing.assert_allclose(found, [value(place, rate), by_place, by_rate], atol=1e-8)
 
 
 def test_a_force_in_a_guide_moves_a_bar_by_its_place_and_rate():
