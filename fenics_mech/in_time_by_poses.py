@@ -29,10 +29,12 @@ from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of, moved_ends
+from fenics_mech.machine.laws_from_scene import LAWS
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
+from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
@@ -82,11 +84,11 @@ def in_time_by_poses(scene: Scene) -> Result:
 def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
-    laws = "forces of joint laws, such as friction, contact and clearance"
-    refused = [(f"joint_laws.{name}", laws) for name in scene.joint_laws]
+    laws = "forces of joint laws such as friction, contact and clearance"
+    refused = [(f"joint_laws.{name}", laws) for name, law in scene.joint_laws.items() if type(law) not in LAWS]
     for name, freedom in scene.freedoms.items():
-        refused += [(f"freedoms.{name}.effort", "motors and other efforts")] if freedom.effort else []
-        refused += [(f"freedoms.{name}.inertia", "inertia at freedoms")] if freedom.inertia else []
+        both_move = not any(point.startswith("ground.") for point in scene.joints[name].connect)
+        refused += [(f"freedoms.{name}.inertia", "inertia between two links")] if freedom.inertia and both_move else []
     riding = [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None]
     refused += [(f"joints.{name}.member", "pins that ride along members") for name in riding]
     stated = (
@@ -423,6 +425,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
     parts = [
         _power(whole, errors),
         _of_freedoms(found),
+        _of_laws(whole),
         residual_vibration(scene, data),
         mode_speeds(scene),
         *([] if errors is None else [of_errors(errors).dataset()]),
@@ -448,11 +451,18 @@ def _of_freedoms(found: OfTime) -> xr.Dataset:
     return joined(states, running(scene, found.motion.t, place, rate))
 
 
+def _of_laws(whole: InTime) -> xr.Dataset:
+    """Give what laws of joints exert, and the most of it at the stages of all steps."""
+    inside = {name: float(np.abs(effort).max()) for name, effort in whole.inside.laws().items()}
+    return with_law_units(whole.scene, law_efforts(whole.positions.laws(), {}, inside, 0))
+
+
 def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     """Give the mean power of every cause, by the stages of all steps, and what the machine stores."""
     powers, duration = whole.inside.powers(), float(np.ptp(whole.ends.t))
     mean = {cause: float(whole.weights @ power) / duration for cause, power in powers.items()}
-    stored, weight = (energy(whole.ends) for energy in (_stored, energy_of_weight))
+    weight, rotors = energy_of_weight(whole.ends), _of_rotors(whole)
+    stored = kinetic_energy(whole.ends) + energy_of_terms(whole.ends) - rotors
     if any(whole.scene.gravity):
         drive = next(iter(mean))
         mean = {drive: mean[drive], Cause.WEIGHT: -float(weight[1] - weight[0]) / duration} | mean
@@ -466,5 +476,9 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     return balance_of(mean, max(MEASURE.small_power * passed, exchanged), bound)
 
 
-def _stored(motion: Motion) -> Array:
-    return kinetic_energy(motion) + energy_of_terms(motion)
+def _of_rotors(whole: InTime) -> Array:
+    """Give the energy of rotors at freedoms ``(instants,)`` (J): efforts count without what accelerates them."""
+    ends = OfPoses(whole.inside.made, whole.ends)
+    parts = {name: part.inertia for name, part in whole.scene.freedoms.items() if part.inertia}
+    each = (inertia / 2 * ends.rate_of(f"freedoms.{name}") ** 2 for name, inertia in parts.items())
+    return sum(each, np.zeros(2))

@@ -204,10 +204,13 @@ def test_drives_and_damping_meet_impulses_as_in_closed_form(check, monkeypatch):
         (
             "slider_crank",
             {"joint_laws": {"rub": {"kind": "friction", "joint": "O", "coefficient": 0.1, "radius": 0.01}}},
-            "joint_laws.rub: no term states a law of a joint yet",
+            "joint_laws.rub: no term states a law of the kind 'friction' yet",
         ),
-        ("free_motion/pendulum", {"freedoms.O.effort": 1.0}, "freedoms.O.effort: no term states the effort of"),
-        ("free_motion/pendulum", {"freedoms.O.inertia": 1.0}, "freedoms.O.inertia: no term states the inertia of"),
+        (
+            "slider_crank",
+            {"joint_laws": {"end": {"kind": "stop", "joint": "B", "upper": 1.0, "contact": {"stiffness": 1e6}}}},
+            "joint_laws.end: no term states a law of the kind 'stop' yet",
+        ),
     ],
 )
 def test_what_poses_do_not_have_is_named(demo, changes, place):

@@ -176,8 +176,6 @@ def test_errors_of_steps_and_mesh_are_told():
 @pytest.mark.parametrize(
     ("changes", "what"),
     [
-        ({"freedoms": {"J0": {"start": 0.0, "effort": {"kind": "formula", "formula": "1"}}}}, "motors"),
-        ({"freedoms": {"J0": {"start": 0.0, "inertia": 1.0}}}, "inertia at freedoms"),
         ({"analysis.lyapunov": True}, "Lyapunov"),
         ({"analysis.start": "other.nc"}, "starts from a result"),
         ({"analysis.start": "periodic"}, "motions that repeat"),
@@ -187,3 +185,9 @@ def test_errors_of_steps_and_mesh_are_told():
 def test_what_poses_do_not_have_in_time_is_refused(changes, what):
     with pytest.raises(SceneError, match=what):
         fm.analyse(bars(**changes))
+
+
+def test_inertia_between_two_links_is_refused():
+    freedoms = {"J0": {"start": 0.0}, "J1": {"start": 0.0, "inertia": 1.0}}
+    with pytest.raises(SceneError, match="inertia between two links"):
+        fm.analyse(bars(2, freedoms=freedoms))

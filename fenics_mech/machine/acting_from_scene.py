@@ -14,6 +14,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
 from fenics_mech.machine.drawn_from_scene import Bodies, clock_of, law_of
 from fenics_mech.machine.groups import Drag
+from fenics_mech.machine.laws_from_scene import add_laws
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
@@ -65,7 +66,6 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     SceneError
         When the scene has what no term states yet.
     """
-    _refuse(scene)
     acting: dict[str, Term] = {}
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
@@ -96,6 +96,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
             law, crank = law_of(scene, number), one if other.startswith("ground.") else other
             acting[SHAFT] = Shaft((at.end(one), at.end(other)), motor.stiffness, motor.damping, law, scene.cycle_rate)
             machine.masses.add_body(at.end(crank), 0.0, np.eye(2) * motor.inertia / 2)
+    acting |= add_laws(scene, machine, at.end, bodies)
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
@@ -107,16 +108,6 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     machine.terms += acting.values()
     machine.forget_plan()
     return acting
-
-
-def _refuse(scene: Scene) -> None:
-    """Raise `SceneError` for what acts on the links and has no term yet."""
-    for name in scene.joint_laws:
-        raise SceneError("no term states a law of a joint yet", place=f"joint_laws.{name}")
-    for name, freedom in scene.freedoms.items():
-        for key in ("effort", "inertia"):
-            if getattr(freedom, key) != 0:
-                raise SceneError(f"no term states the {key} of a freedom yet", place=f"freedoms.{name}.{key}")
 
 
 def _load(

@@ -188,7 +188,7 @@ class _Nodes:
         """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
         fixed: set[str] = set()
         shared: dict[str, str] = {}
-        for joint in self.scene.joints.values():
+        for joint in self.scene.constraints.values():
             if not isinstance(joint, Revolute):
                 continue
             bending = [point for point in joint.connect if self.stiffness(point) == BENDING]
@@ -224,7 +224,7 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
     shared after it has rows. Welds have no rows, and pins that ride along members follow with the elements.
     """
     scene, machine = made.scene, made.machine
-    for name, joint in scene.joints.items():
+    for name, joint in scene.constraints.items():
         if isinstance(joint, Revolute):
             first, *others = sorted(joint.connect, key=nodes.stiffness)
             for point in others:

@@ -40,10 +40,10 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, dr
     AssemblyError
         When the links do not come together there.
     """
-    bodies, count = made.bodies, len(made.bodies.machine.rows)
+    bodies = made.bodies
     value, first, second = (np.hstack(pair) for pair in zip(drives or _driven(made, t), freedoms))
-    machine, led = copy(bodies.machine), value.shape[1]
-    still = [row for row in machine.rows if not row.leads]
+    machine, loose = copy(bodies.machine), made.scene.open_joints
+    still = [row for row in machine.rows if not row.leads and row.name not in loose]
     given = [
         replace(row, value=values_at(t, value[:, k])) for k, row in enumerate(row for row in machine.rows if row.leads)
     ]
@@ -52,7 +52,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, dr
     q, gaps = closed(machine, t, near)
     if (gaps > COARSELY_MET).any():
         raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
-    rates = (np.pad(x, ((0, 0), (count - led, 0))) for x in (first, second))
+    rates = (np.pad(x, ((0, 0), (len(still), 0))) for x in (first, second))
     return Given(t, _of_poses(made, q, *rates_of(machine, t, q, *rates)))
 
 

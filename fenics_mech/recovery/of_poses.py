@@ -20,12 +20,13 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
+from fenics_mech.machine.laws_from_scene import LAWS
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.scene.joints import Joint, Prismatic, Weld
+from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.terms import Beams, Term
 
 GROUND = "ground"
@@ -141,7 +142,16 @@ class OfPoses:
             return {joints[0]: self._of_shaft - motor.inertia * change}
         first = self.motion.machine.n
         found = {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
-        return found | {name: np.zeros(len(self.motion.t)) for name in self.made.scene.freedoms}  # nothing leads them
+        return found | {name: self._in_freedom(name) for name in self.made.scene.freedoms}
+
+    def _in_freedom(self, name: str) -> Array:
+        """Give the effort of a freedom on the second body less what accelerates its rotor ``(instants,)``."""
+        term = self.made.acting.get(f"freedoms.{name}")
+        if term is None:
+            return np.zeros(len(self.motion.t))
+        number = self.motion.machine.terms.index(term)
+        stress = self.motion.found.terms[number].response.stress[:, 0, 0]
+        return -stress - self.made.scene.freedoms[name].inertia * self.motion.jet(number)[2]
 
     @property
     def shaft(self) -> Measured | None:
@@ -155,11 +165,22 @@ class OfPoses:
         assert self.shaft is not None
         return -self.shaft.response.stress[:, 0, 0]
 
-    def _of_drive(self, name: str, joint: Joint, body: str) -> Array | float:
-        """Give the moment of a motor's shaft on one of the bodies of a joint (N m): a drive without one has a row."""
-        if self.shaft is None or name != self.made.scene.drives[0].joint:
-            return 0.0
-        return self._of_shaft if joint.connect[1].split(".")[0] == body else -self._of_shaft
+    def _of_drive(self, name: str, joint: Joint, body: str) -> Array:
+        """Give force and moment of a motor or of an effort on a body of a joint, where it has no row (N, N m)."""
+        scene = self.made.scene
+        own = self.made.acting.get(f"freedoms.{name}")
+        if own is not None:
+            effort = -self.motion.found.terms[self.motion.machine.terms.index(own)].response.stress[:, 0, 0]
+        elif self.shaft is not None and name == scene.drives[0].joint:
+            effort = self._of_shaft
+        else:
+            return np.zeros((len(self.motion.t), 3))
+        along = np.zeros((len(effort), 3))
+        if isinstance(joint, Slot | Prismatic):
+            along[:, :2] = self.motion.axes(self.made.end(joint.connect[0], joint.angle))[:, :, 0]
+        else:
+            along[:, 2] = 1.0
+        return along * (effort if joint.connect[1].split(".")[0] == body else -effort)[:, None]
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
@@ -181,6 +202,9 @@ class OfPoses:
         bodies = {point.split(".")[0]: point for point in joint.connect}
         if body == GROUND:
             return -np.sum([self.held(name, joint, other) for other in bodies if other != GROUND], axis=0)
+        if name in self.made.scene.open_joints:
+            law = next(key for key, law in self.made.scene.joint_laws.items() if law.joint == name)
+            return self._on_end(self.made.acting[f"joint_laws.{law}"], list(bodies).index(body))
         end = self.made.end(bodies[body])
         if joint.member is not None:
             return self._under_pin(name, body)
@@ -188,8 +212,8 @@ class OfPoses:
             return self._at_weld(body, end)
         found = self._reactions.of(name)[:, end.pose]
         arm = self.motion.of_end(end)[0] - self.motion.found.at.r[:, end.pose]
-        moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0] + self._of_drive(name, joint, body)
-        return np.concatenate([found[:, :2], moment[:, None]], axis=1)
+        moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0]
+        return np.concatenate([found[:, :2], moment[:, None]], axis=1) + self._of_drive(name, joint, body)
 
     def _at_weld(self, body: str, end: End) -> Array:
         """Give what a body needs from a weld, whose pose it shares: for its elements and its masses there."""
@@ -222,7 +246,7 @@ class OfPoses:
     def supports(self) -> dict[str, tuple[Array, Array]]:
         """Force and couple on the ground ``(instants, 3)``, and where they act, of its joints, springs and dampers."""
         found = {}
-        for name, joint in self.made.scene.joints.items():
+        for name, joint in self.made.scene.constraints.items():
             bodies = {point.split(".")[0]: point for point in joint.connect}
             if GROUND in bodies:
                 pin = next(point for body, point in bodies.items() if body != GROUND)
@@ -310,6 +334,11 @@ class OfPoses:
         measured = motion.machine.row_group.measure(motion.found.at, np.stack(value, axis=1)[..., None])
         return measured.rate[:, self.made.driven, 0]
 
+    def rate_of(self, place: str) -> Array:
+        """Give the rate of the measure of a term, by its place in the scene ``(instants,)``."""
+        number = self.motion.machine.terms.index(self.made.acting[place])
+        return self.motion.found.terms[number].rate[:, 0, 0]
+
     @property
     def measured(self) -> Sequence[Measured]:
         """Measures and stresses of every term."""
@@ -322,8 +351,13 @@ class OfPoses:
         if drives := len(self.made.scene.drives):
             efforts = np.stack(list(self.efforts().values())[:drives], axis=1)
             given = np.sum(efforts * self.drive_rates(), axis=1)
+        for joint, part in self.made.scene.freedoms.items():
+            if part.effort or part.inertia:
+                given = given + self._in_freedom(joint) * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
+        laws = self.made.scene.joint_laws
+        causes |= {id(self.made.acting[f"joint_laws.{name}"]): LAWS[type(law)] for name, law in laws.items()}
         taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, self.measured[0]))
         drag, at = machine.drag, found.at
         for cause, factor, rates in (
@@ -353,22 +387,38 @@ class OfPoses:
                 found[f"{kind}_force"] = (("theta", kind), np.stack(each, axis=1))
         return found
 
+    def laws(self) -> dict[str, Array]:
+        """Give what each law exerts on the second body of its joint ``(instants,)``: of a bushing the force's size."""
+        found = {}
+        for name in self.made.scene.joint_laws:
+            number = self.motion.machine.terms.index(self.made.acting[f"joint_laws.{name}"])
+            stress = self.motion.found.terms[number].response.stress[:, 0]
+            found[name] = -stress[:, 0] if stress.shape[1] == 1 else norms(stress[:, :2])
+        return found
+
     def _of_springs(self) -> Iterator[tuple[str, Array, Array]]:
         """Give springs and dampers on the ground: force and couple on it ``(instants, 3)``, and where they act."""
-        machine, found = self.motion.machine, dict((id(term), here) for term, here in self._acting)
+        machine = self.motion.machine
         for group, term in zip(machine.groups, machine.terms):
             place = next((place for place, own in self.made.acting.items() if own is term), "")
             kind, _, name = place.partition(".")
-            if kind not in ("springs", "dampers") or machine.ground not in group.pose[0]:
+            if kind not in SUPPORTING or machine.ground not in group.pose[0]:
                 continue
-            here, side = found[id(term)], int(group.pose[0, 1] == machine.ground)
-            force, couple = group.on_ends(here.gradient[:, :, 0] * here.response.stress)
-            at = self.motion.of_end(term.pairs[0][side])[0]
-            force, couple = -force[:, 0, side], -couple[:, 0, side]
-            about_place = couple - (at[:, 0] * force[:, 1] - at[:, 1] * force[:, 0])[:, None]
-            yield f"{kind[:-1]} {name}", np.concatenate([force, about_place], axis=1), at
+            side = int(group.pose[0, 1] == machine.ground)
+            yield f"{SUPPORTING[kind]} {name}", self._on_end(term, side), self.motion.of_end(term.pairs[0][side])[0]
+
+    def _on_end(self, term: Term, side: int) -> Array:
+        """Give force and couple of a term of one element on one of its ends, about it ``(instants, 3)`` (N, N m)."""
+        number, end = self.motion.machine.terms.index(term), term.pairs[0][side]
+        here, group = self.motion.found.terms[number], self.motion.machine.groups[number]
+        force, couple = group.on_ends(np.einsum("tekn,tek->ten", here.gradient, here.response.stress))
+        force, couple = -force[:, 0, side], -couple[:, 0, side]
+        arm = self.motion.of_end(end)[0] - self.motion.found.at.r[:, end.pose]
+        about_end = couple - (arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0])[:, None]
+        return np.concatenate([force, about_end], axis=1)
 
 
+SUPPORTING = {"springs": "spring", "dampers": "damper", "joint_laws": "joint law"}  # names of supports, by table
 CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
 
 

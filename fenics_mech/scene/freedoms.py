@@ -53,7 +53,7 @@ class FormulaEffort(Part):
     def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each."""
         formula = Formula(self.formula, ("t", "theta", "omega"))
-        return np.broadcast_to(formula(JET_FUNCTIONS, t=time, theta=place, omega=rate), time.shape)
+        return formula(JET_FUNCTIONS, t=time, theta=place, omega=rate) + 0.0 * time
 
 
 class DirectCurrentMotor(Part):
@@ -110,7 +110,7 @@ class InductionMotor(Part):
         """Torque (N m) at times (s), with the joint's angle and its rate there, ``(times,)`` each."""
         slip = 1 - rate / self.synchronous_speed
         share = 2 * slip * self.breakdown_slip / (slip**2 + self.breakdown_slip**2)  # Kloss (1901)
-        return np.asarray(np.sign(self.synchronous_speed) * self.breakdown_torque * share)
+        return np.sign(self.synchronous_speed) * self.breakdown_torque * share
 
 
 class SpeedController(Part):
@@ -191,6 +191,27 @@ def effort_of(effort: Effort, time: Array, state: tuple[Array, Array], start: fl
         The joint's place at time 0.
     """
     return np.full_like(time, effort) if isinstance(effort, float) else effort.at(time, *state, start)
+
+
+def with_slopes(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> tuple[Array, Array, Array]:
+    """Effort on the second body of a joint, and its derivatives by place and rate, ``(times,)`` each.
+
+    Parameters
+    ----------
+    effort, time, state, start
+        As of `effort_of`.
+    """
+    none, one = np.zeros_like(time), np.ones_like(time)
+    if isinstance(effort, float):
+        return effort * one, none, none
+    law: Any = effort.at  # it takes jets as well
+
+    def moved(of_place: Array, of_rate: Array) -> Jet:
+        found: Jet = law(*(Jet(x, own, none) for x, own in zip((time, *state), (none, of_place, of_rate))), start)
+        return found
+
+    by_place, by_rate = moved(one, none), moved(none, one)
+    return by_place.value, by_place.first, by_rate.first
 
 
 class Freedom(Part):

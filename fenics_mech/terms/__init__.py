@@ -4,7 +4,7 @@ from fenics_mech.terms.along_beams import AirForce, AlongBeams, LineForce
 from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
 from fenics_mech.terms.inner_places import Shapes
-from fenics_mech.terms.laws import Damper, DeadLoad, OverState, PointLoad, Shaft, Spring
+from fenics_mech.terms.laws import Damper, DeadLoad, Effort, OverState, PointLoad, Shaft, SoftBearing, Spring
 from fenics_mech.terms.modal_damping import ModalDamping
 from fenics_mech.terms.term import Look, Measure, Response, Term
 
@@ -14,6 +14,7 @@ __all__ = [
     "Beams",
     "Damper",
     "DeadLoad",
+    "Effort",
     "Element",
     "LineForce",
     "Look",
@@ -25,6 +26,7 @@ __all__ = [
     "Response",
     "Shaft",
     "Shapes",
+    "SoftBearing",
     "Spring",
     "Term",
     "hermite_mass",

@@ -119,6 +119,74 @@ class Shaft(Term):
         return self.stiffness * np.sum((x - self.near(t)) ** 2, axis=-1) / 2
 
 
+class Effort(Term):
+    """A torque or force of a law at a joint, on the second end, with the opposite one on the first.
+
+    Parameters
+    ----------
+    pair, measure
+        Ends, and the measure that is the joint's angle or stroke.
+    law
+        Gives the effort (N m or N) and its derivatives by the measure and its rate, by time, measure and rate
+        ``(instants,)``.
+    start
+        Angle within half a turn of that at the start (rad).
+    """
+
+    def __init__(
+        self,
+        pair: tuple[End, End],
+        measure: Measure,
+        law: Callable[[Array, Array, Array], tuple[Array, Array, Array]],
+        start: float,
+    ) -> None:
+        super().__init__([pair])
+        self.measures, self.law, self.start = (measure,), law, start
+
+    def near(self, t: Array) -> Array:
+        """Give the angle at the start: steps in time count whole turns from it."""
+        return np.full((len(t), 1, 1), self.start)
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give minus the effort, as stresses act against their measures."""
+        stress, by_measure, by_rate = (-part[:, None, None] for part in self.law(t, x[:, 0, 0], v[:, 0, 0]))
+        return Response(stress, diagonal(by_measure), diagonal(by_rate))
+
+
+class SoftBearing(Term):
+    """A bushing in place of a pin in the plane: stiffness and damping along the axes of the first end, and in rotation.
+
+    Parameters
+    ----------
+    pair
+        The ends.
+    stiffness, damping
+        Along both axes (N/m, N s/m) and in rotation (N m/rad, N m s/rad).
+    turned
+        Rotation without moment (rad).
+    start
+        Angle within half a turn of that at the start (rad).
+    """
+
+    measures = (Measure(Look.ALONG, 0), Measure(Look.ALONG, 1), Measure(Look.ANGLE))
+
+    def __init__(
+        self, pair: tuple[End, End], stiffness: Sequence[float], damping: Sequence[float], turned: float, start: float
+    ) -> None:
+        super().__init__([pair])
+        self.stiffness, self.damping = np.array(stiffness), np.array(damping)
+        self.rest, self.start = np.array([0.0, 0.0, turned]), np.array([0.0, 0.0, start])
+
+    def near(self, t: Array) -> Array:
+        """Give the angle at the start: steps in time count whole turns from it."""
+        return np.tile(self.start, (len(t), 1, 1))
+
+    def respond(self, t: Array, x: Array, v: Array) -> Response:
+        """Give forces and moment: k (x - x0) + c v."""
+        by_measure, by_rate = (diagonal(np.broadcast_to(factor, x.shape)) for factor in (self.stiffness, self.damping))
+        return Response(self.stiffness * (x - self.rest) + self.damping * v, by_measure, by_rate)
+
+
 class PointLoad(Term):
     """A force and a moment at an end in the plane, times a factor over time.
 

@@ -1,0 +1,84 @@
+"""Efforts in freedoms, and laws of joints, as terms of a scene's machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from fenics_mech._arrays import Array
+from fenics_mech.effects.causes import Cause
+from fenics_mech.errors import SceneError
+from fenics_mech.geometry import End
+from fenics_mech.machine.drawn_from_scene import Bodies
+from fenics_mech.machine.machine import Machine
+from fenics_mech.scene import Bushing, JointEffort, Scene
+from fenics_mech.scene.freedoms import Effort as Stated
+from fenics_mech.scene.freedoms import with_slopes
+from fenics_mech.scene.joints import Prismatic, Slot
+from fenics_mech.terms import Effort, Look, Measure, SoftBearing, Term
+
+LAWS = {JointEffort: Cause.EFFORTS, Bushing: Cause.BUSHINGS}  # laws that a term states, and causes of their power
+
+
+def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies) -> dict[str, Term]:
+    """Give the terms of efforts in freedoms and of laws of joints, by place in the scene, and add rotors at freedoms.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    machine
+        Its machine, with all poses.
+    end
+        Gives the end at a point of a link, its axes turned from those of the link (rad).
+    bodies
+        The links as rigid bodies, by which whole turns count at the start.
+
+    Raises
+    ------
+    SceneError
+        When no term states a law, or an inertia between two bodies that both move.
+    """
+    found: dict[str, Term] = {}
+    for name, freedom in scene.freedoms.items():
+        if freedom.inertia:
+            moving = [point for point in scene.joints[name].connect if not point.startswith("ground.")]
+            if len(moving) > 1:
+                raise SceneError("no term states inertia between two links yet", place=f"freedoms.{name}.inertia")
+            machine.masses.add_body(end(moving[0]), 0.0, np.eye(2) * freedom.inertia / 2)
+        if freedom.effort or freedom.inertia:
+            pair, measure, _ = _joint(scene, end, name, bodies)
+            found[f"freedoms.{name}"] = _effort(pair, measure, freedom.effort, freedom.start or 0.0)
+    for name, law in scene.joint_laws.items():
+        place = f"joint_laws.{name}"
+        pair, measure, start = _joint(scene, end, law.joint, bodies)
+        match law:
+            case JointEffort():
+                found[place] = _effort(pair, measure, law.effort, start)
+            case Bushing():
+                stiffness, damping = (*law.stiffness, law.turning_stiffness), (*law.damping, law.turning_damping)
+                found[place] = SoftBearing(pair, stiffness, damping, law.turned, start)
+            case _:
+                raise SceneError(f"no term states a law of the kind {law.kind!r} yet", place=place)
+    return found
+
+
+def _effort(pair: tuple[End, End], measure: Measure, effort: Stated, start: float) -> Effort:
+    """Give the term of an effort at a joint that starts from a place."""
+
+    def law(t: Array, place: Array, rate: Array) -> tuple[Array, Array, Array]:
+        return with_slopes(effort, t, (place, rate), start)
+
+    return Effort(pair, measure, law, start)
+
+
+def _joint(scene: Scene, end: Callable[..., End], name: str, bodies: Bodies) -> tuple[tuple[End, End], Measure, float]:
+    """Give the ends of a joint, the measure that is its angle or stroke, and the angle at the start (rad)."""
+    joint = scene.joints[name]
+    first, second = joint.connect[:2]
+    if isinstance(joint, Slot | Prismatic):
+        return (end(first, joint.angle), end(second, joint.angle)), Measure(Look.ALONG, 0), 0.0
+    turned = {"ground": 0.0} | dict(zip(scene.links, bodies.angles + bodies.q[2 : bodies.machine.n : 3]))
+    one, other = (turned[point.split(".")[0]] for point in (first, second))
+    return (end(first), end(second)), Measure(Look.ANGLE), float(other - one)
