@@ -107,10 +107,10 @@ def bodies_of(scene: Scene) -> Bodies:
     return _assembled(scene, scene.constraints, laws)
 
 
-def law_of(scene: Scene, number: int) -> Law:
-    """Give the angle (rad) or stroke (m) of a drive of a scene by time (s)."""
+def law_of(scene: Scene, number: int, clock: Law | None = None) -> Law:
+    """Give the angle (rad) or stroke (m) of a drive of a scene by time (s), or by the clock of a run-up."""
     drive, rate = scene.drives[number], scene.cycle_rate
-    return lambda t: drive.jet(rate * t, rate).value
+    return lambda t: drive.jet(rate * (t if clock is None else clock(t)), rate).value
 
 
 def clock_of(scene: Scene) -> Law:

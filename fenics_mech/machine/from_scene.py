@@ -238,11 +238,7 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
     clock = clock_of(scene)
     for number, drive in enumerate(scene.drives):
         if drive.motor is None:
-            made.driven.append(lead(made, drive.joint, _by_clock(law_of(scene, number), clock)))
-
-
-def _by_clock(law: Law, clock: Law) -> Law:
-    return lambda t: law(clock(t))
+            made.driven.append(lead(made, drive.joint, law_of(scene, number, clock)))
 
 
 def moved_ends(made: SceneMachine, name: str) -> tuple[str, tuple[End, End]]:

@@ -387,6 +387,8 @@ def common_rate(drives: Sequence[Drive]) -> float:
         When the drives have no common cycle of at most `LAW.most_turns` cycles of the first drive.
     """
     first = drives[0].cycle_rate
+    if len(drives) == 1:
+        return first
     ratios = [Fraction(drive.cycle_rate / first).limit_denominator(LAW.most_turns) for drive in drives]
     turns = math.lcm(*(ratio.denominator for ratio in ratios))
     for drive, ratio in zip(drives, ratios):
