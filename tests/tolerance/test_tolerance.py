@@ -15,6 +15,7 @@ from fenics_mech import analyse, load
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import missed_corner, solve_motion
 from fenics_mech.planning.discretisation import Discretisation, Trial
+from fenics_mech.planning.effect_choice import rungs
 from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.response.periodic.steps import Steps
@@ -32,6 +33,9 @@ class Attempts:
 
     def __init__(self, analyse):
         self.analyse = analyse
+
+    def theories(self, scene):
+        return rungs(scene)
 
     def judge(self, allow_unstable):
         pass
