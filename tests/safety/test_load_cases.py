@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.planning.fine_enough import free_numbers
 from fenics_mech.recovery.stress_figures import life_used
 from fenics_mech.safety import judge
 from fenics_mech.safety.load_cases import envelope
@@ -63,6 +64,16 @@ def test_the_envelope_is_the_largest_of_separate_runs_to_the_last_bit(scene, res
     shares = {name: judge(one).governing[1].share for name, one in alone.items()}
     assert float(most["case_safety"].sel(member="rod")) == min(shares.values())
     assert result.case == min(shares, key=shares.__getitem__)
+
+
+def test_mesh_and_steps_that_nobody_states_stay_the_programs_in_a_case():
+    """A case is the scene changed by hand, and gets as fine a mesh as it needs."""
+    scene = fm.load(DEMOS / "four_bar.toml").changed({"analysis": {"modes": 3}, "mesh": {}})
+    cased = scene.changed(cases=[{"name": "slow", "set": {"drive.speed": "100 rpm", "analysis.sub_intervals": 90}}])
+    by_hand = scene.changed({"drive.speed": "100 rpm", "analysis.sub_intervals": 90})
+    assert free_numbers(fm.in_case(cased, "slow")) == free_numbers(by_hand)
+    assert "elements" in free_numbers(by_hand)
+    assert fm.in_case(cased, "slow").stated_data()["analysis"] == by_hand.stated_data()["analysis"]
 
 
 def test_the_least_factor_and_its_case_are_those_by_hand(result):
