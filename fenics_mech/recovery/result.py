@@ -78,6 +78,8 @@ class Result(OfScene):
     @classmethod
     def of_stored(cls, stored: xr.Dataset) -> Self:
         """Give the result that a file holds; see `stored`."""
+        if "paths" in stored.attrs:
+            raise ValueError("it holds a sweep, which `fenics-mech report` shows")
         data, others = unpacked(stored)
         found = cls(data)
         if "cases" not in data.attrs:
