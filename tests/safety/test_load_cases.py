@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.errors import ResultError
 from fenics_mech.planning.fine_enough import free_numbers
 from fenics_mech.recovery.stress_figures import life_used
 from fenics_mech.safety import judge
@@ -74,6 +75,15 @@ def test_mesh_and_steps_that_nobody_states_stay_the_programs_in_a_case():
     assert free_numbers(fm.in_case(cased, "slow")) == free_numbers(by_hand)
     assert "elements" in free_numbers(by_hand)
     assert fm.in_case(cased, "slow").stated_data()["analysis"] == by_hand.stated_data()["analysis"]
+
+
+@pytest.mark.parametrize("names", [["../../push", "bend", "both_half"], ["push", "bend"], ["<b>", "bend"], "push", []])
+def test_files_that_tell_of_other_cases_are_refused(result, names, tmp_path):
+    """Their names become names of pages: a stranger's file must not choose them."""
+    told = json.loads(result.data.attrs["cases"]) | {"names": names}
+    strange = fm.Result(result.data.assign_attrs(cases=json.dumps(told)), result.cases)
+    with pytest.raises(ResultError, match=r"it (does not tell its load cases|tells of other load cases than it holds)"):
+        fm.Result.load(strange.save(tmp_path / "result.nc"))
 
 
 def test_the_least_factor_and_its_case_are_those_by_hand(result):
