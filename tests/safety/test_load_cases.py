@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.errors import ResultError
+from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.planning.fine_enough import free_numbers
 from fenics_mech.recovery.stress_figures import life_used
 from fenics_mech.safety import judge
@@ -15,6 +15,7 @@ from fenics_mech.safety.load_cases import envelope
 from fenics_mech.studies.case_runs import analyse_cases
 from fenics_mech.studies.design.result_curves import Curve
 from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.views.case_tables import governed
 from fenics_mech.views.key_figures import key_figures
 from fenics_mech.views.page.report import page
 from fenics_mech.views.workbook import sheets_of
@@ -75,6 +76,13 @@ def test_mesh_and_steps_that_nobody_states_stay_the_programs_in_a_case():
     assert free_numbers(fm.in_case(cased, "slow")) == free_numbers(by_hand)
     assert "elements" in free_numbers(by_hand)
     assert fm.in_case(cased, "slow").stated_data()["analysis"] == by_hand.stated_data()["analysis"]
+
+
+def test_names_of_cases_are_told_as_they_are(scene, result):
+    with pytest.raises(SceneError, match=r"cases\.0\.name: must be a name of .* a letter or _ first"):
+        scene.changed(cases=[{"name": "3000rpm"}])
+    assert governed(result).endswith("3 load cases; push governs")
+    assert governed(fm.Result(result.data, {"push": result.cases["push"]})).endswith(": one load case")
 
 
 @pytest.mark.parametrize("names", [["../../push", "bend", "both_half"], ["push", "bend"], ["<b>", "bend"], "push", []])
