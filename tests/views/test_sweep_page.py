@@ -52,6 +52,9 @@ def test_sweeps_without_curves_have_no_page(sweep, tmp_path):
     assert not can_show(bare)
     with pytest.raises(ViewError, match="keeps no curves"):
         sweep_report(bare, tmp_path / "sweep.html")
+    failed = bare.data["error"].copy(data=np.full(len(SPEEDS), "AssemblyError", dtype=object))
+    with pytest.raises(ViewError, match="every point of this sweep failed"):
+        sweep_report(Sweep(bare.data.assign(error=failed)), tmp_path / "sweep.html")
     with pytest.raises(ViewError, match=r"must end in \.html"):
         sweep_report(sweep, tmp_path / "sweep.txt")
 
