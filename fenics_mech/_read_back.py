@@ -31,7 +31,7 @@ Kind = TypeVar("Kind")
 Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
 Message = Annotated[str, Field(max_length=LONGEST_MESSAGE + 10)]
 ErrorName = Annotated[str, Field(max_length=100, pattern=r"^([A-Za-z_]\w*)?$")]  # of the class; it goes into tables
-Seconds = Annotated[float, Field(ge=0, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, allow_inf_nan=False)]
 STRICT = ConfigDict(strict=True, extra="forbid")
 
 
@@ -41,7 +41,7 @@ class Ended(TypedDict):
     __pydantic_config__ = STRICT  # type: ignore[misc]
     error: ErrorName
     message: Message
-    seconds: Seconds
+    seconds: NotNegative
     again: bool
 
 

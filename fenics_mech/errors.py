@@ -135,6 +135,10 @@ class ResultError(MechanismError):
     """A result file cannot be read or written, or a result does not hold what is asked for."""
 
 
+class StrangeError(ResultError):
+    """A file of the kind that is asked for holds what the program has not written."""
+
+
 class ViewError(MechanismError):
     """A picture or an animation cannot be made on this machine."""
 

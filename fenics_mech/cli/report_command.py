@@ -9,7 +9,7 @@ import typer
 
 from fenics_mech._console import loading, make_folder, tell
 from fenics_mech.cli.common import Units, loaded_result, unit_names
-from fenics_mech.errors import ResultError
+from fenics_mech.errors import ResultError, StrangeError
 
 
 def report(
@@ -28,6 +28,8 @@ def report(
 
     try:
         sweep = Sweep.load(result)
+    except StrangeError:  # a sweep, though not one to be shown
+        raise
     except ResultError:
         loaded = loaded_result(result, units)
         make_folder(file.parent)

@@ -9,9 +9,49 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from pydantic import TypeAdapter, ValidationError
+from typing_extensions import TypedDict
+
+from fenics_mech._read_back import STRICT, NotNegative
 
 NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_\-]*")
 OTHERS = "other_cases"  # attribute with the attributes of the other cases, as JSON
+
+
+class _Told(TypedDict):
+    """What a result says of its load cases."""
+
+    __pydantic_config__ = STRICT  # type: ignore[misc]
+    names: list[str]
+    cycles: dict[str, NotNegative]
+    scene: str
+
+
+TOLD = TypeAdapter(_Told)
+
+
+def names_of(told: str, known: set[str]) -> list[str]:
+    """Give the names of the load cases that a file holds.
+
+    Parameters
+    ----------
+    told
+        What its governing case says of them, as JSON.
+    known
+        Cases whose datasets it has.
+
+    Raises
+    ------
+    ValueError
+        When it is none that the program has written, or tells of other cases: pages and files are named by them.
+    """
+    try:
+        names = TOLD.validate_json(told)["names"]
+    except ValidationError as error:
+        raise ValueError("it does not tell its load cases") from error
+    if sorted(names) != sorted(known) or not all(map(NAME.fullmatch, names)):
+        raise ValueError("it tells of other load cases than it holds")
+    return names
 
 
 def packed(data: xr.Dataset, others: Mapping[str, xr.Dataset]) -> xr.Dataset:

@@ -27,6 +27,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.effects import NOTHING
+from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.eigenmodes import Modes, solve_modes
 from fenics_mech.errors import SolverError
 from fenics_mech.forces.elastic_response import ElasticResponse
@@ -68,7 +69,8 @@ def mode_speeds(scene: Scene, common: CommonParts | None = None) -> xr.Dataset:
     if not wanted or scene.freedoms or scene.open_joints:
         return xr.Dataset()
     options = {"sub_intervals": POSITIONS, "method": "quasi-static", "allow_coarse": True}
-    few = scene.model_copy(update={"analysis": scene.analysis.model_copy(update=options)})
+    listed = tuple(name for name in scene.named_effects if name != VIBRATION.name)  # which the method states
+    few = scene.model_copy(update={"effects": listed, "analysis": scene.analysis.model_copy(update=options)})
     try:
         system = mechanism(few, common=common)
         modes = solve_modes(system.without_axial_forces, few.analysis.modes, few.petsc)

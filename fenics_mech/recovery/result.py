@@ -16,7 +16,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError
-from fenics_mech.recovery.case_parts import packed, unpacked
+from fenics_mech.recovery.case_parts import names_of, packed, unpacked
 from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk, write_table
 from fenics_mech.recovery.of_scene import OfScene
@@ -78,13 +78,16 @@ class Result(OfScene):
     @classmethod
     def of_stored(cls, stored: xr.Dataset) -> Self:
         """Give the result that a file holds; see `stored`."""
+        if "paths" in stored.attrs:
+            raise ValueError("it holds a sweep, which `fenics-mech report` shows")
         data, others = unpacked(stored)
         found = cls(data)
         if "cases" not in data.attrs:
             return found
         own = data.drop_dims("case", errors="ignore")
         own.attrs = {key: value for key, value in data.attrs.items() if key != "cases"}
-        every = {name: cls(others.get(name, own)) for name in json.loads(data.attrs["cases"])["names"]}
+        names = names_of(data.attrs["cases"], {str(data.attrs.get("case")), *others})
+        every = {name: cls(others.get(name, own)) for name in names}
         return cls(data, every)
 
     @property

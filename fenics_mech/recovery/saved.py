@@ -16,7 +16,7 @@ import xarray as xr
 from fenics_mech._files import read_bounded, reason_of, write_whole
 from fenics_mech._guard import memory
 from fenics_mech._read_back import refuse_strange
-from fenics_mech.errors import ResultError, shortened
+from fenics_mech.errors import ResultError, StrangeError, shortened
 
 logger = logging.getLogger(__name__)
 SEAL = b"fenics_mech sha256 "
@@ -123,8 +123,8 @@ class Saved:
             found = cls.of_stored(loaded)
             for part in (found, *found.beside):
                 refuse_strange(part.data, part.known_names)
-        except (ValueError, KeyError, TypeError) as error:
-            raise ResultError(f"{path}: cannot be used as a {cls.KIND}: {error}") from error
+        except (ValueError, KeyError, TypeError, RecursionError, ResultError) as error:
+            raise StrangeError(f"{path}: cannot be used as a {cls.KIND}: {error}") from error
         return found
 
     @property

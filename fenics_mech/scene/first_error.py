@@ -108,7 +108,9 @@ def _sentence(error: Any) -> str:
     if error["loc"] == ("effects", "literal['auto']"):
         return f'must be "auto", or a list of names such as ["coupling"], found {shortened(error["input"])}'
     if error["type"] == "string_pattern_mismatch":
-        message = "must be a name of letters, digits, _ and -, or link.point where a point is meant"
+        message = (
+            "must be a name of letters, digits, _ and -, a letter or _ first, or link.point where a point is meant"
+        )
         if "@" in error["ctx"]["pattern"]:
             message = "must be link.point, a joint, or member@place with a place 0 to 1 along the member"
     if error["type"] in ("int_parsing", "int_type", "int_from_float"):

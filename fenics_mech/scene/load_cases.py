@@ -107,7 +107,7 @@ def in_case(scene: Scene, name: str) -> Scene:
     check_known(name, known, "load case", "cases")
     number = known[name]
     case, place = scene.cases[number], f"cases.{number}"
-    data = scene.model_dump(by_alias=True, exclude={"cases"})
+    data = scene.model_copy(update={"cases": ()}).stated_data(by_alias=True)
     for path, value in case.values.items():
         if (part := path.split(".")[0]) not in CHANGED:
             hint = f"A case changes {', '.join(CHANGED)}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -55,7 +56,7 @@ def analyse_cases(scene: Scene, jobs: int, progress: Callable[[str], None] = lam
         return analyse(scene, progress)
     with TemporaryDirectory() as folder, Workers(jobs) as workers:
         tasks = [
-            CaseTask(name, case.model_dump_json(by_alias=True), Path(folder) / f"{name}.nc")
+            CaseTask(name, json.dumps(case.stated_data(mode="json", by_alias=True)), Path(folder) / f"{name}.nc")
             for name, case in scenes_of(scene).items()
         ]
         workers.share([[task] for task in tasks], analyse_case, _lost, lambda task: progress("response"))

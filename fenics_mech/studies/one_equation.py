@@ -87,7 +87,7 @@ class OneEquation:
             return False
         numbers = json.loads(record["numbers"] or "{}")
         others = any(numbers.get(name, self.usual[name]) != value for name, value in self.numbers.items())
-        return others or bool(self.effects and set(self.effects) != set(record["effects"].split(", ")))
+        return others or bool(self.effects and set(self.effects) != set(union({record["effects"]})))
 
     def chosen(self, found: Record | None, before: Record) -> Record:
         """Give what was found of a point with what all have in common, where that has an answer.
@@ -104,7 +104,7 @@ class OneEquation:
 
 
 def union(acting: set[str]) -> tuple[str, ...]:
-    """Give the effects that act at any point, but those that others of them hold.
+    """Give the effects that act at any point, but those that others of them hold, and those that a scene states.
 
     Parameters
     ----------
@@ -113,4 +113,4 @@ def union(acting: set[str]) -> tuple[str, ...]:
     """
     names = {name for some in acting for name in some.split(", ")} & EFFECTS.keys()
     held = {EFFECTS[name].replaces for name in names}
-    return tuple(name for name in EFFECTS if name in names - held)
+    return tuple(name for name in EFFECTS if name in names - held and not EFFECTS[name].stated_by)

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import xarray as xr
 
@@ -24,6 +24,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.studies.one_equation import OneEquation
 from fenics_mech.studies.peak_between import largest_between
+from fenics_mech.studies.saved_sweep import refuse_unlike
 from fenics_mech.studies.sweep_axes import Axis, axes_of, stated_data
 from fenics_mech.studies.sweep_gaps import fill_gaps
 from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone
@@ -53,6 +54,13 @@ class Sweep(OfScene):
 
     KIND: ClassVar[str] = "sweep"
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "paths")
+
+    @classmethod
+    def of_stored(cls, stored: xr.Dataset) -> Self:
+        """Give the sweep that a file holds, if it is one that the program can have written."""
+        found = cls(stored)
+        refuse_unlike(stored, found.paths, found.scene)
+        return found
 
     @property
     def paths(self) -> list[str]:

@@ -26,6 +26,7 @@ from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import Record, read_point, write_point
+from fenics_mech.studies.one_equation import union
 from fenics_mech.studies.sweep_axes import placed
 from fenics_mech.studies.sweep_points import Task, compute_point
 
@@ -195,7 +196,7 @@ def as_analysed(scene: Record, record: Record) -> Record:
     paths = {"elements": "mesh.elements"}
     changes = {paths.get(name, f"analysis.{name}"): value for name, value in numbers.items()}
     whole = {path: int(value) if isinstance(value, float) and value >= 1 else value for path, value in changes.items()}
-    return placed(scene, whole | {"effects": record["effects"].split(", ")})
+    return placed(scene, whole | {"effects": list(union({record["effects"]}))})
 
 
 def fill_gaps(run: SweepRun, values: Sequence[float], records: Sequence[Record]) -> list[Record]:

@@ -121,8 +121,8 @@ class SweepRun:
         """Compute single points, some with their errors, and give what is kept of them."""
         parts = {True: self, False: self.without_estimates}
         found: dict[Point, Record] = {}
-        for whether, part in parts.items():
-            some = [point for point in points if (point in estimated) == whether]
+        for whether in {point in estimated for point in points}:  # a tolerance is met by estimates: none is without
+            some, part = [point for point in points if (point in estimated) == whether], parts[whether]
             part.compute(some)
             found |= zip(some, self.at_root(partial(part.records, some)))
         return [found[point] for point in points]

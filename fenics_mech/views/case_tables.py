@@ -90,7 +90,8 @@ def governed(result: Result) -> str:
     result
         A result of several cases.
     """
-    return f"{result.stated.name}: {len(result.cases)} load cases; {result.case} governs"
+    count = len(result.cases)
+    return f"{result.stated.name}: {f'{count} load cases; {result.case} governs' if count > 1 else 'one load case'}"
 
 
 def ranked_cases(result: Result) -> list[str]:

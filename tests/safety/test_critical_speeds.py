@@ -163,6 +163,11 @@ def test_quasi_static_and_periodic_runs_tell_the_same():
     )
 
 
+def test_vibration_may_be_listed_among_the_effects():
+    listed = seed_four_bar(effects=("coupling", "vibration"))
+    assert mode_speeds(listed).identical(mode_speeds(seed_four_bar(effects=("coupling",))))
+
+
 def test_the_sense_of_the_drive_changes_nothing():
     """A motion backwards has the same harmonics. A phase by rectangles made 6 % of difference."""
     ahead, back = (mode_speeds(seed_four_bar(drive__speed=speed, analysis={"modes": 3})) for speed in (32.3, -32.3))

@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.errors import ResultError, SceneError
+from fenics_mech.planning.fine_enough import free_numbers
 from fenics_mech.recovery.stress_figures import life_used
 from fenics_mech.safety import judge
 from fenics_mech.safety.load_cases import envelope
 from fenics_mech.studies.case_runs import analyse_cases
 from fenics_mech.studies.design.result_curves import Curve
 from fenics_mech.studies.design.result_numbers import Quantity
+from fenics_mech.views.case_tables import governed
 from fenics_mech.views.key_figures import key_figures
 from fenics_mech.views.page.report import page
 from fenics_mech.views.workbook import sheets_of
@@ -63,6 +66,32 @@ def test_the_envelope_is_the_largest_of_separate_runs_to_the_last_bit(scene, res
     shares = {name: judge(one).governing[1].share for name, one in alone.items()}
     assert float(most["case_safety"].sel(member="rod")) == min(shares.values())
     assert result.case == min(shares, key=shares.__getitem__)
+
+
+def test_mesh_and_steps_that_nobody_states_stay_the_programs_in_a_case():
+    """A case is the scene changed by hand, and gets as fine a mesh as it needs."""
+    scene = fm.load(DEMOS / "four_bar.toml").changed({"analysis": {"modes": 3}, "mesh": {}})
+    cased = scene.changed(cases=[{"name": "slow", "set": {"drive.speed": "100 rpm", "analysis.sub_intervals": 90}}])
+    by_hand = scene.changed({"drive.speed": "100 rpm", "analysis.sub_intervals": 90})
+    assert free_numbers(fm.in_case(cased, "slow")) == free_numbers(by_hand)
+    assert "elements" in free_numbers(by_hand)
+    assert fm.in_case(cased, "slow").stated_data()["analysis"] == by_hand.stated_data()["analysis"]
+
+
+def test_names_of_cases_are_told_as_they_are(scene, result):
+    with pytest.raises(SceneError, match=r"cases\.0\.name: must be a name of .* a letter or _ first"):
+        scene.changed(cases=[{"name": "3000rpm"}])
+    assert governed(result).endswith("3 load cases; push governs")
+    assert governed(fm.Result(result.data, {"push": result.cases["push"]})).endswith(": one load case")
+
+
+@pytest.mark.parametrize("names", [["../../push", "bend", "both_half"], ["push", "bend"], ["<b>", "bend"], "push", []])
+def test_files_that_tell_of_other_cases_are_refused(result, names, tmp_path):
+    """Their names become names of pages: a stranger's file must not choose them."""
+    told = json.loads(result.data.attrs["cases"]) | {"names": names}
+    strange = fm.Result(result.data.assign_attrs(cases=json.dumps(told)), result.cases)
+    with pytest.raises(ResultError, match=r"it (does not tell its load cases|tells of other load cases than it holds)"):
+        fm.Result.load(strange.save(tmp_path / "result.nc"))
 
 
 def test_the_least_factor_and_its_case_are_those_by_hand(result):

@@ -29,7 +29,7 @@ def test_what_one_point_needs_is_taken_for_all():
     ]
     one = OneEquation.of(scene, records)
     assert dict(one.numbers) == {"elements": 5}
-    assert set(one.effects) == {"coupling", "large-rotations", "vibration"}
+    assert set(one.effects) == {"coupling", "large-rotations"}  # vibration acts by the method
     assert [one.lacks(known) for known in records] == [True, True, True, False]
     data = one.scene(stated_data(scene))
     assert data["mesh"] == {"elements": 5}
@@ -48,6 +48,27 @@ def test_far_finer_meshes_of_few_points_stay_theirs():
 def test_effects_that_others_hold_are_left_out():
     """Large rotations hold the stiffening by axial forces."""
     assert "geometric-stiffness" not in union({"coupling, geometric-stiffness", "coupling, large-rotations"})
+
+
+def test_what_a_scene_states_by_itself_is_not_listed():
+    """Loads and vibration act by what the scene states: a list that names them is refused where it does not."""
+    assert union({"coupling, loads, vibration", "coupling, large-rotations, vibration"}) == (
+        "coupling",
+        "large-rotations",
+    )
+    one = OneEquation.of(
+        seed_four_bar(effects="auto"), [record(), record("coupling, large-rotations, loads, vibration")]
+    )
+    assert not one.lacks(record("coupling, large-rotations, vibration"))
+
+
+@pytest.mark.slow
+def test_a_tolerance_has_one_equation_too(tmp_path):
+    """At 40 rpm stiffening by axial forces suffices, at 200 rpm it does not; no point may go without estimates."""
+    scene = seed_four_bar(effects="auto", tolerance=0.01)
+    found = run_sweep(scene, parse_axes(scene, ["drive.speed=40 rpm:200 rpm:2"]), tmp_path)
+    assert set(found.data["effects"].to_numpy()) == {"coupling, large-rotations, vibration"}
+    assert (found.data["error"] == "").all()
 
 
 @pytest.mark.slow

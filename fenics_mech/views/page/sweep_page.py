@@ -62,6 +62,8 @@ def sweep_report(sweep: Sweep, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
+    if (sweep.data["error"] != "").all():
+        raise ViewError("every point of this sweep failed: `message` of its file says why")
     if not can_show(sweep):
         raise ViewError("this sweep keeps no curves: sweep one number, at up to 2000 points")
     text = _page(sweep)
