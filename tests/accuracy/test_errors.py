@@ -57,6 +57,7 @@ def blade(effect, elements):
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("effect", "elements", "reduction"),
     [
@@ -111,6 +112,7 @@ def test_mesh_under_drag(analysis):
     assert ratio(found, exact, "mesh") == pytest.approx(1.1, abs=0.4)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_mesh_of_chapter_5_and_in_time():
     """The same error by other solvers, on the same equation: that of collocation, within the error of the modes.
@@ -440,6 +442,7 @@ def test_a_start_that_lets_damping_jump_is_named(damping, what):
     assert "first instants" not in other
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_torsional_spring_much_stiffer_than_the_mesh():
     """With a ratio its drag goes with the mesh: at 1e6 N m/rad 12 % of the follower's strain, and 0.2 % were told."""

@@ -148,6 +148,7 @@ def test_steps_are_cut_where_a_load_jumps(scheme, speed):
         assert values @ steps.duration / scene.period == pytest.approx(mean, rel=1e-8)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["periodic", "transient"])
 def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(method):
@@ -164,6 +165,7 @@ def test_strain_of_a_viscous_material_between_few_positions_counts_as_error(meth
     assert "sub-intervals are too long" in too_coarse(stated)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_error_after_a_blow_is_estimated():
     """Blows excite vibrations faster than the steps follow: the estimate is at least a third of the true error."""

@@ -132,6 +132,7 @@ def test_every_output_names_the_governing_case(result):
     assert sheets["load cases"][0][0] == "push"
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_summary_of_many_cases_and_members_fits_a_screen():
     still = {"analysis.method": "quasi-static", "analysis.sub_intervals": 72, "effects": ()}

@@ -122,6 +122,7 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
     assert counts[LONGEST] <= counts[1] - 2
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(seed, tmp_path, caplog, monkeypatch):
     scene = seed.changed(EXACT | {"analysis.error_estimates": True, "mesh.elements": 6})  # which asks for no halves

@@ -75,6 +75,7 @@ def test_error_is_below_the_tolerance_and_not_far_below(name, tolerance):
     assert result.data.attrs["chosen"].startswith(f"strains to {percent(tolerance)}, {met} collocation")
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_peaks_between_positions_are_certain_too():
     """With the fewest steps, joint forces between positions would be off by 0.6 %."""

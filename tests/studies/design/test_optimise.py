@@ -179,6 +179,7 @@ def test_a_counter_rotating_mass_takes_half_of_the_primary_force_of_a_slider_cra
     np.testing.assert_allclose(found.best.values, piston / 2, rtol=1e-3)  # the rms is flat there
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_an_added_damper_has_the_size_of_a_scan():
     damping = {"numbers": ["dampers.d.damping"], "between": [0.1, 20.0], "start": 1.0}
@@ -408,6 +409,7 @@ def test_multipliers_have_the_derivatives_of_converged_runs(demo, number, value,
         assert math.isclose(found[name], slope, rel_tol=near, abs_tol=1e-7 * size), name
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_multipliers_that_long_steps_find_less_exactly_have_no_derivatives():
     # of more than 80 states they are found among the slow disturbances, by long steps to 5e-3
