@@ -114,6 +114,8 @@ def range_of(chance: random.Random, data: dict[str, Any]) -> str:
     speeds = [one for one in found if one[0].endswith("speed")]
     where, match = chance.choice(speeds if speeds and chance.random() < 0.5 else found)
     number, unit = float(match[1]), match[2] or ""
+    if match[0].isdigit():
+        return f"{where}={number:.0f}:{number + 1:.0f}"
     return f"{where}={0.9 * number:.6g}{unit}:{1.1 * number:.6g}{unit}"
 
 
@@ -139,11 +141,11 @@ def attempt(words: list[str]) -> str:
 
 def one(number: int, folder: Path) -> list[tuple[str, str]]:
     """Run the commands of one damaged scene, and give each with its end."""
-    chance, scene, result = random.Random(number), folder / f"{number}.toml", folder / "out" / "result.nc"
+    chance, scene, out = random.Random(number), folder / f"{number}.toml", folder / str(number)
+    result = out / "result.nc"
     data = scene_of(chance, [tomllib.loads(path.read_text()) for path in PATHS])
     scene.write_text(text_of(data))
-    result.unlink(missing_ok=True)
-    into = {"s": scene, "d": folder / "out", "n": range_of(chance, data), "r": result}
+    into = {"s": scene, "d": out, "n": range_of(chance, data), "r": result}
     ends = []
     for command in ("check {s}", chance.choice(COMMANDS), chance.choice(OF_RESULTS)):
         if command not in OF_RESULTS or result.exists():
