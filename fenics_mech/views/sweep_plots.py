@@ -53,7 +53,9 @@ def plot_sweep(sweep: Sweep, folder: str | Path, member: str | None = None) -> l
     member = member or members[every.max(sweep.paths).to_numpy().argmax()]
     figures: dict[str, Figure] = {}
     if len(sweep.paths) == 1:
-        figures = {"response": response_figure(sweep), "forces": force_figure(sweep)}
+        figures = {"response": response_figure(sweep)}
+        if "peak_joint_force" in data:  # a link may turn without joints
+            figures["forces"] = force_figure(sweep)
         if "frequency_lowest" in data and "drive_rate" in data:
             figures["campbell"] = campbell_figure(sweep)
         if "strain_harmonic" in data and data.sizes["harmonic"] > 1:
