@@ -11,6 +11,7 @@ from matplotlib.collections import PathCollection
 from rich.console import Console
 
 from fenics_mech import load
+from fenics_mech.cli import app
 from fenics_mech.studies.kept_points import TEXTS
 from fenics_mech.studies.sweep import Sweep, run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
@@ -21,7 +22,7 @@ from fenics_mech.views.sweep_data import theory_levels
 from fenics_mech.views.sweep_maps import strain_map
 from fenics_mech.views.sweep_plots import campbell_figure, force_figure, response_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
-from tests.common import DEMOS, analysed
+from tests.common import DEMOS, ROOT, analysed
 
 SPEEDS = "drive.speed=100 rpm:600 rpm:11"
 RATIOS = "damping.ratio=0.01:0.05:5"
@@ -337,3 +338,11 @@ def test_the_diagram_names_resonances_and_the_scenes_own_speed(made):
     assert "No resonance stands out" not in said(Sweep(data))
     data["peak_strain"][:] = 1e-6 * rate[:, None] ** 2
     assert "No resonance stands out" in said(Sweep(data))
+
+
+def test_a_link_without_joints_has_no_plot_of_joint_forces(tmp_path):
+    scene = ROOT / "tests" / "cases" / "scenes" / "short_tube.toml"
+    words = ["sweep", str(scene), "-o", str(tmp_path), "--over", "analysis.stations=5:7:2"]
+    app(words, standalone_mode=False)
+    assert (tmp_path / "sweep_response.png").exists()
+    assert not (tmp_path / "sweep_forces.png").exists()
