@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from fenics_mech.effects import EFFECTS
-from fenics_mech.planning.fine_enough import free_numbers
+from fenics_mech.planning.fine_enough import COUNTS, Numbers, free_numbers
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_points import Record
 from fenics_mech.studies.sweep_axes import placed
 
 MOST_TIMES = 2.0  # as many elements or steps as usual, which all points may take: a sweep then takes 2 to 4 times
-COUNTS = "elements", "sub_intervals"
+TAKEN_BY_ALL = "elements", "sub_intervals"
 
 
 @dataclass(frozen=True)
@@ -52,13 +52,13 @@ class OneEquation:
         """
         answered = [record for record in records if not record["error"]]
         acting = {record["effects"] for record in answered}
-        usual, found = free_numbers(scene), [json.loads(record["numbers"] or "{}") for record in answered]
+        usual, found = free_numbers(scene), [numbers_of(record) for record in answered]
         numbers: dict[str, float | str] = {}
         for name in usual:
             values = {one.get(name, usual[name]) for one in found}
             if name == "solver" and len(values) > 1:
                 numbers[name] = next(value for value in values if value != usual[name])
-            elif name in COUNTS and len(values) > 1 and (most := max(values)) <= MOST_TIMES * float(usual[name]):
+            elif name in TAKEN_BY_ALL and len(values) > 1 and (most := max(values)) <= MOST_TIMES * float(usual[name]):
                 numbers[name] = most
         effects = union(acting) if scene.effects == "auto" and len(acting) > 1 else ()
         return cls(usual, numbers, effects) if numbers or effects else None
@@ -71,9 +71,7 @@ class OneEquation:
         data
             The scene, as plain data.
         """
-        paths = {name: "mesh.elements" if name == "elements" else f"analysis.{name}" for name in self.numbers}
-        changes = {paths[name]: int(value) if name in COUNTS else value for name, value in self.numbers.items()}
-        return placed(dict(data), changes | ({"effects": list(self.effects)} if self.effects else {}))
+        return scene_with(data, self.numbers, self.effects or None)
 
     def lacks(self, record: Record) -> bool:
         """Whether a point has an answer with other effects, another mesh or other steps.
@@ -85,7 +83,7 @@ class OneEquation:
         """
         if record["error"]:
             return False
-        numbers = json.loads(record["numbers"] or "{}")
+        numbers = numbers_of(record)
         others = any(numbers.get(name, self.usual[name]) != value for name, value in self.numbers.items())
         return others or bool(self.effects and set(self.effects) != set(union({record["effects"]})))
 
@@ -99,8 +97,37 @@ class OneEquation:
         """
         if found is None or found["error"]:
             return before
-        numbers = json.loads(before["numbers"] or "{}") | dict(self.numbers)
+        numbers = numbers_of(before) | dict(self.numbers)
         return found | {"numbers": json.dumps(numbers) if numbers else ""}
+
+
+def numbers_of(record: Record) -> dict[str, Any]:
+    """Give the numbers of mesh and steps that the program took at a point.
+
+    Parameters
+    ----------
+    record
+        What is kept of the point.
+    """
+    return dict(json.loads(record["numbers"] or "{}"))
+
+
+def scene_with(scene: Mapping[str, Any], numbers: Numbers, effects: Sequence[str] | None) -> Record:
+    """Give the scene of a sweep with numbers of mesh and steps, and with effects.
+
+    Parameters
+    ----------
+    scene
+        The scene, as plain data.
+    numbers
+        By name, as of `free_numbers`.
+    effects
+        Names of the effects; None for those of the scene.
+    """
+    paths = {name: "mesh.elements" if name == "elements" else f"analysis.{name}" for name in numbers}
+    whole = {"elements", *COUNTS}
+    changes = {paths[name]: int(value) if name in whole else value for name, value in numbers.items()}
+    return placed(dict(scene), changes | ({} if effects is None else {"effects": list(effects)}))
 
 
 def union(acting: set[str]) -> tuple[str, ...]:

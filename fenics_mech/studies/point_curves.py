@@ -74,6 +74,11 @@ def _curves(data: xr.Dataset) -> dict[str, Array]:
     return found
 
 
+def _sizes(scene: Scene) -> dict[str, int]:
+    """Number of curves by the dimension beside the angle."""
+    return {"member": len(scene.members()), "joint": len(joint_names(scene.joints)), "": 1}
+
+
 def unpacked_curves(text: str, scene: Scene) -> dict[str, Array] | None:
     """Give curves from their text, ``(angles, members, joints or 1)`` each; None where it is not of such a scene.
 
@@ -88,7 +93,7 @@ def unpacked_curves(text: str, scene: Scene) -> dict[str, Array] | None:
         content = base64.b64decode(text, validate=True)
     except (binascii.Error, ValueError):
         return None
-    sizes = {"member": len(scene.members()), "joint": len(joint_names(scene.joints)), "": 1}
+    sizes = _sizes(scene)
     if len(content) != sum(sizes[dim] * (4 + 2 * ANGLES) for dim, _, _ in CURVES.values()):
         return None
     found, at = {}, 0
@@ -122,7 +127,7 @@ def with_curves(
     points = [unpacked_curves(text, scene) if text else None for text in texts]
     if not any(points):
         return data
-    sizes = {"member": len(scene.members()), "joint": len(joint_names(scene.joints)), "": 1}
+    sizes = _sizes(scene)
     for name, (dim, unit, meaning) in CURVES.items():
         empty = np.full((ANGLES, sizes[dim]), np.nan, dtype=np.float32)
         values = np.stack([empty if point is None else point[name] for point in points])

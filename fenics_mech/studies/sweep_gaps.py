@@ -7,7 +7,6 @@ the rest it is told where the stable motions end, and how.
 
 from __future__ import annotations
 
-import json
 import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -26,7 +25,7 @@ from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import Record, read_point, write_point
-from fenics_mech.studies.one_equation import union
+from fenics_mech.studies.one_equation import numbers_of, scene_with, union
 from fenics_mech.studies.sweep_axes import placed
 from fenics_mech.studies.sweep_points import Task, compute_point
 
@@ -192,11 +191,7 @@ def as_analysed(scene: Record, record: Record) -> Record:
     record
         What is kept of the point.
     """
-    numbers = json.loads(record["numbers"] or "{}")
-    paths = {"elements": "mesh.elements"}
-    changes = {paths.get(name, f"analysis.{name}"): value for name, value in numbers.items()}
-    whole = {path: int(value) if isinstance(value, float) and value >= 1 else value for path, value in changes.items()}
-    return placed(scene, whole | {"effects": list(union({record["effects"]}))})
+    return scene_with(scene, numbers_of(record), union({record["effects"]}))
 
 
 def fill_gaps(run: SweepRun, values: Sequence[float], records: Sequence[Record]) -> list[Record]:
