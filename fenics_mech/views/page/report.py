@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-import base64
-import hashlib
 import json
-from collections.abc import Sequence
-from importlib.resources import files
 from pathlib import Path
-from string import Template
 from typing import Any
 
-from fenics_mech._files import write_whole
-from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.case_cards import case_card
 from fenics_mech.views.page.curves import payload
-from fenics_mech.views.page.html import EMPTY, Html, join, json_in_page, tag
+from fenics_mech.views.page.html import EMPTY, Html, join, tag
 from fenics_mech.views.page.safety_table import safety
+from fenics_mech.views.page.shell import page_file, whole_page, write_page
 from fenics_mech.views.reading import ForceReading, Reading, reading_of, reading_of_a_file
 
 SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
-ENDINGS = (".html", ".htm")
 
 
 def report(result: Result, path: str | Path) -> Path:
@@ -59,15 +52,13 @@ def report(result: Result, path: str | Path) -> Path:
     >>> fm.report(result, "out/report.html").name
     'report.html'
     """
-    path = Path(path)
-    if path.suffix.lower() not in ENDINGS:
-        raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
+    path = page_file(path)
     others = pages_of_cases(result, path)
     with reading_of_a_file():
         texts = {path: page(result, {name: other.name for name, other in others.items()})}
         texts |= {other: page(result.cases[name]) for name, other in others.items()}
     for file, text in texts.items():
-        write_whole(file, lambda temporary, text=text: temporary.write_text(text, encoding="utf-8"))  # type: ignore[misc]
+        write_page(file, text)
     return path
 
 
@@ -100,11 +91,7 @@ def page(result: Result, pages: dict[str, str] | None = None) -> str:
         When the result lacks what is shown.
     """
     reading = reading_of(result)
-    script = joined(SCRIPTS)
     pieces = {
-        "policy": policy(script),
-        "title": tag("title", f"{reading.scene.name}: report of fenics_mech"),
-        "style": source("page.css"),
         "heading": parts.heading(reading),
         "verdict": parts.verdict_of(reading),
         "figures": parts.figures(reading),
@@ -114,10 +101,9 @@ def page(result: Result, pages: dict[str, str] | None = None) -> str:
         "dynamics": parts.dynamics(reading),
         "computed": _computed(reading),
         "scene": tag("pre", json.dumps(_stated(result), indent=1, ensure_ascii=False)),
-        "data": json_in_page(payload(reading)),
-        "script": script,
     }
-    return Template(source("page.html")).substitute(pieces)
+    title = f"{reading.scene.name}: report of fenics_mech"
+    return whole_page("page.html", title, pieces, payload(reading), SCRIPTS)
 
 
 def _stated(result: Result) -> Any:
@@ -143,45 +129,3 @@ def _computed(reading: ForceReading) -> Html:
     first = tag("section", *effects, tag("h2", "How it was computed", class_="next"), method, class_="card")
     second = tag("section", tag("h2", "How exact it is"), page_tables.errors(reading), class_="card")
     return tag("div", first, second, class_="two last")
-
-
-def joined(names: Sequence[str]) -> str:
-    """Join files that stand beside this module to one script.
-
-    Parameters
-    ----------
-    names
-        Their names.
-    """
-    return "(async () => {\n'use strict';\n" + "".join(source(name) for name in names) + "})();\n"
-
-
-def source(name: str) -> str:
-    """Read a file that stands beside this module.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    """
-    return (files(__package__) / name).read_text(encoding="utf-8")
-
-
-def policy(script: str) -> Html:
-    """Let the browser run this script and no other, load nothing, and send nothing.
-
-    Parameters
-    ----------
-    script
-        The script.
-    """
-    hashed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    rules = (
-        "default-src 'none'",
-        f"script-src 'sha256-{hashed}'",
-        "style-src 'unsafe-inline'",
-        "img-src data:",
-        "base-uri 'none'",
-        "form-action 'none'",
-    )
-    return tag("meta", http_equiv="Content-Security-Policy", content="; ".join(rules))

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from string import Template
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.text import Text
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.page.curves import packed
-from fenics_mech.views.page.html import EMPTY, Html, join, json_in_page, table, tag
-from fenics_mech.views.page.report import ENDINGS, joined, policy, source
+from fenics_mech.views.page.html import EMPTY, Html, join, table, tag
+from fenics_mech.views.page.shell import page_file, whole_page, write_page
 from fenics_mech.views.sweep_curves import UNSTABLE
 from fenics_mech.views.sweep_data import named, range_of, units_of, unstable_points, written
 from fenics_mech.views.sweep_summary import sweep_summary
@@ -59,36 +57,28 @@ def sweep_report(sweep: Sweep, path: str | Path) -> Path:
     ResultError
         When the file cannot be written.
     """
-    path = Path(path)
-    if path.suffix.lower() not in ENDINGS:
-        raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
+    path = page_file(path)
     if (sweep.data["error"] != "").all():
         raise ViewError("every point of this sweep failed: `message` of its file says why")
     if not can_show(sweep):
         raise ViewError("this sweep keeps no curves: sweep one number, at up to 2000 points")
-    text = _page(sweep)
-    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    write_page(path, _page(sweep))
     return path
 
 
 def _page(sweep: Sweep) -> str:
-    script, title = joined(SCRIPTS), str(sweep.data.attrs["title"])
+    title = str(sweep.data.attrs["title"])
     x = written(sweep.data, sweep.paths[0])
     over = f"{named(sweep.data, sweep.paths[0])}, {len(x)} points from {short(float(x[0]))} to {short(float(x[-1]))}"
     buttons = tag("button", "\N{CIRCLE WITH RIGHT HALF BLACK}", id="theme", type="button", aria_label="dark or light")
     heading = tag("div", tag("h1", sentence(title)), tag("p", over))
     pieces = {
-        "policy": policy(script),
-        "title": tag("title", f"{title}: sweep of fenics_mech"),
-        "style": source("page.css"),
         "heading": tag("header", heading, tag("div", buttons, class_="tools live"), class_="top"),
         "verdict": _said(sweep),
         "stage": _stage(sweep),
         "points": tag("section", tag("h2", "Points"), _points(sweep), class_="card"),
-        "data": json_in_page(_payload(sweep)),
-        "script": script,
     }
-    return Template(source("sweep.html")).substitute(pieces)
+    return whole_page("sweep.html", f"{title}: sweep of fenics_mech", pieces, _payload(sweep), SCRIPTS)
 
 
 def _said(sweep: Sweep) -> Html:
