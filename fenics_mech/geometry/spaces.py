@@ -45,7 +45,8 @@ class Geometry:
     def turn(self, c: Array) -> Array:
         """Rotation of a chart vector: an angle in the plane, 2 tan(angle/2) times the axis in space (Cayley)."""
         if self.d == 2:
-            cos, sin = np.cos(c[..., 0]), np.sin(c[..., 0])
+            angle = c[..., 0].copy()  # rounding of functions over strides depends on where arrays lie
+            cos, sin = np.cos(angle), np.sin(angle)
             return np.stack([np.stack([cos, -sin], axis=-1), np.stack([sin, cos], axis=-1)], axis=-2)
         C = self.skew(c)
         return np.eye(3) + (C + C @ C / 2) / (1 + np.sum(c * c, axis=-1) / 4)[..., None, None]
@@ -53,7 +54,8 @@ class Geometry:
     def vector(self, R: Array) -> Array:
         """Chart vector of a rotation, the inverse of `turn`."""
         if self.d == 2:
-            return np.arctan2(R[..., 1, 0], R[..., 0, 0])[..., None]
+            sin, cos = R[..., 1, 0].copy(), R[..., 0, 0].copy()  # as in `turn`
+            return np.arctan2(sin, cos)[..., None]
         return np.asarray(4 * self.axial(R) / (1 + np.trace(R, axis1=-2, axis2=-1))[..., None])
 
     def spin(self, c: Array, rate: Array) -> Array:

@@ -126,5 +126,5 @@ def near_links(made: SceneMachine, motion: PoseMotion) -> Array:
         axes = motion.R[:, end.pose] @ end.turn
         place = motion.r[:, end.pose] + motion.R[:, end.pose] @ end.offset - axes @ np.array(at)
         q[:, 3 * k : 3 * k + 2] = place - bodies.machine.r[k + 1]
-        q[:, 3 * k + 2] = np.arctan2(axes[:, 1, 0], axes[:, 0, 0]) - bodies.angles[k]
+        q[:, 3 * k + 2] = PLANE.vector(axes)[:, 0] - bodies.angles[k]
     return q

@@ -13,7 +13,7 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.effects.causes import Cause, cause_of_efforts
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain
-from fenics_mech.geometry import End
+from fenics_mech.geometry import PLANE, End
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.acting_from_scene import SHAFT
 from fenics_mech.machine.along_members import along_members
@@ -124,7 +124,7 @@ class OfPoses:
         for ends, member in zip(self.made.element_ends, mesh.cell_member):
             for end in ends:
                 turn = np.swapaxes(self.motion.chart.axes(end), -1, -2) @ self.motion.axes(end)
-                angle = np.abs(np.arctan2(turn[:, 1, 0], turn[:, 0, 0])).max()
+                angle = np.abs(PLANE.vector(turn)).max()
                 largest[member] = max(largest[member], angle)
         return largest
 
@@ -313,7 +313,7 @@ class OfPoses:
         axes = np.stack([chart.axes(end) for end in origins.values()], axis=1)
         poses = [end.pose for end in origins.values()]
         known = chart.machine.known.at(t)
-        angle = np.unwrap(np.arctan2(axes[..., 1, 0], axes[..., 0, 0]), axis=0)
+        angle = np.unwrap(PLANE.vector(axes)[..., 0], axis=0)
         drawn = np.array([link.angle for link in scene.links.values()])  # whole turns count from the rough angles
         angle += 2 * np.pi * np.round((drawn - angle[0]) / (2 * np.pi))
         omega, alpha = (chart.moving * x[:, poses, 0] for x in (known.w, known.al))
