@@ -23,6 +23,7 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
+from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import Motion
 from fenics_mech.planning.effect_choice import CHOICE, Rung
 from fenics_mech.recovery.balance import balance_of
@@ -401,7 +402,7 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
     parts = []
     if "drive_effort" in data and scene.analysis.method != "static":
         parts.append(_power(solved, errors))
-    if found.shaft is not None:
+    if SHAFT in found.made.acting:
         parts.append(_shaft(found))
     if isinstance(solved, Solved):
         parts += [_modes(solved), _without_vibration(solved)]
@@ -438,11 +439,10 @@ def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
 
 def _shaft(found: OfPoses) -> xr.Dataset:
     """Give how far a motor's crank is ahead of its drive, its rate, and the range of that over its mean."""
-    assert found.shaft is not None
     law = law_of(found.made.scene, 0)(found.motion.t)
-    ahead, rate = found.shaft.x[:, 0, 0] - law, found.shaft.rate[:, 0, 0]
+    turned, rate, _ = found.motion.jet(found.made.acting[SHAFT])
     figures = {"speed_fluctuation": float(np.ptp(rate) / abs(rate.mean()))}
-    return xr.Dataset({"drive_twist": ("theta", ahead), "drive_rate": ("theta", rate)}, attrs=figures)
+    return xr.Dataset({"drive_twist": ("theta", turned - law), "drive_rate": ("theta", rate)}, attrs=figures)
 
 
 def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: float) -> xr.Dataset:

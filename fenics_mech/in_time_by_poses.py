@@ -22,21 +22,19 @@ from fenics_mech.by_poses import planned, quantities, read_off, told
 from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.geometry import PLANE, End, Given, PoseMotion, Rest
-from fenics_mech.joints import kind_of
+from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.machine import Machine
 from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
-from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of, moved_ends
-from fenics_mech.machine.laws_from_scene import LAWS
+from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.mode_speeds import mode_speeds
-from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.recovery.of_poses import LAWS, OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
@@ -46,9 +44,8 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.meshing import with_halves
-from fenics_mech.solve import States, Step, damp_modes, equilibrium, quasi_static, steps_in_time
+from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.held_modes import POSITIONS
-from fenics_mech.terms import Look, Measure, Response, Term
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
@@ -86,9 +83,6 @@ def _refuse(scene: Scene) -> None:
     analysis = scene.analysis
     laws = "forces of joint laws such as friction, contact and clearance"
     refused = [(f"joint_laws.{name}", laws) for name, law in scene.joint_laws.items() if type(law) not in LAWS]
-    for name, freedom in scene.freedoms.items():
-        both_move = not any(point.startswith("ground.") for point in scene.joints[name].connect)
-        refused += [(f"freedoms.{name}.inertia", "inertia between two links")] if freedom.inertia and both_move else []
     riding = [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None]
     refused += [(f"joints.{name}.member", "pins that ride along members") for name in riding]
     stated = (
@@ -119,22 +113,6 @@ def _lead(scene: Scene) -> int:
     if not scene.drives or scene.freedoms or scene.drives[0].run_up is None:
         return 0
     return max(0, math.ceil(scene.drives[0].run_up / scene.period * scene.analysis.sub_intervals - 1e-6))
-
-
-class Followed(Term):
-    """The angle or stroke of a freedom, which nothing answers: steps in time count its whole turns."""
-
-    def __init__(self, pair: tuple[End, End], measure: Measure, start: float) -> None:
-        super().__init__([pair])
-        self.measures, self.start = (measure,), start
-
-    def near(self, t: Array) -> Array | None:
-        """Give where it starts."""
-        return np.full((len(t), 1, 1), self.start) if self.measures[0].look is Look.ANGLE else None
-
-    def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give no stress."""
-        return Response(np.zeros_like(x))
 
 
 @dataclass(frozen=True)
@@ -215,17 +193,13 @@ class InTime:
 
 
 def _built(scene: Scene) -> tuple[SceneMachine, Array]:
-    """Build a machine with its freedoms followed, and give the size of each coordinate: that of its static answers.
+    """Build a machine, and give the size of each coordinate: that of its static answers.
 
     Drives are at even positions of a cycle, and freedoms are held where they start.
     """
     made, held = machine_of(scene), machine_of(scene)
     for name, part in scene.freedoms.items():
-        freedom, ends = moved_ends(made, name)
-        measure = kind_of(scene.joints[name].kind, PLANE).drives[freedom]
-        made.machine.terms.append(Followed(ends, measure, part.start or 0.0))
         lead(held, name, values_at(np.zeros(1), np.array([part.start or 0.0])))
-    made.machine.forget_plan()
     if scene.freedoms:
         held.machine.chart = _rigid_at(held, np.zeros(1))
         times = np.zeros(1)
@@ -262,14 +236,18 @@ def _over_cycle(made: SceneMachine) -> tuple[Given, Array]:
     return rigid_motion(made, times[order], near[order], none), times
 
 
-def _rigid_at(made: SceneMachine, t: Array, seconds: Array | None = None) -> Given:
-    """Give the rigid motion about the start, with accelerations of the freedoms ``(instants, freedoms)``."""
-    freedoms = made.scene.freedoms.values()
+def _rigid_at(made: SceneMachine, t: Array, freedoms: Places | None = None) -> Given:
+    """Give the rigid motion about the start, with the freedoms as they move there, or at first without acceleration."""
+    freedoms = freedoms or _freedoms_at(made.scene, t, np.zeros((len(t), len(made.scene.freedoms))))
+    return rigid_motion(made, t, np.repeat(made.bodies.q[None], len(t), axis=0), freedoms)
+
+
+def _freedoms_at(scene: Scene, t: Array, seconds: Array) -> Places:
+    """Give the freedoms about the start by their accelerations, which are those of the middle instant all along."""
+    freedoms = scene.freedoms.values()
     place, rate = (np.array([getattr(x, name) or 0.0 for x in freedoms]) for name in ("start", "rate_at_start"))
-    seconds = np.zeros((len(t), len(place))) if seconds is None else seconds
     at, middle = t[:, None], seconds[len(t) // 2]
-    moved = place + at * rate + at**2 / 2 * middle, rate + at * middle, seconds
-    return rigid_motion(made, t, np.repeat(made.bodies.q[None], len(t), axis=0), moved)
+    return place + at * rate + at**2 / 2 * middle, rate + at * middle, seconds
 
 
 def _start(made: SceneMachine) -> Array:
@@ -302,16 +280,11 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
 
     def bent(seconds: Array) -> tuple[PoseMotion, Array, Array]:
         """Give the chart, the coordinates beside it, and what holds the freedoms."""
-        chart = _rigid_at(held, t, seconds)
-        freedoms = scene.freedoms.values()
-        for k, part in enumerate(freedoms):
-            value[:, k] = (part.start or 0.0) + t * part.rate_at_start + t**2 / 2 * seconds[len(t) // 2, k]
-        places, known = held.machine.places, chart.motion
-        rates, seconds_of = (np.pad(x, ((0, 0), (0, 1)))[:, places] for x in (first, second))
-        known.v, known.w = known.v + rates[..., :2], known.w + rates[..., 2:]
-        known.a, known.al = known.a + seconds_of[..., :2], known.al + seconds_of[..., 2:]
-        held.machine.chart = chart
-        q, a = (np.array(x) for x in zip(*(equilibrium(held.machine, at, what="the start") for at in t)))
+        freedoms = _freedoms_at(scene, t, seconds)
+        value[:] = freedoms[0]
+        known = held.machine.with_rates(_rigid_at(held, t, freedoms).motion, first, second)
+        held.machine.chart = Given(t, known)
+        q, a = equilibria(held.machine, t, np.zeros((len(t), held.machine.size)), what="the start")
         rows = held.machine.n + len(held.machine.rows)
         return known, q, a[:, rows - count : rows]
 
@@ -325,8 +298,9 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
             first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
             second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
     middle = slice(len(t) // 2, len(t) // 2 + 1)
-    known = PoseMotion(*(x[middle] for x in (known.r, known.R, known.v, known.w, known.a, known.al)))
-    return known, np.append(q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n))
+    return known.part(middle), np.append(
+        q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n)
+    )
 
 
 class _Taken:
@@ -380,9 +354,9 @@ class _Taken:
     def _beside(self, states: States) -> OfTime:
         """Give a motion beside the rigid one."""
         alone = self._alone(states).motion
-        followed = [k for k, term in enumerate(alone.machine.terms) if isinstance(term, Followed)]
+        moved = [alone.jet(self.made.acting[f"freedoms.{name}"]) for name in self.made.scene.freedoms]
         none = (np.zeros((len(states.t), 0)),) * 3
-        places = tuple(np.stack(part, axis=1) for part in zip(*map(alone.jet, followed))) if followed else none
+        places = tuple(np.stack(part, axis=1) for part in zip(*moved)) if moved else none
         rigid = rigid_motion(self.made, states.t, near_links(self.made, states.motion), places)  # type: ignore[arg-type]
         motion = alone.beside(rigid)
         return OfTime(replace(self.made, machine=motion.machine), motion, places)  # type: ignore[arg-type]

@@ -15,8 +15,8 @@ from fenics_mech.errors import SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
-from fenics_mech.machine.acting_from_scene import SHAFT
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
+from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
@@ -113,7 +113,7 @@ class Solved:
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         motion = Motion(self.made.machine, t, q, v, a)
         if SHAFT in self.made.acting:  # deflections are measured from where the crank is, and not its drive
-            crank = motion.jet(motion.machine.terms.index(self.made.acting[SHAFT]))
+            crank = motion.jet(self.made.acting[SHAFT])
             near, none = near_links(self.made, motion.poses), (np.zeros((len(t), 0)),) * 3
             drives = crank[0][:, None], crank[1][:, None], crank[2][:, None]
             motion = motion.beside(rigid_motion(self.made, t, near, none, drives))

@@ -133,5 +133,4 @@ class Given:
 
     def at(self, t: Array) -> PoseMotion:
         """Give the motion at some of these instants."""
-        which, known = np.searchsorted(self.t, t), self.motion
-        return PoseMotion(*(x[which].copy() for x in (known.r, known.R, known.v, known.w, known.a, known.al)))
+        return self.motion.part(np.searchsorted(self.t, t))

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from fenics_mech._arrays import Array
 
@@ -46,3 +50,17 @@ class PoseMotion:
     w: Array
     a: Array
     al: Array
+
+    @property
+    def arrays(self) -> tuple[Array, ...]:
+        """Its fields, in their order."""
+        return self.r, self.R, self.v, self.w, self.a, self.al
+
+    def part(self, which: Any) -> PoseMotion:
+        """Give the motion at some of the instants."""
+        return PoseMotion(*(x[which] for x in self.arrays))
+
+    @classmethod
+    def joined(cls, parts: Sequence[PoseMotion]) -> PoseMotion:
+        """Put motions one after the other."""
+        return cls(*map(np.concatenate, zip(*(one.arrays for one in parts))))

@@ -12,7 +12,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
-from fenics_mech.machine.drawn_from_scene import Bodies, clock_of, law_of
+from fenics_mech.machine.drawn_from_scene import Bodies, clock_of
 from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.laws_from_scene import add_laws
 from fenics_mech.machine.machine import Machine
@@ -30,12 +30,9 @@ from fenics_mech.terms import (
     Measure,
     OverState,
     PointLoad,
-    Shaft,
     Spring,
     Term,
 )
-
-SHAFT = "drive.motor"  # place of the one shaft that a scene may have
 
 
 class Ends(Protocol):
@@ -90,12 +87,6 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
         end = at.end(_place(scene, impulse.at))
         size = impulse.impulse, impulse.angular_impulse
         machine.blows.append((float(t), PointLoad(machine.at_ground(), end, *size, np.ones_like)))
-    for number, drive in enumerate(scene.drives):
-        if (motor := drive.motor) is not None:
-            one, other = scene.joints[drive.joint].connect
-            law, crank = law_of(scene, number), one if other.startswith("ground.") else other
-            acting[SHAFT] = Shaft((at.end(one), at.end(other)), motor.stiffness, motor.damping, law, scene.cycle_rate)
-            machine.masses.add_body(at.end(crank), 0.0, np.eye(2) * motor.inertia / 2)
     acting |= add_laws(scene, machine, at.end, bodies)
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)

@@ -7,22 +7,21 @@ from collections.abc import Callable
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
-from fenics_mech.machine.drawn_from_scene import Bodies
+from fenics_mech.machine.drawn_from_scene import Bodies, law_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Bushing, JointEffort, Scene
 from fenics_mech.scene.freedoms import Effort as Stated
 from fenics_mech.scene.freedoms import with_slopes
 from fenics_mech.scene.joints import Prismatic, Slot
-from fenics_mech.terms import Effort, Look, Measure, SoftBearing, Term
+from fenics_mech.terms import Effort, Look, Measure, Shaft, SoftBearing, Term
 
-LAWS = {JointEffort: Cause.EFFORTS, Bushing: Cause.BUSHINGS}  # laws that a term states, and causes of their power
+SHAFT = "drive.motor"  # place of the one motor that a scene may have
 
 
 def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies) -> dict[str, Term]:
-    """Give the terms of efforts in freedoms and of laws of joints, by place in the scene, and add rotors at freedoms.
+    """Give the terms of motors, of freedoms and of laws of joints, by place in the scene, and add rotors.
 
     Parameters
     ----------
@@ -41,15 +40,23 @@ def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bo
         When no term states a law, or an inertia between two bodies that both move.
     """
     found: dict[str, Term] = {}
-    for name, freedom in scene.freedoms.items():
-        if freedom.inertia:
-            moving = [point for point in scene.joints[name].connect if not point.startswith("ground.")]
-            if len(moving) > 1:
-                raise SceneError("no term states inertia between two links yet", place=f"freedoms.{name}.inertia")
-            machine.masses.add_body(end(moving[0]), 0.0, np.eye(2) * freedom.inertia / 2)
-        if freedom.effort or freedom.inertia:
-            pair, measure, _ = _joint(scene, end, name, bodies)
-            found[f"freedoms.{name}"] = _effort(pair, measure, freedom.effort, freedom.start or 0.0)
+    rotors: dict[str, tuple[str, float]] = {}  # joint and inertia, by place
+    for number, drive in enumerate(scene.drives):
+        if (motor := drive.motor) is not None:
+            pair, _, _ = _joint(scene, end, drive.joint, bodies)
+            found[SHAFT] = Shaft(pair, motor.stiffness, motor.damping, law_of(scene, number), scene.cycle_rate)
+            rotors[f"{SHAFT}.inertia"] = drive.joint, motor.inertia
+    for name, freedom in scene.freedoms.items():  # without an effort too: steps in time count its whole turns
+        pair, measure, _ = _joint(scene, end, name, bodies)
+        found[f"freedoms.{name}"] = _effort(pair, measure, freedom.effort, freedom.start or 0.0)
+        rotors[f"freedoms.{name}.inertia"] = name, freedom.inertia
+    for place, (joint, inertia) in rotors.items():
+        if not inertia:
+            continue
+        moving = [point for point in scene.joints[joint].connect if not point.startswith("ground.")]
+        if len(moving) > 1:
+            raise SceneError("no term states inertia between two links yet", place=place, hint="Write solver = 'auto'")
+        machine.masses.add_body(end(moving[0]), 0.0, np.eye(2) * inertia / 2)
     for name, law in scene.joint_laws.items():
         place = f"joint_laws.{name}"
         pair, measure, start = _joint(scene, end, law.joint, bodies)

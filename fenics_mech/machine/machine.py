@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
-from fenics_mech.geometry import Chart, End, Geometry, Rest
+from fenics_mech.geometry import Chart, End, Geometry, PoseMotion, Rest
 from fenics_mech.geometry.charts import Path
 from fenics_mech.joints import Ride, Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
@@ -345,6 +345,17 @@ class Machine:
         v, a = v.copy(), a.copy()
         v[turn[free]], a[turn[free]] = g.spin(Q, V)[free], g.spin_rate(Q, V, A)[free]
         return v, a
+
+    def with_rates(self, motion: PoseMotion, v: Array, a: Array) -> PoseMotion:
+        """Add rates and accelerations of coordinates ``(instants, size)`` to a motion of all poses.
+
+        In space the motion has to be that beside which the coordinates are 0, and to rest.
+        """
+        d = self.geometry.d
+        rates, seconds = (np.pad(x, ((0, 0), (0, 1)))[:, self.places] for x in (v, a))
+        of_places = motion.v + rates[..., :d], motion.a + seconds[..., :d]
+        of_turns = motion.w + rates[..., d:], motion.al + seconds[..., d:]
+        return PoseMotion(motion.r, motion.R, of_places[0], of_turns[0], of_places[1], of_turns[1])
 
     # ---- the equation ----
     def moved(self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True) -> Moved:

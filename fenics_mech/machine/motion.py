@@ -13,6 +13,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Given, PoseMotion
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.machine import Machine
+from fenics_mech.machine.measured import Measured
+from fenics_mech.terms import Term
 
 
 @dataclass(frozen=True)
@@ -66,17 +68,8 @@ class Motion:
     @cached_property
     def poses(self) -> PoseMotion:
         """Places, rotations and their rates of all poses in the plane, where rates of turns add up."""
-        chart, places, d = self.machine.known.at(self.t), self.machine.places, self.machine.geometry.d
-        v, a = (np.pad(x, ((0, 0), (0, 1)))[:, places] for x in (self.v, self.a))
-        place, turn = (v[..., :d], a[..., :d]), (v[..., d:], a[..., d:])
-        return PoseMotion(
-            self.found.at.r,
-            self.found.at.R,
-            chart.v + place[0],
-            chart.w + turn[0],
-            chart.a + place[1],
-            chart.al + turn[1],
-        )
+        moved, at = self.machine.with_rates(self.machine.known.at(self.t), self.v, self.a), self.found.at
+        return replace(moved, r=at.r, R=at.R)
 
     def beside(self, chart: Given) -> Motion:
         """Give the same motion in the plane beside another chart."""
@@ -89,12 +82,15 @@ class Motion:
         a[:, machine.n :] = self.a[:, machine.n :]
         return Motion(machine, self.t, q, v, a, angles=self.angles)
 
-    def jet(self, term: int) -> tuple[Array, Array, Array]:
+    def of_term(self, term: Term) -> Measured:
+        """Give the measures and stresses of a term."""
+        return self.found.terms[self.machine.terms.index(term)]
+
+    def jet(self, term: Term) -> tuple[Array, Array, Array]:
         """Give the measure of a term of one element in the plane, and two derivatives by time ``(instants,)`` each."""
-        here, seconds = self.found.terms[term], np.concatenate([self.poses.a, self.poses.al], axis=-1)
-        by_seconds = np.einsum(
-            "tn,tn->t", here.gradient[:, 0, 0], self.machine.groups[term].variables_of(seconds)[:, 0]
-        )
+        here, seconds = self.of_term(term), np.concatenate([self.poses.a, self.poses.al], axis=-1)
+        group = self.machine.groups[self.machine.terms.index(term)]
+        by_seconds = np.einsum("tn,tn->t", here.gradient[:, 0, 0], group.variables_of(seconds)[:, 0])
         by_rates = np.einsum("tn,tn->t", here.rate_by_variables[:, 0, 0], here.ways[:, 0])
         return here.x[:, 0, 0], here.rate[:, 0, 0], by_seconds + by_rates
 

@@ -15,17 +15,17 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.kinematics import Motion as LinkMotion
-from fenics_mech.machine.acting_from_scene import SHAFT
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
-from fenics_mech.machine.laws_from_scene import LAWS
+from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.scene import Bushing, JointEffort
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.terms import Beams, Term
 
@@ -132,55 +132,38 @@ class OfPoses:
     def efforts(self) -> dict[str, Array]:
         """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints.
 
-        They are ``(instants,)`` each. A motor's rotor takes its own part of the moment of the shaft.
+        They are ``(instants,)`` each. A rotor takes its own part of what the term of a motor or freedom gives.
         """
-        joints = [drive.joint for drive in self.made.scene.drives]
-        if self.shaft is not None:
-            motor = self.made.scene.drives[0].motor
-            assert motor is not None
-            change = self.motion.jet(self.motion.machine.terms.index(self.made.acting[SHAFT]))[2]
-            return {joints[0]: self._of_shaft - motor.inertia * change}
-        first = self.motion.machine.n
-        found = {joint: -self.motion.a[:, first + row] for joint, row in zip(joints, self.made.driven)}
-        return found | {name: self._in_freedom(name) for name in self.made.scene.freedoms}
+        scene, first = self.made.scene, self.motion.machine.n
+        by_rows = [drive.joint for drive in scene.drives if drive.motor is None]
+        found = {joint: -self.motion.a[:, first + row] for joint, row in zip(by_rows, self.made.driven)}
+        rotors = {drive.joint: drive.motor.inertia for drive in scene.drives if drive.motor is not None}
+        rotors |= {name: freedom.inertia for name, freedom in scene.freedoms.items()}
+        for joint, inertia in rotors.items():
+            term = self.made.acting[self._place_of(joint)]
+            found[joint] = self._exerted(term) - inertia * self.motion.jet(term)[2]
+        return found
 
-    def _in_freedom(self, name: str) -> Array:
-        """Give the effort of a freedom on the second body less what accelerates its rotor ``(instants,)``."""
-        term = self.made.acting.get(f"freedoms.{name}")
-        if term is None:
-            return np.zeros(len(self.motion.t))
-        number = self.motion.machine.terms.index(term)
-        stress = self.motion.found.terms[number].response.stress[:, 0, 0]
-        return -stress - self.made.scene.freedoms[name].inertia * self.motion.jet(number)[2]
+    def _place_of(self, joint: str) -> str:
+        """Give the place of what acts in the freedom of a joint instead of a row: a motor, or a freedom's effort."""
+        return f"freedoms.{joint}" if joint in self.made.scene.freedoms else SHAFT
 
-    @property
-    def shaft(self) -> Measured | None:
-        """The measure of a motor's shaft, and its moment; None without a motor."""
-        own = self.made.acting.get(SHAFT)
-        return next((here for term, here in self._acting if term is own), None)
-
-    @property
-    def _of_shaft(self) -> Array:
-        """Moment of a motor's shaft on the second body of the drive's joint ``(instants,)`` (N m)."""
-        assert self.shaft is not None
-        return -self.shaft.response.stress[:, 0, 0]
+    def _exerted(self, term: Term) -> Array:
+        """Give what a term over the angle or stroke of a joint exerts on its second body ``(instants,)`` (N m, N)."""
+        return -self.motion.of_term(term).response.stress[:, 0, 0]
 
     def _of_drive(self, name: str, joint: Joint, body: str) -> Array:
         """Give force and moment of a motor or of an effort on a body of a joint, where it has no row (N, N m)."""
-        scene = self.made.scene
-        own = self.made.acting.get(f"freedoms.{name}")
-        if own is not None:
-            effort = -self.motion.found.terms[self.motion.machine.terms.index(own)].response.stress[:, 0, 0]
-        elif self.shaft is not None and name == scene.drives[0].joint:
-            effort = self._of_shaft
-        else:
-            return np.zeros((len(self.motion.t), 3))
-        along = np.zeros((len(effort), 3))
+        scene, along = self.made.scene, np.zeros((len(self.motion.t), 3))
+        term = self.made.acting.get(self._place_of(name))
+        if term is None or name not in scene.moved_joints:
+            return along
         if isinstance(joint, Slot | Prismatic):
             along[:, :2] = self.motion.axes(self.made.end(joint.connect[0], joint.angle))[:, :, 0]
         else:
             along[:, 2] = 1.0
-        return along * (effort if joint.connect[1].split(".")[0] == body else -effort)[:, None]
+        effort = self._exerted(term)[:, None]
+        return along * (effort if joint.connect[1].split(".")[0] == body else -effort)
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
@@ -327,8 +310,8 @@ class OfPoses:
     # ---- power ----
     def drive_rates(self) -> Array:
         """Give the rates of angles (rad/s) and strokes (m/s) of the drives ``(instants, drives)``."""
-        if self.shaft is not None:
-            return self.shaft.rate[:, 0]
+        if SHAFT in self.made.acting:
+            return self.rate_of(SHAFT)[:, None]
         motion, rows = self.motion, self.motion.machine.rows
         value = [row.value(motion.t) if callable(row.value) else np.zeros(len(motion.t)) for row in rows]
         measured = motion.machine.row_group.measure(motion.found.at, np.stack(value, axis=1)[..., None])
@@ -336,8 +319,7 @@ class OfPoses:
 
     def rate_of(self, place: str) -> Array:
         """Give the rate of the measure of a term, by its place in the scene ``(instants,)``."""
-        number = self.motion.machine.terms.index(self.made.acting[place])
-        return self.motion.found.terms[number].rate[:, 0, 0]
+        return self.motion.of_term(self.made.acting[place]).rate[:, 0, 0]
 
     @property
     def measured(self) -> Sequence[Measured]:
@@ -347,13 +329,12 @@ class OfPoses:
     def powers(self) -> dict[str, Array]:
         """Give what drives, loads and damping give to the machine ``(instants,)`` (W)."""
         machine, found = self.motion.machine, self.motion.found
-        given = np.zeros(len(self.motion.t))
-        if drives := len(self.made.scene.drives):
-            efforts = np.stack(list(self.efforts().values())[:drives], axis=1)
-            given = np.sum(efforts * self.drive_rates(), axis=1)
-        for joint, part in self.made.scene.freedoms.items():
-            if part.effort or part.inertia:
-                given = given + self._in_freedom(joint) * self.rate_of(f"freedoms.{joint}")
+        given, efforts = np.zeros(len(self.motion.t)), self.efforts()
+        if drives := self.made.scene.drives:
+            of_drives = np.stack([efforts[drive.joint] for drive in drives], axis=1)
+            given = np.sum(of_drives * self.drive_rates(), axis=1)
+        for joint in self.made.scene.freedoms:
+            given = given + efforts[joint] * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
         laws = self.made.scene.joint_laws
@@ -391,8 +372,7 @@ class OfPoses:
         """Give what each law exerts on the second body of its joint ``(instants,)``: of a bushing the force's size."""
         found = {}
         for name in self.made.scene.joint_laws:
-            number = self.motion.machine.terms.index(self.made.acting[f"joint_laws.{name}"])
-            stress = self.motion.found.terms[number].response.stress[:, 0]
+            stress = self.motion.of_term(self.made.acting[f"joint_laws.{name}"]).response.stress[:, 0]
             found[name] = -stress[:, 0] if stress.shape[1] == 1 else norms(stress[:, :2])
         return found
 
@@ -419,6 +399,7 @@ class OfPoses:
 
 
 SUPPORTING = {"springs": "spring", "dampers": "damper", "joint_laws": "joint law"}  # names of supports, by table
+LAWS = {JointEffort: Cause.EFFORTS, Bushing: Cause.BUSHINGS}  # laws of joints that terms state
 CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
 
 

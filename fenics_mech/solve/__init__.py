@@ -7,7 +7,7 @@ from fenics_mech.solve.linear import Iterate, StaticIteration, axial_forces, ite
 from fenics_mech.solve.periodic import Cycle, Iteration, Path, converged, periodic
 from fenics_mech.solve.rigid import rigid_cycle
 from fenics_mech.solve.stability import running_modes
-from fenics_mech.solve.statics import equilibrium
+from fenics_mech.solve.statics import equilibria, equilibrium
 
 __all__ = [
     "Course",
@@ -21,6 +21,7 @@ __all__ = [
     "axial_forces",
     "converged",
     "damp_modes",
+    "equilibria",
     "equilibrium",
     "followed_modes",
     "frequencies",

@@ -21,7 +21,6 @@ CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
 FIXED = 1e-9  # tolerance of steps of a stated length (m, rad), which only Newton's method has
 ROUNDING = 1e-9  # of a step, by which the last of even ones may be too short
 SHORT = 1e-2  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
-NAMES = "r", "R", "v", "w", "a", "al"  # of the parts of a motion of poses
 
 
 @dataclass
@@ -67,7 +66,7 @@ class States:
     @classmethod
     def joined(cls, parts: Sequence[States]) -> States:
         """Put states one after the other."""
-        motion = PoseMotion(*(np.concatenate([getattr(x.motion, name) for x in parts]) for name in NAMES))
+        motion = PoseMotion.joined([x.motion for x in parts])
         t, others = np.concatenate([x.t for x in parts]), np.concatenate([x.others for x in parts])
         return cls(t, motion, others, [np.concatenate(of_term) for of_term in zip(*(x.measures for x in parts))])
 
@@ -163,8 +162,7 @@ class Step:
         for k, t in enumerate(self.t + after):
             poses.append(_now(machine, t, *machine.rebase(q[k], v[k], a[k])))
             machine.chart = chart
-        motion = PoseMotion(*(np.array([getattr(x, name) for x in poses]) for name in NAMES))
-        return States(self.t + after, motion, a[:, machine.n :], [x[: len(after)] for x in measures])
+        return States(self.t + after, PoseMotion.joined(poses), a[:, machine.n :], [x[: len(after)] for x in measures])
 
     def error(self, before: Array) -> float:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
@@ -271,19 +269,15 @@ def march(
         When a step has no solution.
     """
     rows = len(machine.rows)
-    times, motions, multipliers = [start], [_now(machine, start, v, np.zeros_like(v))], [np.zeros(rows)]
+    times, motions, multipliers = [start], [_now(machine, start, v, np.zeros_like(v)).part(0)], [np.zeros(rows)]
     for step in steps_in_time(machine, v, np.array([start, start + duration]), h=h, tolerance=tolerance, stages=stages):
         state = step.at_end()
-        m = state.motion
         times.append(float(state.t[0]))
-        motions.append(PoseMotion(m.r[0], m.R[0], m.v[0], m.w[0], m.a[0], m.al[0]))
+        motions.append(state.motion.part(0))
         multipliers.append(state.others[0, :rows])
     return Course(np.array(times), motions, np.array(multipliers))
 
 
 def _now(machine: Machine, t: float, v: Array, a: Array) -> PoseMotion:
-    """Give places, rotations, velocities, spins and their rates of the poses of the chart."""
-    at = machine.known.at(np.array([t]))
-    V, A = (np.append(x[: machine.n], 0.0)[machine.places] for x in (v, a))
-    d = machine.geometry.d
-    return PoseMotion(at.r[0], at.R[0], at.v[0] + V[:, :d], at.w[0] + V[:, d:], at.a[0] + A[:, :d], at.al[0] + A[:, d:])
+    """Give the motion of the poses of the chart at an instant, with rates and accelerations ``(size,)``."""
+    return machine.with_rates(machine.known.at(np.array([t])), v[None], a[None])
