@@ -18,14 +18,14 @@ from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
-from fenics_mech.errors import SceneError, SolverError, UnstableError
+from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import Motion
-from fenics_mech.planning.effect_choice import CHOICE, Rung
+from fenics_mech.planning.effect_choice import Rung
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
@@ -71,7 +71,7 @@ def by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    solved = solution(planned(scene), choosing=scene.effects == "auto")
+    solved = solution(planned(scene))
     stability = xr.Dataset()
     if isinstance(solved, Solved) and scene.analysis.stability:
         stability = _stability(solved)
@@ -81,28 +81,22 @@ def by_poses(scene: Scene) -> Result:
 
 @dataclass
 class RefinedByPoses:
-    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`.
+    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`."""
 
-    Parameters
-    ----------
-    choosing
-        Whether a linear theory may answer.
-    """
-
-    choosing: bool
     _last: tuple[Solved | AtRest, Errors] | None = None
     _stability: xr.Dataset = field(default_factory=xr.Dataset)
 
     def theories(self, scene: Scene) -> list[Rung]:
-        """Give a scene with its effects: `solution` finds out whether a linear theory suffices."""
+        """Give a scene with its effects: where the program chooses them, strains are exact."""
         return [(planned(scene), ())]
 
     def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
         """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
-        solved = solution(trial, self.choosing)
+        solved = solution(trial)
         errors = estimated(solved)
         self._last = solved, errors
-        return Result.with_scene(solved.scene, joined(read_off(solved.positions, errors), of_errors(errors).dataset()))
+        told = read_off(solved.positions, _by_exact_strains(solved, errors)), of_errors(errors).dataset()
+        return Result.with_scene(solved.scene, joined(*told))
 
     def judge(self, allow_unstable: bool) -> None:
         """Raise `SolverError` where the last motion is unstable and may not be so."""
@@ -171,49 +165,36 @@ def planned(scene: Scene) -> Scene:
     return scene
 
 
-def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
+def solution(scene: Scene) -> Solved | AtRest:
     """Solve for the answer to a scene in the theory of its effects.
 
     Parameters
     ----------
     scene
         The scene, with its effects.
-    choosing
-        Whether a linear theory may answer, where Newton's next correction is below what the scene may neglect.
 
     Raises
     ------
     SolverError
         When there is none.
     """
-    periodic = scene.analysis.method == "periodic"
-    linear: type[LinearCycle | AtRest] = LinearCycle if periodic else AtRest
-    if choosing and not any(drive.motor for drive in scene.drives):
-        effects = tuple(STIFFENED if name == EXACT else name for name in scene.effects)
-        try:
-            found = linear.of(scene.changed(effects=effects))
-            return found if _suffices(found) else found.exact(scene)
-        except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
-            logger.info("no answer is found by way of linear strains: %s", error)
-    return Solved.of(scene) if periodic and EXACT in scene.named_effects else linear.of(scene)
+    if scene.analysis.method != "periodic":
+        return AtRest.of(scene)
+    return Solved.of(scene) if EXACT in scene.named_effects else LinearCycle.of(scene)
 
 
-def _suffices(solved: LinearCycle | AtRest) -> bool:
-    """Say whether what a linear theory leaves out is little enough for its scene."""
-    scene, here = solved.scene, quantities(solved.positions)
-    left_out, size = (quantities(solved.corrected) - here).largest, measures(scene, here.largest)
-    limits = {what: CHOICE.share * most for what, most in scene.tolerances.items()} or {
-        "strain": scene.neglected / 2,
-        "deflection": CHOICE.deflection,
-    }
-    return all(float((left_out[what] / size[what]).max(initial=0.0)) <= most for what, most in limits.items())
+def _by_exact_strains(solved: Solved | AtRest, errors: Errors | None) -> float | None:
+    """Give the share that exact strains change beside linear ones, where it is known."""
+    if solved.left_out is not None or errors is None:
+        return solved.left_out
+    return errors.relative("strain").get("theory")
 
 
-def _choices(scene: Scene, errors: Errors | None) -> tuple[Choice, ...]:
-    """Say which effects acted, what others lack, and what exact strains would change, where that is known."""
+def _choices(scene: Scene, by_exact_strains: float | None) -> tuple[Choice, ...]:
+    """Say which effects acted, what others lack, and what exact strains change, where that is known."""
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
-    sizes = {} if errors is None else {EXACT: errors.relative("strain").get("theory")}
+    sizes = {EXACT: by_exact_strains}
     return tuple(
         Choice(effect, sizes.get(name), name in acting, lacking.get(name, "")) for name, effect in EFFECTS.items()
     )
@@ -339,15 +320,15 @@ def _links_of(solved: Solved, modes: Index) -> list[str]:
     return [list(made.scene.links)[i] for i in most]
 
 
-def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
+def read_off(found: OfPoses, by_exact_strains: float | None = None) -> xr.Dataset:
     """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided.
 
     Parameters
     ----------
     found
         The answer at the positions.
-    errors
-        Its errors; None where they are not estimated.
+    by_exact_strains
+        Share that exact strains change beside linear ones; None where it is not known.
     """
     scene, links = found.made.scene, found.links()
     efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
@@ -379,7 +360,7 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
     }
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
-    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, errors))
+    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, by_exact_strains))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
     return joined(data, rigid_places(scene, links), motion_of_links(scene, links))
@@ -398,7 +379,8 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         What is known of disturbances.
     """
     scene, found = solved.scene, solved.positions
-    data = joined(read_off(found, errors), stability, mode_speeds(scene)).drop_vars(solved.untold, errors="ignore")
+    data = read_off(found, _by_exact_strains(solved, errors))
+    data = joined(data, stability, mode_speeds(scene)).drop_vars(solved.untold, errors="ignore")
     parts = []
     if "drive_effort" in data and scene.analysis.method != "static":
         parts.append(_power(solved, errors))

@@ -395,7 +395,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
         Its errors; None where they are not estimated.
     """
     scene, found = whole.scene, whole.positions
-    data = read_off(found, errors).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
+    data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
     parts = [
         _power(whole, errors),
         _of_freedoms(found),

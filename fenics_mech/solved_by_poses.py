@@ -30,7 +30,6 @@ from fenics_mech.solve import (
     Path,
     StaticIteration,
     axial_forces,
-    converged,
     damp_modes,
     periodic,
     quasi_static,
@@ -145,6 +144,11 @@ class Solved:
         """The motion at the positions of the result."""
         return self.at(0.0)
 
+    @property
+    def left_out(self) -> float | None:
+        """Share of the coordinates that linear strains leave out, by Newton's second step; None where there is none."""
+        return self.cycle.changes[1] if len(self.cycle.changes) > 1 else None
+
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
         yield "time", replace(self, cycle=finer_steps(self.cycle)).at(0.0)
@@ -186,9 +190,9 @@ class LinearCycle(Solved):
         path = Path.of_rest(made.machine, scene.period, steps_of(scene), stages)
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
         step = Iteration(made.machine, path, stiff)
-        step.step()
+        change = step.step()
         assert step.stresses is not None
-        return cls(scene, made, Cycle(made.machine, step.path, step.found, 1, step.size), list(step.stresses))
+        return cls(scene, made, Cycle(made.machine, step.path, step.found, [change]), list(step.stresses))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         rigid = Motion(self.made.machine, t, 0 * q, 0 * v, 0 * a)
@@ -210,21 +214,6 @@ class LinearCycle(Solved):
         last = len(path.tableau.c) * (ending + 1) - 1
         dq, dv, da, *stiff = (x[last] for x in (*self._next.change, *self.stresses))
         return OfLinear.by(self.made, LinearMotion(here, (dq, dv, da), stiff))
-
-    def exact(self, scene: Scene) -> Solved:
-        """Go on from here to the motion that leaves nothing out.
-
-        Parameters
-        ----------
-        scene
-            The same scene with exact strains.
-
-        Raises
-        ------
-        SolverError
-            When there is none near.
-        """
-        return Solved(scene, replace(self.made, scene=scene), converged(copy(self._next)))
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
@@ -250,12 +239,15 @@ class AtRest:
         What is read off it.
     following
         Newton's method after the first step; None of an exact answer.
+    left_out
+        As of `Solved`.
     """
 
     scene: Scene
     made: SceneMachine
     positions: OfPoses
     following: StaticIteration | None
+    left_out: float | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> AtRest:
@@ -279,29 +271,14 @@ class AtRest:
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
-            newton(steps.step, TIGHT, MOST, "the static answer")
+            changes = newton(steps.step, TIGHT, MOST, "the static answer")
             _refuse_buckled(scene, steps)
-            return cls(scene, made, OfPoses(made, Motion(machine, t, steps.q, still, steps.a, moving)), None)
+            motion, share = Motion(machine, t, steps.q, still, steps.a, moving), changes[1] / (changes[0] or 1.0)
+            return cls(scene, made, OfPoses(made, motion), None, share)
         steps.step()
         _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
         return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
-
-    def exact(self, scene: Scene) -> AtRest:
-        """Give the answers that leave nothing out.
-
-        Parameters
-        ----------
-        scene
-            The same scene with exact strains.
-
-        Raises
-        ------
-        SolverError
-            When there are none near.
-        """
-        made = replace(self.made, scene=self.made.scene.changed(effects=scene.effects))
-        return AtRest._by(scene, made, _instants(scene))
 
     @property
     def untold(self) -> tuple[str, ...]:

@@ -228,7 +228,7 @@ class Group:
             (found.gradient, on, (F, M, C, C)),
             (found.rate_by_variables, np.full_like(on, -1), (F, M, C, K)),
         ):
-            g = np.einsum("temn,temk->tekn", variables, E)
+            g = np.swapaxes(E, -1, -2) @ variables
             shape = len(g), E.shape[3] * len(self.dof), np.ascontiguousarray(g), by, np.ascontiguousarray(where)
             call(f"conditions_{self.kernels}", *shape, F.shape[1], K.shape[1], *to)
         M[:, pattern.at(numbers[:, None], numbers[:, None])[:, 0, 0]] -= 1.0

@@ -1,5 +1,6 @@
 """Solvers of one residual: statics, motion in time, periodic motion, frequencies, stability. None knows what moves."""
 
+from fenics_mech.solve.compiled_steps import accelerated
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
 from fenics_mech.solve.in_time import Course, States, Step, march, steps_in_time
@@ -18,6 +19,7 @@ __all__ = [
     "States",
     "StaticIteration",
     "Step",
+    "accelerated",
     "axial_forces",
     "converged",
     "damp_modes",

@@ -17,7 +17,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
 from fenics_mech.machine.groups import Group
-from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.compiled_steps import accelerated
 from fenics_mech.terms import Response
 
 if TYPE_CHECKING:
@@ -92,20 +92,14 @@ def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) 
 
 def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
     """Give jumps of rates and impulses of multipliers at some coordinates ``(places, impulses, size)``."""
-    n, kept, pattern, zero = machine.n, machine.n + machine.held, machine.pattern, np.zeros_like(q)
-    time, blocks = np.full(len(q), t), blocks_of(pattern, 1)
+    zero, time, jumps = np.zeros_like(q), np.full(len(q), t), []
     found = machine.residual(time, q, zero, zero, loads=0.0, moving=False)
-    rows = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
-    of_gaps, of_modes = (rows >= n) & (pattern.indices < n), (rows >= kept) != (pattern.indices >= kept)
-    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
-    impulses = np.zeros((len(q), pattern.size, len(numbers)))
-    for column, number in enumerate(numbers):
+    for number in numbers:
         load = machine.blows[number][1]
         group = Group.of(machine.geometry, machine.places, load)
         measured = group.measure(found.at, None)
         stress = load.respond(time, measured.x, measured.rate).stress
         force, none = np.zeros_like(q), np.zeros_like(found.M)
-        group.spread(measured.with_response(Response(stress)), None, pattern, False, (force, none, none, none))
-        impulses[:, :, column] = -force
-    solved = [Factors(blocks, x[:, None, None], "an impulse").solve(y) for x, y in zip(values, impulses)]
-    return np.swapaxes(np.array(solved), 1, 2)
+        group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
+        jumps.append(accelerated(machine, found, -force))
+    return np.stack(jumps, axis=1)

@@ -14,9 +14,10 @@ from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.blows import blows_of
+from fenics_mech.solve.compiled_steps import CompiledSteps, order_of
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
-from fenics_mech.solve.sparse import SMALL, Factors, blocks_of, inverses
+from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 
 
@@ -108,17 +109,15 @@ class Cycle:
         The motion beside the chart.
     evaluation
         The residual at the stages of the path.
-    iterations
-        Newton steps.
-    change
-        The last Newton correction of the coordinates, relative to the largest.
+    changes
+        Newton corrections of the coordinates, relative to the largest. From the motion of a chart, the first gives the
+        linear answer, and the second is what that leaves out.
     """
 
     machine: Machine
     path: Path
     evaluation: Evaluation
-    iterations: int
-    change: float
+    changes: list[float]
 
     def __post_init__(self) -> None:
         self.tableau = self.path.tableau
@@ -141,63 +140,64 @@ class Cycle:
 
 
 class LinearSteps:
-    """The linearised steps of a cycle: factors of every step, and how a state goes through them.
+    """The linearised steps of a cycle: factors of every step, and how states go through them.
 
     A state is (coordinates, rates times the mean step), ``(2 n,)``.
     """
 
     def __init__(self, machine: Machine, path: Path, found: Evaluation) -> None:
-        tableau = self.tableau = path.tableau
-        self.n, self.size, self.h, self.period = machine.n, machine.size, path.h, path.period
+        self.tableau, self.pattern = path.tableau, machine.pattern
+        self.n, self.h, self.period = machine.n, path.h, path.period
         self.unit, self.ends = path.period / len(path.starts), path.starts + path.h
         self.blows = blows_of(machine, path)
-        self.stages = len(tableau.c)
-        self.count = len(found.force) // self.stages
-        self.pattern = machine.pattern
-        M, self.C, self.K = (x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K))
-        blocks = blocks_of(machine.pattern, self.stages)
-        matrices = [stage_matrix(tableau, *of_step) for of_step in zip(self.h, M, self.C, self.K)]
-        self.small = blocks.size <= SMALL
-        if self.small:
-            self.inverse = inverses(blocks, np.array(matrices), "a step of the cycle")
-            self.by_state, self.maps = self._maps()
-        else:
+        M, self.C, self.K = (x.reshape(*path.a.shape[:2], -1) for x in (found.M, found.C, found.K))
+        march = CompiledSteps(order_of(self.pattern, self.n), self.n, self.tableau, self.h, M, self.C, self.K)
+        self.march = march if march.holds else None
+        if self.march is None:
+            blocks = blocks_of(self.pattern, path.a.shape[1])
+            matrices = (stage_matrix(self.tableau, *of_step) for of_step in zip(self.h, M, self.C, self.K))
             self.factors = [Factors(blocks, x, f"step {k + 1} of the cycle") for k, x in enumerate(matrices)]
 
-    def _maps(self) -> tuple[Array, Array]:
-        """Give what states make of accelerations ``(steps, unknowns, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
-        n, tableau, N = self.n, self.tableau, self.size * self.stages
-        share, scale = (x[:, None, None, None] for x in (self.h / self.unit, self.h**2))
-        C, K = (self.pattern.dense(x)[..., :n] for x in (self.C, self.K))  # (steps, stages, size, n)
-        forces = np.concatenate([K, share * tableau.c[:, None, None] * K + C / self.unit], axis=-1)
-        by_state = -self.inverse @ np.swapaxes(forces, 1, 2).reshape(self.count, N, 2 * n)  # stages side by side
-        stages = by_state.reshape(self.count, self.size, self.stages, 2 * n)[:, :n]
-        of_ends = (scale, tableau.square[-1]), (scale / share, tableau.A[-1])
-        ends = [by[..., 0] * np.einsum("j,kijm->kim", row, stages) for by, row in of_ends]
-        zero, one = np.zeros((n, n)), np.eye(n)
-        still = np.block([[one, zero], [zero, one]]) + share[..., 0] * np.block([[zero, one], [zero, zero]])
-        maps = still + np.concatenate(ends, axis=1)
-        for k, blows in self.blows.items():
-            maps[k, n:] += self.unit * blows.by_q @ maps[k, :n]
-        return by_state, maps
+    def through(
+        self, states: Array, right: Array | None = None, gaps: Array | None = None, along: bool = False
+    ) -> tuple[Array, Array | None, Array | None]:
+        """Take states through all steps.
 
-    def through(self, k: int, state: Array, right: Array | None = None) -> tuple[Array, Array]:
+        Parameters
+        ----------
+        states
+            Each a row ``(states, 2 n)``.
+        right, gaps
+            Forces ``(steps, stages, size)``, and what is added after each step ``(steps, 2 n)``; None for none.
+        along
+            Whether to give more than the ends.
+
+        Returns
+        -------
+        tuple
+            The ends ``(states, 2 n)``, accelerations of the first ``(steps, stages, size)``, and all states after
+            each step ``(steps, states, 2 n)``.
+        """
+        if self.march is not None:
+            jumps = {k: blows.by_q for k, blows in self.blows.items()}
+            return self.march.through(states, self.unit, jumps, right, gaps, along)
+        a, after, ends = [], [], states
+        for k in range(len(self.h)):
+            steps = [self._through(k, state, None if right is None else right[k]) for state in ends]
+            ends = np.array([end if gaps is None else end + gaps[k] for _, end in steps])
+            a.append(steps[0][0])
+            after.append(ends)
+        return ends, np.array(a), np.array(after)
+
+    def _through(self, k: int, state: Array, right: Array | None) -> tuple[Array, Array]:
         """Take a state through step `k` under forces ``(stages, size)``: accelerations, and the state after it."""
         n, h, unit, tableau = self.n, self.h[k], self.unit, self.tableau
-        if self.small:
-            flat = self.by_state[k] @ state
-            if right is not None:
-                flat += self.inverse[k] @ right.T.ravel()
-        else:
-            x, y = np.zeros(self.size), np.zeros(self.size)
-            x[:n], y[:n] = state[:n], state[n:]
-            force = np.zeros((self.stages, self.size)) if right is None else right.copy()
-            at_stages = x + h / unit * tableau.c[:, None] * y
-            force -= self.pattern.times(self.K[k], at_stages)
-            force -= self.pattern.times(self.C[k], np.broadcast_to(y / unit, at_stages.shape))
-            flat = self.factors[k].solve(force.T.ravel())
-        a = flat.reshape(self.size, self.stages).T
         x, y = state[:n], state[n:]
+        at_stages = np.zeros((2, len(tableau.c), self.pattern.size))
+        at_stages[0, :, :n], at_stages[1, :, :n] = x + h / unit * tableau.c[:, None] * y, y / unit
+        force = -self.pattern.times(self.K[k], at_stages[0]) - self.pattern.times(self.C[k], at_stages[1])
+        force += 0.0 if right is None else right
+        a = self.factors[k].solve(force.T.ravel()).reshape(-1, len(tableau.c)).T
         end = [x + h / unit * y + h * h * (tableau.square[-1] @ a)[:n], y + h * unit * (tableau.A[-1] @ a)[:n]]
         if k in self.blows:
             end[1] = end[1] + unit * self.blows[k].by_q @ end[0]
@@ -205,22 +205,15 @@ class LinearSteps:
 
     def cycle(self, state: Array) -> Array:
         """Take a state through the whole cycle."""
-        for k in range(self.count):
-            state = self.maps[k] @ state if self.small else self.through(k, state)[1]
-        return state
+        return self.through(state[None])[0][0]
 
     def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
         """Solve for periodic states under forces ``(steps, stages, size)`` and gaps between steps ``(steps, 2 n)``."""
-        state = np.zeros(2 * self.n)
-        for k in range(self.count):
-            state = self.through(k, state, right[k])[1] + gaps[k]
-        start = self._ksp(state)
-        states, accelerations = [start], []
-        for k in range(self.count):
-            a, end = self.through(k, states[-1], right[k])
-            accelerations.append(a)
-            states.append(end + gaps[k])
-        return np.array(states[:-1]), np.array(accelerations)
+        start = self._ksp(self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0])
+        _, a, after = self.through(start[None], right, gaps, along=True)
+        assert a is not None
+        assert after is not None
+        return np.concatenate([start[None], after[:-1, 0]]), a
 
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
@@ -243,7 +236,7 @@ class LinearSteps:
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
         if 2 * self.n <= 60:  # a dense matrix costs no more marches than Arnoldi's method takes
-            whole = np.array([self.cycle(column) for column in np.eye(2 * self.n)]).T
+            whole = self.through(np.eye(2 * self.n))[0].T
             values, vectors = np.linalg.eig(whole)
         else:
             eps = SLEPc.EPS().create(PETSc.COMM_SELF)
@@ -315,8 +308,8 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
     tolerance, most
         As of `periodic`.
     """
-    iterations = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(iteration.machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
+    changes = newton(iteration.step, tolerance, most, "the periodic motion")
+    return Cycle(iteration.machine, iteration.path, iteration.evaluated(), changes)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
@@ -337,7 +330,6 @@ class Iteration:
 
     found: Evaluation
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
-    size: float  # of the change, relative to the largest coordinate
 
     def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array] | None = None) -> None:
         self.machine, self.path, self.stresses = machine, path, stresses
@@ -365,5 +357,4 @@ class Iteration:
         self.stresses = predicted(machine, self.found, *self.change)
         self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
         largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * machine.extent)
-        self.size = float(np.abs(changed[0]).max() / largest)
-        return self.size
+        return float(np.abs(changed[0]).max() / largest)
