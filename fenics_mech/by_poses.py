@@ -15,7 +15,6 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.effects import EFFECTS, active
-from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, SolverError, UnstableError
@@ -41,6 +40,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
 from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
+from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for

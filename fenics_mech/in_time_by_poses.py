@@ -19,7 +19,6 @@ from fenics_mech._progress import reached
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.by_poses import planned, quantities, read_off, told
-from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
@@ -46,6 +45,7 @@ from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.held_modes import POSITIONS
+from fenics_mech.terms.causes import Cause
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import Friction, Scene
+from fenics_mech.terms.causes import Cause
 
 TOLD = 1e-4  # m: creep in a motion, above which it is told
 

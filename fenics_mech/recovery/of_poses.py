@@ -10,7 +10,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.effects.causes import Cause, cause_of_efforts
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import PLANE, End
@@ -28,6 +27,7 @@ from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.scene import Bushing, JointEffort
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.terms import Beams, Term
+from fenics_mech.terms.causes import Cause, cause_of_efforts
 
 GROUND = "ground"
 Variables = dict[str, tuple[tuple[str, ...], Array]]

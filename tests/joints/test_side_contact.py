@@ -6,8 +6,8 @@ import pytest
 import fenics_mech as fm
 from fenics_mech.joints.bent_guide import BentGuide
 from fenics_mech.joints.joint_state import Wrench
+from fenics_mech.joints.link_states import BodyForces, LinkStates, cross, quarter
 from fenics_mech.joints.side_contact import OneSide
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross, quarter
 from fenics_mech.kinematics.linkage import start_motion
 from tests.joints.test_bending import link
 
