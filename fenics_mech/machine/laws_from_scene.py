@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
+from fenics_mech.joints.joint_state import JointPlace
+from fenics_mech.joints.law_terms import LawTerm
+from fenics_mech.joints.laws import laws_of
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.machine.drawn_from_scene import Bodies, law_of
 from fenics_mech.machine.machine import Machine
-from fenics_mech.scene import Bushing, JointEffort, Scene
+from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
 from fenics_mech.scene.freedoms import Effort as Stated
 from fenics_mech.scene.freedoms import with_slopes
 from fenics_mech.scene.joints import Prismatic, Slot
+from fenics_mech.scene.paired_joints import PairedJoints
 from fenics_mech.terms import Effort, Look, Measure, Shaft, SoftBearing, Term
 
 SHAFT = "drive.motor"  # place of the one motor that a scene may have
@@ -66,9 +72,38 @@ def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bo
             case Bushing():
                 stiffness, damping = (*law.stiffness, law.turning_stiffness), (*law.damping, law.turning_damping)
                 found[place] = SoftBearing(pair, stiffness, damping, law.turned, start)
-            case _:
+            case Friction():
                 raise SceneError(f"no term states a law of the kind {law.kind!r} yet", place=place)
+            case _:
+                found |= _touching(scene, machine, end, bodies, name)
     return found
+
+
+def _touching(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies, name: str) -> dict[str, LawTerm]:
+    """Give the terms of a law that looks at its bodies: of gears and cams one for each of both joints."""
+    law = scene.joint_laws[name]
+    joints = [law.joint, law.drives] if isinstance(law, PairedJoints) else [law.joint]
+    points = [point for joint in joints for point in scene.joints[joint].connect if not point.startswith("ground.")]
+    points = list(dict.fromkeys(points))
+    ends, turned = [end(point) for point in points], _turned(scene, bodies)
+    angles = [turned[point.split(".")[0]] for point in points]
+
+    def place(joint: str) -> JointPlace:
+        """Give a joint between the frames, whose origins are its points."""
+        stated, connect = JointPlace.of(scene, joint), scene.joints[joint].connect
+        numbers = [points.index(point) if point in points else -1 for point in connect[:2]]
+        own = [at if number < 0 else (0.0, 0.0) for number, at in zip(numbers, stated.points)]
+        return replace(stated, bodies=(numbers[0], numbers[1]), points=(own[0], own[1]))
+
+    pose = np.array([[*machine.drawn(one), angle] for one, angle in zip(ends, angles)])
+    start = LinkStates.of(pose.reshape(1, -1), np.zeros((1, pose.size)))
+    laws = laws_of(scene.model_copy(update={"joint_laws": {name: law}}), start, place)
+    return {f"joint_laws.{key}": LawTerm(key, machine.at_ground(), ends, one, angles) for key, one in laws.items()}
+
+
+def _turned(scene: Scene, bodies: Bodies) -> dict[str, float]:
+    """Give the angles of the ground and of all links at the start (rad)."""
+    return {"ground": 0.0} | dict(zip(scene.links, bodies.angles + bodies.q[2 : bodies.machine.n : 3]))
 
 
 def _effort(pair: tuple[End, End], measure: Measure, effort: Stated, start: float) -> Effort:
@@ -86,6 +121,6 @@ def _joint(scene: Scene, end: Callable[..., End], name: str, bodies: Bodies) -> 
     first, second = joint.connect[:2]
     if isinstance(joint, Slot | Prismatic):
         return (end(first, joint.angle), end(second, joint.angle)), Measure(Look.ALONG, 0), 0.0
-    turned = {"ground": 0.0} | dict(zip(scene.links, bodies.angles + bodies.q[2 : bodies.machine.n : 3]))
+    turned = _turned(scene, bodies)
     one, other = (turned[point.split(".")[0]] for point in (first, second))
     return (end(first), end(second)), Measure(Look.ANGLE), float(other - one)

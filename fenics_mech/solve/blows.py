@@ -13,9 +13,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
-from fenics_mech.machine import Machine
+from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.machine.groups import Group
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.terms import Response
@@ -92,20 +93,47 @@ def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) 
 
 def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
     """Give jumps of rates and impulses of multipliers at some coordinates ``(places, impulses, size)``."""
-    n, kept, pattern, zero = machine.n, machine.n + machine.held, machine.pattern, np.zeros_like(q)
-    time, blocks = np.full(len(q), t), blocks_of(pattern, 1)
-    found = machine.residual(time, q, zero, zero, loads=0.0, moving=False)
-    rows = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
-    of_gaps, of_modes = (rows >= n) & (pattern.indices < n), (rows >= kept) != (pattern.indices >= kept)
-    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
+    pattern, blocks, time = machine.pattern, blocks_of(machine.pattern, 1), np.full(len(q), t)
+    found, values, _ = _momentum(machine, time, q)
     impulses = np.zeros((len(q), pattern.size, len(numbers)))
     for column, number in enumerate(numbers):
         load = machine.blows[number][1]
         group = Group.of(machine.geometry, machine.places, load)
         measured = group.measure(found.at, None)
         stress = load.respond(time, measured.x, measured.rate).stress
-        force, none = np.zeros_like(q), np.zeros_like(found.M)
+        force, none = np.zeros_like(q), np.zeros_like(values)
         group.spread(measured.with_response(Response(stress)), None, pattern, False, (force, none, none, none))
         impulses[:, :, column] = -force
     solved = [Factors(blocks, x[:, None, None], "an impulse").solve(y) for x, y in zip(values, impulses)]
     return np.swapaxes(np.array(solved), 1, 2)
+
+
+def _momentum(machine: Machine, t: Array, q: Array) -> tuple[Evaluation, Array, NDArray[np.bool_]]:
+    """Give M and G at coordinates, as entries of one matrix ``(places, entries)``, and which of them are G."""
+    n, kept, pattern, zero = machine.n, machine.n + machine.held, machine.pattern, np.zeros_like(q)
+    found = machine.residual(t, q, zero, zero, loads=0.0, moving=False)
+    rows = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
+    of_gaps, of_modes = (rows >= n) & (pattern.indices < n), (rows >= kept) != (pattern.indices >= kept)
+    return found, np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M)), of_gaps
+
+
+def with_rows(machine: Machine, t: float, v: Array) -> Array:
+    """Give rates that fulfil the rows of joints, by an impulse of these, where steps have left them off ``(size,)``.
+
+    Those of drives stay. Rates beside a row, which a step corrects, would be accelerations as large as it is short.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart rests.
+    t
+        Instant (s).
+    v
+        Rates ``(size,)``.
+    """
+    _, (values,), of_gaps = _momentum(machine, np.array([t]), np.zeros((1, machine.size)))
+    off = machine.pattern.times(np.where(of_gaps, values, 0.0)[None], v[None])[0]
+    off[machine.n : machine.n + len(machine.rows)][[row.leads for row in machine.rows]] = 0.0
+    jump = Factors(blocks_of(machine.pattern, 1), values[:, None, None], "rates").solve(-off)
+    jump[machine.n :] = 0.0
+    return np.asarray(v + jump)

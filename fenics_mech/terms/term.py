@@ -88,6 +88,7 @@ class Term:
 
     measures: tuple[Measure, ...] = ()  # of each element; beams have their strains
     modes = 0  # patterns of stress over all elements, each an unknown of the machine
+    contacts = 0  # places at which bodies may touch: steps in time end where one closes or opens
     together = 1  # so many elements, one after the other, answer with stresses the measures of all of them
 
     def __init__(self, pairs: Sequence[tuple[End, End]]) -> None:
