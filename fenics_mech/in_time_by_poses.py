@@ -42,7 +42,7 @@ from fenics_mech.recovery.running import running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.scene import Friction, Prismatic, Scene, Slot
+from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
@@ -84,10 +84,8 @@ def in_time_by_poses(scene: Scene) -> Result:
 def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
-    rubbing = [name for name, law in scene.joint_laws.items() if isinstance(law, Friction)]
-    refused = [(f"joint_laws.{name}", "dry friction") for name in rubbing]
     riding = [name for name, joint in scene.constraints.items() if getattr(joint, "member", None) is not None]
-    refused += [(f"joints.{name}.member", "pins that ride along members") for name in riding]
+    refused = [(f"joints.{name}.member", "pins that ride along members") for name in riding]
     stated = (
         (analysis.lyapunov, "analysis.lyapunov", "Lyapunov exponents"),
         (analysis.poincare is not None, "analysis.poincare", "Poincare sections"),

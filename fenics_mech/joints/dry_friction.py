@@ -157,6 +157,26 @@ def next_held(held: Array, speed: Array) -> Array:
     return np.where(inside, back, np.where(held * speed < 0, 0.0, speed))
 
 
+def held_at(share: Array, speed: Array) -> Array:
+    """Give where friction is held next, ``(states,)``, by the share of its limit that a step of Newton's predicts.
+
+    It is held where its law gives that share. Beyond its limits it slides, and so it does where the speed is larger
+    than the tangents of the law let it be at that share. Where it would slide the other way, it is held at rest first.
+
+    Parameters
+    ----------
+    share
+        Friction over its limit, ``(states,)``.
+    speed
+        Sliding speed over the width, ``(states,)``.
+    """
+    inside = np.abs(share) < 1
+    back = np.arctanh(np.where(inside, share, 0.0))
+    slides = share * speed > 0
+    stays = inside & ~(slides & (np.abs(speed) > np.abs(back) + 1))
+    return np.where(stays, back, np.where(slides, speed, 0.0))
+
+
 def coefficient(stated: Friction, speed: Array) -> Array:
     """Coefficient of friction with its sign, ``(states,)``.
 

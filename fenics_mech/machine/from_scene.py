@@ -19,7 +19,7 @@ from fenics_mech.joints import Ride
 from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_of, law_of
 from fenics_mech.machine.machine import Machine
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
@@ -185,11 +185,15 @@ class _Nodes:
         return carried
 
     def _pinned(self) -> tuple[set[str], dict[str, str]]:
-        """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
+        """Give the points of bending links that pins hold at the ground, and by other points the one they share.
+
+        Pins that rub have rows, which tell their forces.
+        """
+        rub = {law.joint for law in self.scene.joint_laws.values() if isinstance(law, Friction)}
         fixed: set[str] = set()
         shared: dict[str, str] = {}
-        for joint in self.scene.constraints.values():
-            if not isinstance(joint, Revolute):
+        for name, joint in self.scene.constraints.items():
+            if not isinstance(joint, Revolute) or name in rub:
                 continue
             bending = [point for point in joint.connect if self.stiffness(point) == BENDING]
             if min(map(self.stiffness, joint.connect)) == RESTING:

@@ -14,6 +14,7 @@ from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.joints.laws import laws_of
 from fenics_mech.joints.link_states import LinkStates
+from fenics_mech.joints.rubbing import Rubbing
 from fenics_mech.machine.drawn_from_scene import Bodies, law_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
@@ -73,7 +74,10 @@ def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bo
                 stiffness, damping = (*law.stiffness, law.turning_stiffness), (*law.damping, law.turning_damping)
                 found[place] = SoftBearing(pair, stiffness, damping, law.turned, start)
             case Friction():
-                raise SceneError(f"no term states a law of the kind {law.kind!r} yet", place=place)
+                pressing = {Look.PLACE} if measure.look is Look.ANGLE else {Look.ALONG}
+                named = ((k, row) for k, row in enumerate(machine.rows) if row.name == law.joint and not row.leads)
+                rows = [k for k, row in named if row.measure.look in pressing]
+                found[place] = Rubbing(pair, measure, law, rows, start)
             case _:
                 found |= _touching(scene, machine, end, bodies, name)
     return found

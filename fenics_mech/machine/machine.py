@@ -282,7 +282,7 @@ class Machine:
         of_rows = np.concatenate([self.row_group.dof, self._row_numbers], axis=1)
         of_terms = [
             np.hstack([group.block, np.broadcast_to(own, (len(group.block), len(own)))])
-            for group, own in zip(self.groups, self.mode_numbers)
+            for group, own in zip(self.groups, map(np.append, self.mode_numbers, self.pull_numbers))
         ]
         of_rides = [self.riders.block] if self.rides else []
         return Pattern.of(self.size, [*of_terms, of_rows, *of_rides, self.inertia.dof, self.places])
@@ -296,6 +296,11 @@ class Machine:
         """Numbers of the modes of stress of every term, after the multipliers."""
         ends = np.cumsum([term.modes for term in self.terms], dtype=int)
         return np.split(np.arange(self.n + self.held, self.size, dtype=np.int32), ends[:-1])
+
+    @property
+    def pull_numbers(self) -> list[Places]:
+        """Numbers of the multipliers that every term looks at."""
+        return [self.n + np.array(term.rows, dtype=np.int32) for term in self.terms]
 
     @cached_property
     def _row_at(self) -> tuple[Places, Places, Places]:
@@ -413,13 +418,16 @@ class Machine:
         measured: list[Measured] = []
         for k, (term, group) in enumerate(zip(self.terms, self.groups)):
             found = group.measure(at, term.near(t) if angles is None else angles[k])
-            response = term.respond(t, found.x, found.rate)
+            pulls = (a[:, self.pull_numbers[k]], None if predicted is None else predicted[k]) if term.rows else ()
+            response = term.respond(t, found.x, found.rate, *pulls)
             own = self.mode_numbers[k]
             if response.modes is not None:
                 sizes = np.einsum("temk,tem->tk", response.modes, found.rate) if known else a[:, own]
                 response = response.under(sizes)
             found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
+            if tangents and found.response.by_pulls is not None:
+                group.add_pulls(found, found.response.by_pulls, self.pull_numbers[k], self.pattern, M)
             if response.modes is not None:
                 group.add_modes(found, sizes, own, self.pattern, target)
             measured.append(found)

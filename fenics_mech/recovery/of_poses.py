@@ -25,7 +25,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.scene import Bushing, JointEffort, Scene
+from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.terms import Beams, Term
 from fenics_mech.terms.causes import Cause, cause_of_efforts
@@ -445,7 +445,11 @@ class OfPoses:
 
 
 SUPPORTING = {"springs": "spring", "dampers": "damper", "joint_laws": "joint law"}  # names of supports, by table
-LAWS = {JointEffort: Cause.EFFORTS, Bushing: Cause.BUSHINGS}  # laws of joints that terms state
+LAWS = {
+    Friction: Cause.FRICTION,
+    JointEffort: Cause.EFFORTS,
+    Bushing: Cause.BUSHINGS,
+}  # of laws
 CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
 
 

@@ -141,7 +141,8 @@ class Step:
             dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
             dq[:, n:] = dv[:, n:] = 0.0
             stresses = predicted(machine, found, dq, dv, da)
-            return float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0))
+            off = max((term.response.off for term in found.terms), default=0.0)
+            return max(off, float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)))
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)

@@ -3,12 +3,17 @@
 import numpy as np
 import pytest
 
+import fenics_mech as fm
 from fenics_mech.in_time_by_poses import _start
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.solve import steps_in_time
+from tests.joints.scenes import G, bar, block
+from tests.joints.test_bending import slider_crank
 from tests.joints.test_contacts import FLOOR, ball, rattling
+
+RUBS = {"kind": "friction", "coefficient": 0.2}
 
 
 def followed(scene, times, **chosen):
@@ -55,3 +60,71 @@ def test_rates_after_a_step_are_those_that_rows_allow():
     times = np.linspace(0.0, scene.period / 10, 5)
     coarse, fine = (followed(scene, times, tolerance=1e-10, share=share)[0][-1] for share in (1e-5, 1e-7))
     np.testing.assert_allclose(coarse, fine, atol=1e-5)
+
+
+def test_a_block_that_coasts_stops_where_its_energy_ends():
+    """v^2/(2 mu g): then it rests, and the steps grow to as long as they may be."""
+    scene = block(RUBS, spring=None, freedoms={"G": {"speed": 1.0}})
+    found, _ = followed(scene, np.array([0.0, 20.0]), tolerance=1e-9, longest=1.0)
+    assert found[-1, 1] == pytest.approx(1 / (2 * 0.2 * G), abs=1e-8)
+    rests = found[found[:, 0] > 1 / (0.2 * G) + 1e-6]
+    assert np.ptp(rests[:, 1]) < 1e-12
+    assert len(found) < 60
+
+
+def test_a_block_that_sticks_creeps_by_its_width_alone():
+    """It goes with w arctanh(tan(15 deg)/mu) for 20 s, by the law that the scene states."""
+    scene = fm.load("tests/cases/scenes/sticking_block.toml")
+    found, _ = followed(scene, np.linspace(0.0, 20.0, 101), tolerance=1e-7)
+    creep = 1e-8 * np.arctanh(np.tan(np.radians(15)) / 0.4) * 20
+    assert np.hypot(*found[-1, 1:3]) < 1.01 * creep
+
+
+def test_a_block_between_stick_and_slip_goes_as_its_piecewise_closed_form():
+    """Each half of a swing ends by 2 mu m g/k nearer to the middle, until the spring cannot move the block any more."""
+    spring, shift = 100.0, 0.2 * G / 100
+    half = np.pi / np.sqrt(spring)
+    changes = {"freedoms": {"G": {"start": 0.15}}, "springs.s.length": 1.0, "analysis.duration": 5 * half}
+    scene = block(RUBS | {"width": 1e-8}, **changes)
+    found, _ = followed(scene, np.linspace(0.0, 5 * half, 41), tolerance=1e-9)
+    t, place = found[:, 0], found[:, 1]
+    expected, start, sign = np.empty_like(t), 0.15, 1.0
+    for k in range(5):
+        inside = (t >= k * half - 1e-12) & (t <= (k + 1) * half + 1e-12)
+        expected[inside] = sign * shift + (start - sign * shift) * np.cos(np.sqrt(spring) * (t[inside] - k * half))
+        start, sign = -(start - 2 * sign * shift), -sign
+        if abs(start) <= shift:
+            expected[t > (k + 1) * half] = start
+            break
+    np.testing.assert_allclose(place, expected, atol=2e-8)
+
+
+@pytest.mark.parametrize("stribeck", [{}, {"static": 0.3, "stribeck": 0.05}])
+def test_tangents_of_friction_are_those_of_differences(stribeck):
+    """By rates, and by the multipliers of the pin's rows: forces of 1 N are linear to 1e-7 in 1e-4 of them."""
+    scene = with_freedoms(bar(RUBS | stribeck | {"radius": 0.1, "width": 0.02}, freedoms={"O": {"speed": 0.3}}))
+    machine = machine_of(scene).machine
+    rng = np.random.default_rng(1)
+    t, q, v, a = np.zeros(1), np.zeros((1, machine.size)), *rng.uniform(-0.3, 0.3, (2, 1, machine.size))
+    a[:, machine.n :] *= 20
+    found = machine.residual(t, q, v, a)
+    for matrix, number in ((found.M, 2), (found.C, 1)):
+        dense = found.pattern.dense(matrix[0])[: machine.n]
+        for column in range(machine.size if number == 2 else machine.n):
+            beside = []
+            for step in (1e-6, -1e-6):
+                moved = [q.copy(), v.copy(), a.copy()]
+                moved[number][0, column] += step
+                beside.append(machine.residual(t, *moved, tangents=False).force[0, : machine.n])
+            np.testing.assert_allclose(dense[:, column], (beside[0] - beside[1]) / 2e-6, atol=1e-7)
+
+
+def test_a_pin_that_rubs_has_rows_between_links_that_bend():
+    """Its force is told as that of a pin without rows, which shares a place."""
+    changes = {"analysis.duration": 0.01, "analysis.sub_intervals": 4, "analysis.start": "rigid"}
+    small = {"rod": {"kind": "friction", "coefficient": 1e-9, "joint": "A", "radius": 0.01, "width": 1e-2}}
+    with_rows, without = (fm.analyse(slider_crank(True, joint_laws=laws, **changes)).data for laws in (small, {}))
+    force, shared = (data["joint_force"].to_numpy() for data in (with_rows, without))
+    np.testing.assert_allclose(force, shared, atol=1e-3 * np.abs(shared).max())  # both by their steps
+    found = np.abs(with_rows["law_effort"].to_numpy()[1:, 0])
+    np.testing.assert_allclose(found, 1e-11 * np.linalg.norm(force[1:, 1], axis=-1), rtol=1e-3)
