@@ -308,7 +308,7 @@ def _with_places(scene: Scene, links: LinkMatrices, e: int, inner: int) -> Eleme
 def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
     """Let pins ride along the bent axes of members."""
     mesh = links.mesh
-    for name, label in members_under_pins(made.scene.joints, made.scene.members()).items():
+    for name, label in members_under_pins(made.scene.constraints, made.scene.members()).items():
         member = list(mesh.members).index(label)
         elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
         made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))

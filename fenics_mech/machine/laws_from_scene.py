@@ -8,8 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import End
+from fenics_mech.joints.bent_guide import BentGuide, nodes_along
 from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.joints.laws import laws_of
@@ -27,7 +29,9 @@ from fenics_mech.terms import Effort, Look, Measure, Shaft, SoftBearing, Term
 SHAFT = "drive.motor"  # place of the one motor that a scene may have
 
 
-def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies) -> dict[str, Term]:
+def add_laws(
+    scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies, links: LinkMatrices | None
+) -> dict[str, Term]:
     """Give the terms of motors, of freedoms and of laws of joints, by place in the scene, and add rotors.
 
     Parameters
@@ -40,6 +44,8 @@ def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bo
         Gives the end at a point of a link, its axes turned from those of the link (rad).
     bodies
         The links as rigid bodies, by which whole turns count at the start.
+    links
+        The links that bend; None where all are rigid.
 
     Raises
     ------
@@ -79,25 +85,38 @@ def add_laws(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bo
                 rows = [k for k, row in named if row.measure.look in pressing]
                 found[place] = Rubbing(pair, measure, law, rows, start)
             case _:
-                found |= _touching(scene, machine, end, bodies, name)
+                found |= _touching(scene, machine, end, bodies, links, name)
     return found
 
 
-def _touching(scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies, name: str) -> dict[str, LawTerm]:
+def _touching(
+    scene: Scene,
+    machine: Machine,
+    end: Callable[..., End],
+    bodies: Bodies,
+    links: LinkMatrices | None,
+    name: str,
+) -> dict[str, LawTerm]:
     """Give the terms of a law that looks at its bodies: of gears and cams one for each of both joints."""
     law = scene.joint_laws[name]
     joints = [law.joint, law.drives] if isinstance(law, PairedJoints) else [law.joint]
     points = [point for joint in joints for point in scene.joints[joint].connect if not point.startswith("ground.")]
-    points = list(dict.fromkeys(points))
+    along = [] if links is None else nodes_along(scene, links.mesh, law.joint)  # of a member that is the guide
+    points = list(dict.fromkeys([*points, *along]))
     ends, turned = [end(point) for point in points], _turned(scene, bodies)
-    angles = [turned[point.split(".")[0]] for point in points]
+    angles = [turned[point.split("@")[0].split(".")[0]] for point in points]
 
     def place(joint: str) -> JointPlace:
         """Give a joint between the frames, whose origins are its points."""
         stated, connect = JointPlace.of(scene, joint), scene.joints[joint].connect
         numbers = [points.index(point) if point in points else -1 for point in connect[:2]]
         own = [at if number < 0 else (0.0, 0.0) for number, at in zip(numbers, stated.points)]
-        return replace(stated, bodies=(numbers[0], numbers[1]), points=(own[0], own[1]))
+        found = replace(stated, bodies=(numbers[0], numbers[1]), points=(own[0], own[1]))
+        if not along:
+            return found
+        nodes = tuple(map(points.index, along))
+        steps = np.linalg.norm(np.diff([machine.drawn(ends[node]) for node in nodes], axis=0), axis=1)
+        return BentGuide(**vars(found), nodes=nodes, distances=tuple(np.append(0.0, np.cumsum(steps)).tolist()))
 
     pose = np.array([[*machine.drawn(one), angle] for one, angle in zip(ends, angles)])
     start = LinkStates.of(pose.reshape(1, -1), np.zeros((1, pose.size)))
