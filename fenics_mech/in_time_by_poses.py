@@ -89,6 +89,7 @@ def _refuse(scene: Scene) -> None:
     stated = (
         (analysis.lyapunov, "analysis.lyapunov", "Lyapunov exponents"),
         (analysis.poincare is not None, "analysis.poincare", "Poincare sections"),
+        (bool(scene.impulses), "impulses", "impulses"),
         (analysis.start == "periodic", "analysis.start", "motions that repeat"),
         (analysis.start not in STATED_STARTS, "analysis.start", "starts from a result"),
         (bool(scene.freedoms) and np.any(scene.damping.ratio), "damping.ratio", "ratios of modes where freedoms move"),
