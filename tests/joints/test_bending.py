@@ -91,8 +91,9 @@ def test_friction_of_pins_and_slider_is_that_of_rigid_links():
 
 
 @pytest.mark.slow
-def test_friction_acts_where_drives_lead_all():
-    changes = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1}
+@pytest.mark.parametrize("solver", ["poses", "auto"])
+def test_friction_acts_where_drives_lead_all(solver):
+    changes = {"analysis.solver": solver, "freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1}
     changes |= {"analysis.sub_intervals": 12, "analysis.time_tolerance": 1e-4}
     law = {"rod": RUBS | {"joint": "A", "radius": 0.01}}
     rigid, bent = both(modulus=2e13, joint_laws=law, **changes)
@@ -107,11 +108,11 @@ def test_a_bushing_is_that_of_rigid_links():
     assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-5, "joint_force": 1e-4, "law_effort": 1e-4})
 
 
-def by_itself(modulus, time_tolerance, estimates=False, **parts):
+def by_itself(modulus, time_tolerance, estimates=False, solver="poses", **parts):
     """Result of bars that move by themselves for 0.1 s: rigid ones, or with a modulus (Pa) those that bend."""
     bar = fm.RectangleSection(width="20 mm", height="10 mm")
     steps = {"duration": 0.1, "sub_intervals": 10, "time_tolerance": time_tolerance, "error_estimates": estimates}
-    steps |= BY_POSES if modulus else {}
+    steps |= {**BY_POSES, "solver": solver} if modulus else {}
     parts |= {"analysis": fm.Analysis(method="transient", start="smooth", **steps)}
     if modulus:
         material = fm.Material(modulus=modulus, density=DENSITY)
@@ -156,9 +157,10 @@ def bar_on_a_stop(bends: bool, tolerance: float = 1e-4, **parts):
 
 
 @pytest.mark.slow
-def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one():
+@pytest.mark.parametrize("solver", ["poses", "auto"])
+def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one(solver):
     # the contact takes 30 ms and the lowest vibration 2.5 ms, which so takes up little: 2 % of speed and torque
-    rigid, bent = bar_on_a_stop(False), bar_on_a_stop(True)
+    rigid, bent = bar_on_a_stop(False), bar_on_a_stop(True, solver=solver)
     assert rigid.attrs["contacts_closed"] == bent.attrs["contacts_closed"] == 1
     for data in (rigid, bent):
         back = np.ptp(data["freedom_place"].to_numpy()[8:, 0]) / np.ptp(data["time"].to_numpy()[8:])
