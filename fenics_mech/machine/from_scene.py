@@ -189,7 +189,10 @@ class _Nodes:
 
         Pins that rub have rows, which tell their forces.
         """
-        rub = {law.joint for law in self.scene.joint_laws.values() if isinstance(law, Friction)}
+        rub = set()
+        for law in self.scene.joint_laws.values():
+            if isinstance(law, Friction):
+                rub.add(law.joint)
         fixed: set[str] = set()
         shared: dict[str, str] = {}
         for name, joint in self.scene.constraints.items():
