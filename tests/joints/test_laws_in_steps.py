@@ -16,13 +16,13 @@ from tests.joints.test_contacts import FLOOR, ball, rattling
 RUBS = {"kind": "friction", "coefficient": 0.2}
 
 
-def followed(scene, times, **chosen):
-    """Give places and rates of the first link at the ends of all steps, and the terms of its laws."""
+def followed(scene, times, link=0, **chosen):
+    """Give places and rates of a link at the ends of all steps, and the terms of its laws."""
     made = machine_of(with_freedoms(scene))
     found = []
     for step in steps_in_time(made.machine, _start(made), times, **chosen):
         end = step.at_end()
-        found.append((end.t[0], *end.motion.r[0, 1], *end.motion.v[0, 1]))
+        found.append((end.t[0], *end.motion.r[0, 1 + link], *end.motion.v[0, 1 + link]))
     return np.array(found), [term for term in made.machine.terms if isinstance(term, LawTerm)]
 
 
@@ -53,13 +53,15 @@ def test_steps_end_where_a_contact_closes_and_opens():
     assert found[-1, 1] == pytest.approx(0.3 - left, abs=1e-8)
 
 
-@pytest.mark.slow  # 300 steps
+@pytest.mark.slow  # 800 steps
 def test_rates_after_a_step_are_those_that_rows_allow():
-    """A crank with a loose pin: short steps in contacts meet what longer ones before them left over."""
+    """Else short steps in the contacts of a loose pin meet what longer ones left over, and shrink without end."""
     scene = rattling(0.0)
-    times = np.linspace(0.0, scene.period / 10, 5)
-    coarse, fine = (followed(scene, times, tolerance=1e-10, share=share)[0][-1] for share in (1e-5, 1e-7))
-    np.testing.assert_allclose(coarse, fine, atol=1e-5)
+    times = np.linspace(0.0, scene.period / 5, 5)
+    coarse, fine = (followed(scene, times, 2, tolerance=1e-10, share=share)[0] for share in (1e-5, 1e-6))
+    assert len(coarse) < len(fine) < 600
+    np.testing.assert_allclose(coarse[-1, 1], fine[-1, 1], atol=1e-8)
+    np.testing.assert_allclose(coarse[-1, 3], fine[-1, 3], atol=1e-4)
 
 
 def test_a_block_that_coasts_stops_where_its_energy_ends():
