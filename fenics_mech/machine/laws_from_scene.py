@@ -50,7 +50,7 @@ def add_laws(
     Raises
     ------
     SceneError
-        When no term states a law, or an inertia between two bodies that both move.
+        When an inertia is between two bodies that both move.
     """
     found: dict[str, Term] = {}
     rotors: dict[str, tuple[str, float]] = {}  # joint and inertia, by place
