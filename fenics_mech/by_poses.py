@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -39,7 +40,7 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
+from fenics_mech.solve import RunningModes, followed_modes, held_modes, quasi_static
 from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
 
 logger = logging.getLogger(__name__)
@@ -71,12 +72,17 @@ def by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
+    return answered(scene)[1]
+
+
+def answered(scene: Scene) -> tuple[Solved | AtRest, Result]:
+    """Give what `by_poses` gives, and before it the answer that it is read off."""
     solved = solution(planned(scene), choosing=scene.effects == "auto")
     stability = xr.Dataset()
     if isinstance(solved, Solved) and scene.analysis.stability:
-        stability = _stability(solved)
+        stability = stability_of(solved, solved.running)
     errors = estimated(solved) if scene.analysis.error_estimates else None
-    return collected(solved, errors, stability)
+    return solved, collected(solved, errors, stability)
 
 
 @dataclass
@@ -108,7 +114,7 @@ class RefinedByPoses:
         """Raise `SolverError` where the last motion is unstable and may not be so."""
         assert self._last is not None
         if isinstance(solved := self._last[0], Solved):
-            self._stability = _stability(solved)
+            self._stability = stability_of(solved, solved.running)
 
     def refuse_missed(self, allow_coarse: bool) -> None:
         """Let the last trial pass: what its positions miss is in the errors that it was chosen by."""
@@ -297,10 +303,22 @@ def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
     return {name: np.maximum(size - through[name].max(axis=0), 0.0) for name, size in most.items()}
 
 
-def _stability(solved: Solved) -> xr.Dataset:
-    """Give multipliers and frequencies of small disturbances, and refuse those that grow."""
-    scene, period = solved.scene, solved.scene.period
-    values, rates, modes = running_modes(solved.cycle, 2 * STABILITY.kept)
+def stability_of(solved: Solved, running: RunningModes) -> xr.Dataset:
+    """Give multipliers and frequencies of small disturbances, and refuse those that grow.
+
+    Parameters
+    ----------
+    solved
+        The motion.
+    running
+        Its disturbances.
+
+    Raises
+    ------
+    UnstableError
+        When one grows, and the scene does not let that pass.
+    """
+    scene, (values, rates, modes) = solved.scene, running
     turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[: STABILITY.kept]
     values, rates, modes = values[turning], rates[turning], modes[turning]  # both of a pair
     second = np.append(False, turning[1:] == turning[:-1])
@@ -319,7 +337,7 @@ def _stability(solved: Solved) -> xr.Dataset:
     return xr.Dataset(
         {
             "multiplier": ((*of_each, "part"), np.stack([values.real, values.imag], axis=1)),
-            "growth_rate": (of_each, np.log(np.abs(values)) / period),
+            "growth_rate": (of_each, rates.real),
             "multiplier_frequency": (of_each, rates.imag / (2 * np.pi)),
             "multiplier_link": (of_each, _links_of(solved, modes)),
             "multiplier_mode": (of_each, modes + 1),
@@ -385,7 +403,9 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
     return joined(data, rigid_places(scene, links), motion_of_links(scene, links))
 
 
-def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
+def collected(
+    solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset, names: Collection[str] | None = None
+) -> Result:
     """Label what was found.
 
     Parameters
@@ -396,23 +416,27 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         Its errors; None where they are not estimated.
     stability
         What is known of disturbances.
+    names
+        Variables that are wanted: what takes more time is left out when they are known. None for all.
     """
     scene, found = solved.scene, solved.positions
-    data = joined(read_off(found, errors), stability, mode_speeds(scene)).drop_vars(solved.untold, errors="ignore")
-    parts = []
-    if "drive_effort" in data and scene.analysis.method != "static":
-        parts.append(_power(solved, errors))
-    if SHAFT in found.made.acting:
-        parts.append(_shaft(found))
-    if isinstance(solved, Solved):
-        parts += [_modes(solved), _without_vibration(solved)]
-    if errors is not None:
-        parts.append(of_errors(errors).dataset())
-    data = joined(data, *parts)
+    data = joined(read_off(found, errors), stability).drop_vars(solved.untold, errors="ignore")
     cycle = last_cycle(scene.analysis, scene.drives, data)
-    data = joined(data, stress_figures(scene, data, cycle))
+    parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
+    if SHAFT in found.made.acting:
+        parts.append(lambda data: _shaft(found))
+    if "drive_effort" in data and scene.analysis.method != "static":
+        parts.append(lambda data: _power(solved, errors))
+    if isinstance(solved, Solved):
+        parts += [lambda data: _modes(solved), lambda data: _without_vibration(solved)]
     if cycle is not None:
-        data = joined(data, of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
+        parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
+    parts.append(lambda data: mode_speeds(scene))
+    if errors is not None:
+        data = joined(data, of_errors(errors).dataset())
+    for part in parts:
+        if names is None or not data.variables.keys() >= set(names):
+            data = joined(data, part(data))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
 
@@ -449,10 +473,10 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
     """Add what impulses give, and what drives give at them, to the mean powers; with the impulses of their efforts."""
     cycle, scene, n = solved.cycle, solved.scene, solved.made.machine.n
     efforts, works = np.zeros((len(scene.impulses), len(scene.drives))), 0.0
-    for k, blows in cycle.steps.blows.items():
+    for k, blows in cycle.blows.items():
         efforts[blows.numbers] = -blows.jumps[:, n + np.array(solved.made.driven)]
         works += float(blows.works.sum())
-        t = cycle.steps.ends[k : k + 1]
+        t = (cycle.path.starts + cycle.path.h)[k : k + 1]
         rates = OfPoses(solved.made, Motion(solved.made.machine, t, *cycle.path.when(t))).drive_rates()
         mean[next(iter(mean))] += float(np.sum(efforts[blows.numbers] @ rates[0])) / scene.period
     found = balance_of(mean | {Cause.IMPULSES: works / scene.period}, small, bound)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -11,7 +11,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
@@ -21,35 +21,47 @@ from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Drive, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import (
+    Beside,
     Cycle,
     Iteration,
     Path,
+    RunningModes,
     StaticIteration,
     axial_forces,
     converged,
+    cycle_change,
     damp_modes,
     periodic,
     quasi_static,
+    rest_change,
     rigid_cycle,
+    running_change,
+    running_modes,
 )
 from fenics_mech.solve.newton import newton
+from fenics_mech.solve.statics import stiffness
 
 EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
 
 
-def built(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart: that of a coarse one if given."""
+def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
+    """Build a machine that is damped, with the motion of its rigid links as chart.
+
+    It is that of a machine with a coarser mesh, or found beside that of one which differs a little, if they are given.
+    """
     made = machine_of(scene)
     if coarse is not None and isinstance(coarse.chart, Fourier):
         made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
     elif scene.drives:
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
-        made.machine.chart = rigid_cycle(led.machine, scene.period)
+        known = None if near is None else near.chart
+        made.machine.chart = rigid_cycle(led.machine, scene.period, near=known if isinstance(known, Fourier) else None)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
@@ -145,6 +157,44 @@ class Solved:
         """The motion at the positions of the result."""
         return self.at(0.0)
 
+    def _with(self, scene: Scene) -> tuple[SceneMachine, Beside]:
+        """Build the machine of a scene that differs a little."""
+        made = _alike(self.made, built(scene, near=self.made.machine))
+        path, pace = self.cycle.path, scene.cycle_rate / self.scene.cycle_rate
+        starts = steps_of(scene) * pace
+        if len(starts) != len(path.starts) or np.abs(starts - path.starts).max() > SAMPLING.same * path.period:
+            raise DerivativeError("a variable moves an instant at which a load jumps or an impulse acts")
+        return made, Beside(made.machine, pace)
+
+    def beside(self, *scenes: Scene) -> tuple[list[Solved], Callable[[], Array]]:
+        """Give the motions of two scenes that lie as far to both sides of this one, to first order.
+
+        With them comes what gives half the difference of their log(multiplier), of all `running`.
+
+        Parameters
+        ----------
+        scenes
+            The two scenes.
+
+        Raises
+        ------
+        DerivativeError
+            When their motions have other coordinates or steps.
+        """
+        (ahead, first), (behind, second) = map(self._with, scenes)
+        change = cycle_change(self.cycle, first, second)
+        cycles = [
+            Cycle(other.machine, other.path(self.cycle.path.moved(change, sign)), 1, 0.0, other.linear)
+            for other, sign in ((first, 1.0), (second, -1.0))
+        ]
+        found = [replace(self, scene=x, made=y, cycle=z) for x, y, z in zip(scenes, (ahead, behind), cycles)]
+        return found, lambda: running_change(self.cycle, self.running, (first, cycles[0]), (second, cycles[1]))
+
+    @cached_property
+    def running(self) -> RunningModes:
+        """Small disturbances of the motion, the slowest to decay first."""
+        return running_modes(self.cycle, 2 * STABILITY.kept)
+
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
         yield "time", replace(self, cycle=finer_steps(self.cycle)).at(0.0)
@@ -188,7 +238,15 @@ class LinearCycle(Solved):
         step = Iteration(made.machine, path, stiff)
         step.step()
         assert step.stresses is not None
-        return cls(scene, made, Cycle(made.machine, step.path, step.found, 1, step.size), list(step.stresses))
+        return cls(scene, made, Cycle(made.machine, step.path, 1, step.size, step.found), list(step.stresses))
+
+    def _with(self, scene: Scene) -> tuple[SceneMachine, Beside]:
+        made, other = super()._with(scene)
+        path, machine = other.path(self.cycle.path), other.machine
+        t = path.at(path.tableau.c)[0].ravel()
+        zero = np.zeros((len(t), machine.size))
+        found = machine.residual(t, zero, zero, zero, predicted=stiffening(scene, machine, t))
+        return made, replace(other, linear=found)
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         rigid = Motion(self.made.machine, t, 0 * q, 0 * v, 0 * a)
@@ -271,11 +329,7 @@ class AtRest:
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
         machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT in scene.named_effects
-        stiff = None
-        if STIFFENED in scene.named_effects:
-            first = StaticIteration(machine, t, moving)
-            first.step()
-            stiff = axial_forces(machine, first.iterate)
+        stiff = _stiffening_at_rest(scene, machine, t)
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
@@ -286,6 +340,50 @@ class AtRest:
         _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
         return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
+
+    def _with(self, scene: Scene) -> tuple[SceneMachine, Beside, Stresses | None]:
+        """Build the machine of a scene that differs a little, with the axial forces that act in its linear theory."""
+        made = _alike(self.made, _undamped(scene, near=self.made.machine))
+        machine, moving, t = made.machine, self.positions.motion.moving, _instants(scene)
+        pace = scene.cycle_rate / self.scene.cycle_rate if scene.drives else 1.0
+        if self.following is None:
+            return made, Beside(machine, pace), None
+        zero, stiff = np.zeros((len(t), machine.size)), _stiffening_at_rest(scene, machine, t)
+        force = machine.residual(t, zero, zero, zero, moving=moving, tangents=False).force
+        held = machine.residual(t, zero, zero, zero, predicted=stiff, moving=False)
+        return made, Beside(machine, pace, replace(held, force=force)), stiff
+
+    def beside(self, *scenes: Scene) -> tuple[list[AtRest], None]:
+        """Give the answers of two scenes that lie as far to both sides of this one, to first order.
+
+        Parameters
+        ----------
+        scenes
+            The two scenes.
+
+        Raises
+        ------
+        DerivativeError
+            When their answers have other coordinates.
+        """
+        motion, sides = self.positions.motion, [self._with(scene) for scene in scenes]
+        t, q, a, moving = motion.t, motion.q, motion.a, motion.moving
+        if self.following is None:
+            values = stiffness(motion.machine, motion.found)
+        else:
+            (q, _, a), values = self.following.change, self.following.values
+        dq, da = rest_change(motion.machine, t, q, a, sides[0][1], sides[1][1], values, moving)
+        found = []
+        for scene, (made, other, stiff), sign in zip(scenes, sides, (1.0, -1.0)):
+            at, still = _instants(scene), np.zeros_like(q)
+            change = q + sign * dq, still, a + sign * da
+            if self.following is None:
+                positions = OfPoses(made, Motion(made.machine, at, *change, moving))
+            else:
+                rigid = Motion(made.machine, at, still, still, still, moving)
+                positions = OfLinear.by(made, LinearMotion(rigid, change, stiff, False))
+            found.append(replace(self, scene=scene, made=made, positions=positions))
+        return found, None
 
     def exact(self, scene: Scene) -> AtRest:
         """Give the answers that leave nothing out.
@@ -338,9 +436,26 @@ class AtRest:
         return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
 
 
-def _undamped(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
+def _undamped(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
     """Build a machine whose links are not damped."""
-    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}), coarse)
+    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}), coarse, near)
+
+
+def _stiffening_at_rest(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
+    """Give the axial forces that act in the linear theory of static answers."""
+    if STIFFENED not in scene.named_effects:
+        return None
+    first = StaticIteration(machine, t, scene.analysis.method != "static")
+    first.step()
+    return axial_forces(machine, first.iterate)
+
+
+def _alike(known: SceneMachine, made: SceneMachine) -> SceneMachine:
+    """Give a machine, unless it has other coordinates or rows than a known one."""
+    one, other = known.machine, made.machine
+    if not (np.array_equal(one.places, other.places) and one.held == other.held):
+        raise DerivativeError("the coordinates change with a variable")
+    return made
 
 
 def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:

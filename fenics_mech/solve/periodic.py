@@ -13,7 +13,7 @@ from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.blows import blows_of
+from fenics_mech.solve.blows import Blows, blows_of
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
 from fenics_mech.solve.sparse import SMALL, Factors, blocks_of, inverses
@@ -87,6 +87,16 @@ class Path:
         q[..., self.n :] = v[..., self.n :] = 0.0
         return t, q, v, np.einsum("ij,kjn->kin", values, self.a)
 
+    @property
+    def resting(self) -> Path:
+        """The path of the chart by the same steps."""
+        return replace(self, q0=0 * self.q0, v0=0 * self.v0, a=0 * self.a)
+
+    def moved(self, change: Path, share: float = 1.0) -> Path:
+        """Give the path with a share of a change."""
+        q0, v0, a = (x + share * dx for x, dx in ((self.q0, change.q0), (self.v0, change.v0), (self.a, change.a)))
+        return replace(self, q0=q0, v0=v0, a=a)
+
     def with_stages(self, stages: int) -> Path:
         """Give the same path by other stages of the same steps."""
         tableau = radau(stages)
@@ -106,28 +116,41 @@ class Cycle:
         Its machine, whose chart is a cycle.
     path
         The motion beside the chart.
-    evaluation
-        The residual at the stages of the path.
     iterations
         Newton steps.
     change
         The last Newton correction of the coordinates, relative to the largest.
+    linear
+        The residual of the motion beside which this one is linear; None of an exact one.
     """
 
     machine: Machine
     path: Path
-    evaluation: Evaluation
     iterations: int
     change: float
+    linear: Evaluation | None = None
 
     def __post_init__(self) -> None:
         self.tableau = self.path.tableau
         self.t, self.q, self.v, self.a = self.path.at(self.tableau.c)
 
     @cached_property
+    def evaluation(self) -> Evaluation:
+        """The residual at the stages, with the tangents by which small disturbances go."""
+        if self.linear is not None:
+            return self.linear
+        t, *states = self.path.at(self.tableau.c)
+        return self.machine.residual(t.ravel(), *(x.reshape(-1, self.machine.size) for x in states), known=True)
+
+    @cached_property
     def steps(self) -> LinearSteps:
-        """Linear steps of the converged cycle: made where multipliers are asked for, as their factors take memory."""
-        return LinearSteps(self.machine, self.path, self.evaluation)
+        """Linear steps of the converged cycle: made where they are asked for, as their factors take memory."""
+        return LinearSteps(self.machine, self.path if self.linear is None else self.path.resting, self.evaluation)
+
+    @cached_property
+    def blows(self) -> dict[int, Blows]:
+        """The impulses, by the step at whose end they act."""
+        return blows_of(self.machine, self.path)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -209,6 +232,12 @@ class LinearSteps:
             state = self.maps[k] @ state if self.small else self.through(k, state)[1]
         return state
 
+    @cached_property
+    def whole(self) -> Array:
+        """The matrix that takes a state through the cycle ``(2 n, 2 n)``."""
+        columns = np.eye(2 * self.n)
+        return self.cycle(columns) if self.small else np.array([self.cycle(column) for column in columns]).T
+
     def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
         """Solve for periodic states under forces ``(steps, stages, size)`` and gaps between steps ``(steps, 2 n)``."""
         state = np.zeros(2 * self.n)
@@ -221,6 +250,12 @@ class LinearSteps:
             accelerations.append(a)
             states.append(end + gaps[k])
         return np.array(states[:-1]), np.array(accelerations)
+
+    def along(self, path: Path, states: Array, accelerations: Array) -> Path:
+        """Give states at the starts of the steps and accelerations of a path as a change of it."""
+        q0, v0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
+        q0[:, : self.n], v0[:, : self.n] = states[:, : self.n], states[:, self.n :] / self.unit
+        return replace(path, q0=q0, v0=v0, a=accelerations)
 
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
@@ -243,8 +278,7 @@ class LinearSteps:
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
         if 2 * self.n <= 60:  # a dense matrix costs no more marches than Arnoldi's method takes
-            whole = np.array([self.cycle(column) for column in np.eye(2 * self.n)]).T
-            values, vectors = np.linalg.eig(whole)
+            values, vectors = np.linalg.eig(self.whole)
         else:
             eps = SLEPc.EPS().create(PETSc.COMM_SELF)
             eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
@@ -316,7 +350,7 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
         As of `periodic`.
     """
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(iteration.machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
+    return Cycle(iteration.machine, iteration.path, iterations, iteration.size)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
@@ -357,13 +391,11 @@ class Iteration:
         for k, blows in linear.blows.items():
             end_v[k] += blows.jumps[:, :n].sum(axis=0)
         gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], linear.unit * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
-        dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / linear.unit
-        changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
+        change = linear.along(path, *linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1)))
+        changed = change.at(path.tableau.c)[1:]
         self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
         self.stresses = predicted(machine, self.found, *self.change)
-        self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
+        self.path = path.moved(change)
         largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * machine.extent)
         self.size = float(np.abs(changed[0]).max() / largest)
         return self.size
