@@ -40,7 +40,7 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.solve import RunningModes, followed_modes, held_modes, quasi_static
+from fenics_mech.solve import followed_modes, held_modes, quasi_static
 from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
 
 logger = logging.getLogger(__name__)
@@ -78,9 +78,7 @@ def by_poses(scene: Scene) -> Result:
 def answered(scene: Scene) -> tuple[Solved | AtRest, Result]:
     """Give what `by_poses` gives, and before it the answer that it is read off."""
     solved = solution(planned(scene), choosing=scene.effects == "auto")
-    stability = xr.Dataset()
-    if isinstance(solved, Solved) and scene.analysis.stability:
-        stability = stability_of(solved, solved.running)
+    stability = stability_of(solved)
     errors = estimated(solved) if scene.analysis.error_estimates else None
     return solved, collected(solved, errors, stability)
 
@@ -114,7 +112,7 @@ class RefinedByPoses:
         """Raise `SolverError` where the last motion is unstable and may not be so."""
         assert self._last is not None
         if isinstance(solved := self._last[0], Solved):
-            self._stability = stability_of(solved, solved.running)
+            self._stability = stability_of(solved)
 
     def refuse_missed(self, allow_coarse: bool) -> None:
         """Let the last trial pass: what its positions miss is in the errors that it was chosen by."""
@@ -303,22 +301,23 @@ def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
     return {name: np.maximum(size - through[name].max(axis=0), 0.0) for name, size in most.items()}
 
 
-def stability_of(solved: Solved, running: RunningModes) -> xr.Dataset:
-    """Give multipliers and frequencies of small disturbances, and refuse those that grow.
+def stability_of(solved: Solved | AtRest) -> xr.Dataset:
+    """Give what is known of small disturbances, where the scene asks for it.
 
     Parameters
     ----------
     solved
-        The motion.
-    running
-        Its disturbances.
+        The answer.
 
     Raises
     ------
     UnstableError
         When one grows, and the scene does not let that pass.
     """
-    scene, (values, rates, modes) = solved.scene, running
+    scene = solved.scene
+    if not (isinstance(solved, Solved) and scene.analysis.stability):
+        return xr.Dataset()
+    values, rates, modes = solved.running
     turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[: STABILITY.kept]
     values, rates, modes = values[turning], rates[turning], modes[turning]  # both of a pair
     second = np.append(False, turning[1:] == turning[:-1])

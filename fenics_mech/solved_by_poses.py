@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,7 @@ from fenics_mech.solve.statics import stiffness
 
 EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
+SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
 
 
 def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
@@ -103,11 +104,14 @@ class Solved:
         Its machine.
     cycle
         The motion.
+    disturbances
+        Small ones of it; None for those that its steps tell.
     """
 
     scene: Scene
     made: SceneMachine
     cycle: Cycle
+    disturbances: RunningModes | None = field(default=None, kw_only=True)
     untold = ()  # variables that it has not
 
     @classmethod
@@ -166,10 +170,8 @@ class Solved:
             raise DerivativeError("a variable moves an instant at which a load jumps or an impulse acts")
         return made, Beside(made.machine, pace)
 
-    def beside(self, *scenes: Scene) -> tuple[list[Solved], Callable[[], Array]]:
+    def beside(self, *scenes: Scene) -> list[Solved]:
         """Give the motions of two scenes that lie as far to both sides of this one, to first order.
-
-        With them comes what gives half the difference of their log(multiplier), of all `running`.
 
         Parameters
         ----------
@@ -179,21 +181,27 @@ class Solved:
         Raises
         ------
         DerivativeError
-            When their motions have other coordinates or steps.
+            When their motions have other coordinates or steps, or multipliers that are judged have no derivatives.
         """
-        (ahead, first), (behind, second) = map(self._with, scenes)
-        change = cycle_change(self.cycle, first, second)
-        cycles = [
-            Cycle(other.machine, other.path(self.cycle.path.moved(change, sign)), 1, 0.0, other.linear)
-            for other, sign in ((first, 1.0), (second, -1.0))
+        made, sides = zip(*map(self._with, scenes))
+        change, found = cycle_change(self.cycle, *sides), []
+        for scene, machine, other, sign in zip(scenes, made, sides, SIGNS):
+            path = other.path(self.cycle.path.moved(change, sign))
+            cycle = Cycle(other.machine, path, 1, 0.0, other.linear)
+            found.append(replace(self, scene=scene, made=machine, cycle=cycle))
+        if not self.scene.analysis.stability:
+            return found
+        log = running_change(self.cycle, self.running, *((other, one.cycle) for other, one in zip(sides, found)))
+        before = self.scene.period
+        return [
+            replace(one, disturbances=self.running.changed(sign * log, before, one.scene.period))
+            for one, sign in zip(found, SIGNS)
         ]
-        found = [replace(self, scene=x, made=y, cycle=z) for x, y, z in zip(scenes, (ahead, behind), cycles)]
-        return found, lambda: running_change(self.cycle, self.running, (first, cycles[0]), (second, cycles[1]))
 
     @cached_property
     def running(self) -> RunningModes:
         """Small disturbances of the motion, the slowest to decay first."""
-        return running_modes(self.cycle, 2 * STABILITY.kept)
+        return running_modes(self.cycle, 2 * STABILITY.kept) if self.disturbances is None else self.disturbances
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
@@ -353,7 +361,7 @@ class AtRest:
         held = machine.residual(t, zero, zero, zero, predicted=stiff, moving=False)
         return made, Beside(machine, pace, replace(held, force=force)), stiff
 
-    def beside(self, *scenes: Scene) -> tuple[list[AtRest], None]:
+    def beside(self, *scenes: Scene) -> list[AtRest]:
         """Give the answers of two scenes that lie as far to both sides of this one, to first order.
 
         Parameters
@@ -374,16 +382,16 @@ class AtRest:
             (q, _, a), values = self.following.change, self.following.values
         dq, da = rest_change(motion.machine, t, q, a, sides[0][1], sides[1][1], values, moving)
         found = []
-        for scene, (made, other, stiff), sign in zip(scenes, sides, (1.0, -1.0)):
+        for scene, (made, other, stiff), sign in zip(scenes, sides, SIGNS):
             at, still = _instants(scene), np.zeros_like(q)
             change = q + sign * dq, still, a + sign * da
             if self.following is None:
-                positions = OfPoses(made, Motion(made.machine, at, *change, moving))
+                positions = OfPoses(made, Motion(other.machine, at, *change, moving))
             else:
-                rigid = Motion(made.machine, at, still, still, still, moving)
+                rigid = Motion(other.machine, at, still, still, still, moving)
                 positions = OfLinear.by(made, LinearMotion(rigid, change, stiff, False))
             found.append(replace(self, scene=scene, made=made, positions=positions))
-        return found, None
+        return found
 
     def exact(self, scene: Scene) -> AtRest:
         """Give the answers that leave nothing out.

@@ -391,7 +391,9 @@ class Iteration:
         for k, blows in linear.blows.items():
             end_v[k] += blows.jumps[:, :n].sum(axis=0)
         gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], linear.unit * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        change = linear.along(path, *linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1)))
+        change = linear.along(
+            path, *linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
+        )
         changed = change.at(path.tableau.c)[1:]
         self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
         self.stresses = predicted(machine, self.found, *self.change)

@@ -69,7 +69,8 @@ def _near(machine: Machine, period: float, chart: Fourier) -> Fourier:
     r = np.where(rest[:, :d], drawn.r, chart.r)
     R = np.where(rest[:, d:, None], drawn.R, chart.R)
     near = replace(chart, period=period, r=r, R=R)
-    return replace(near, **_beside(machine, near, t))
+    r, R = _beside(machine, near, t)
+    return replace(near, r=r, R=R)
 
 
 def _doubled(machine: Machine, chart: Fourier) -> Fourier:
@@ -77,12 +78,12 @@ def _doubled(machine: Machine, chart: Fourier) -> Fourier:
     count = len(chart.r)
     between = _beside(machine, chart, chart.period / count * (np.arange(count) + 0.5))
     r, R = np.repeat(chart.r, 2, axis=0), np.repeat(chart.R, 2, axis=0)
-    r[1::2], R[1::2] = between["r"], between["R"]
+    r[1::2], R[1::2] = between
     return replace(chart, r=r, R=R)
 
 
-def _beside(machine: Machine, chart: Fourier, t: Array) -> dict[str, Array]:
-    """Give the rigid poses of a machine at instants (s) where a chart is near to them, as `Fourier` takes them."""
+def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
+    """Give the rigid poses of a machine at instants (s) where a chart is near to them."""
     machine.chart = chart
     zero = np.zeros((len(t), machine.size))
     q, a = equilibria(machine, t, zero, loads=0.0, moving=False, tolerance=FOUND, most=20, what="rigid positions")
@@ -90,7 +91,7 @@ def _beside(machine: Machine, chart: Fourier, t: Array) -> dict[str, Array]:
         _refuse_gaps(machine, held, 360 * at / chart.period)
     found = machine.moved(t, q, zero, zero, moving=False)
     machine.chart = None
-    return {"r": found.r, "R": found.R}
+    return found.r, found.R
 
 
 def _highest(chart: Fourier) -> float:

@@ -44,7 +44,6 @@ from fenics_mech.studies.lead_process import leads, over_machines
 from fenics_mech.studies.sweep_axes import placed, stated_data
 from fenics_mech.studies.worker_processes import Workers
 
-
 Answer = Solved | AnswersAtRest  # by the equation of poses
 
 
