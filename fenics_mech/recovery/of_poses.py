@@ -23,10 +23,10 @@ from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
-from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.scene import Bushing, JointEffort
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
+from fenics_mech.solve.without_modes import without_modes
 from fenics_mech.terms import Beams, Term
 
 GROUND = "ground"

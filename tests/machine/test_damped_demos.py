@@ -9,8 +9,8 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.solve import damp_modes, periodic, rigid_cycle
+from fenics_mech.solve.without_modes import without_modes
 from tests.common import DEMOS
 
 # Steps, and bounds of strains and of forces. Meshes are the same, and today's tell of errors of 2e-3 to 3.5e-3.

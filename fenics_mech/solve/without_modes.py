@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.sparse.linalg import spsolve
 
 from fenics_mech._arrays import Array
-from fenics_mech.machine.evaluation import Evaluation
-from fenics_mech.machine.machine import Machine
+from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.terms import Response
 
 MASSLESS = 1e-14  # of the largest entry: coordinates without mass, which no mode pulls, keep it solvable
@@ -47,11 +45,10 @@ def without_modes(machine: Machine, t: Array, q: Array, v: Array, a: Array, foun
 def _accelerated(machine: Machine, found: Evaluation, force: Array) -> Array:
     """Give what forces accelerate at rest, within the rows, ``(instants, size)``."""
     n, kept, pattern = machine.n, machine.n + machine.held, found.pattern
-    of_rows = (np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)) >= n) & (pattern.indices < n)
-    accelerations = np.zeros_like(force)
-    for k in range(len(force)):
-        matrix = pattern.matrix(np.where(of_rows, found.K[k], found.M[k]))[:kept, :kept]
-        least = np.zeros(kept)
-        least[:n] = MASSLESS * np.abs(found.M[k]).max()
-        accelerations[k, :n] = spsolve((matrix + sp.diags(least)).tocsc(), force[k, :kept])[:n]
-    return accelerations
+    rows, columns = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
+    of_modes, of_rows = (rows >= kept) != (columns >= kept), (rows >= n) & (columns < n)
+    values = np.where(of_modes, 0.0, np.where(of_rows, found.K, found.M))
+    values[:, (rows == columns) & (rows < n)] += MASSLESS * np.abs(found.M).max(axis=1, keepdims=True)
+    pulled = np.where(np.arange(machine.size) < kept, force, 0.0)
+    moved = solutions(blocks_of(pattern, 1), values[..., None, None], pulled, "accelerations by the damping of modes")
+    return np.where(np.arange(machine.size) < n, moved, 0.0)
