@@ -75,12 +75,12 @@ def by_poses(scene: Scene) -> Result:
     return answered(scene)[1]
 
 
-def answered(scene: Scene) -> tuple[Solved | AtRest, Result]:
-    """Give what `by_poses` gives, and before it the answer that it is read off."""
+def answered(scene: Scene, names: Collection[str] | None = None) -> tuple[Solved | AtRest, Result]:
+    """Give what `by_poses` gives, and before it the answer that it is read off; `names` are those of `collected`."""
     solved = solution(planned(scene), choosing=scene.effects == "auto")
     stability = stability_of(solved)
     errors = estimated(solved) if scene.analysis.error_estimates else None
-    return solved, collected(solved, errors, stability)
+    return solved, collected(solved, errors, stability, names)
 
 
 @dataclass

@@ -50,7 +50,6 @@ def slopes(trials: Trials, values: Sequence[float]) -> dict[str, Array]:
     known, here = trials.solution(values), np.array(values, dtype=float)
     if not isinstance(known, Solved | AtRest):
         raise DerivativeError("the answer is not found by the equation of poses")
-    names = {name for quantity in trials.quantities for name in quantity.variables}
     columns = []
     for k, variable in enumerate(trials.design.variables):
         span = variable.upper - variable.lower
@@ -59,7 +58,7 @@ def slopes(trials: Trials, values: Sequence[float]) -> dict[str, Array]:
         beside = (here + sign * step * np.eye(len(here))[k] for sign in (1.0, -1.0))
         scenes = [planned(Scene.read(trials.data_at(one.tolist()))) for one in beside]
         answers = known.beside(*scenes)
-        results = [collected(one, None, stability_of(one), names) for one in answers]
+        results = [collected(one, None, stability_of(one), trials.variables) for one in answers]
         more, less = (read_numbers(trials.quantities, result, trials.design.study.targets) for result in results)
         columns.append({name: (more[name] - less[name]) / (2 * step) for name in more})
     return {name: np.array([column[name] for column in columns]) for name in columns[0]}

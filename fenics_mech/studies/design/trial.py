@@ -244,7 +244,7 @@ class Trials:
         self._last.clear()  # its memory is needed
         with guarded():
             if scene.analysis.solver == "poses":
-                self._last[point], result = answered(scene)
+                self._last[point], result = answered(scene, self.variables)
             else:
                 self._last[point], result = solved(scene, common=self.common)
         return result
@@ -265,6 +265,11 @@ class Trials:
         name = f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
         path = None if self.folder is None else self.folder / name
         return Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
+
+    @property
+    def variables(self) -> set[str]:
+        """Variables of results that numbers are made from."""
+        return {name for quantity in self.quantities for name in quantity.variables}
 
     def data_at(self, values: Sequence[float]) -> Record:
         """Give the scene of a trial as plain data.

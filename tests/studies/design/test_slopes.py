@@ -37,8 +37,7 @@ def four_bar(number, value, effects, method="periodic"):
         "study": {"targets": targets},
         "effects": effects,
         "analysis.method": method,
-        "analysis.sub_intervals": 60,
-        "analysis.allow_coarse": True,
+        "analysis.sub_intervals": 120,  # with 60 the largest multiplier is one or the other of two
     }
     return with_variable(fm.load(DEMOS / "four_bar.toml").changed(changes), number, value)
 
@@ -85,7 +84,7 @@ def test_derivatives_of_linear_answers_are_those_of_whole_analyses(variable, met
     number, value = VARIABLES[variable]
     names = PERIODIC if method == "periodic" else NUMBERS
     for name, (found, exact, size) in compared(four_bar(number, value, effects, method), names, value).items():
-        near = 1e-3 if "force" in name else 1e-4 if "multiplier[" in name else 3e-5  # it turns by 0.02 rad in a step
+        near = 1e-3 if "force" in name else 3e-4 if "multiplier[" in name else 3e-5  # it turns by 0.03 rad in a step
         assert math.isclose(found, exact, abs_tol=near * size), name
 
 
