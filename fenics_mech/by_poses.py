@@ -356,7 +356,7 @@ def _links_of(solved: Solved, modes: Index) -> list[str]:
     return [list(made.scene.links)[i] for i in most]
 
 
-def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
+def read_off(found: OfPoses, errors: Errors | None, names: Collection[str] | None = None) -> xr.Dataset:
     """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided.
 
     Parameters
@@ -365,16 +365,17 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
         The answer at the positions.
     errors
         Its errors; None where they are not estimated.
+    names
+        Variables that are wanted: where members have all of them, nothing else is read. None for all.
     """
     scene, links = found.made.scene, found.links()
-    efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
-    variables: dict[str, Any] = {
-        **found.members(),
-        "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
-        **found.frame(),
-        **found.springs(),
-        **found.points(),
-    }
+    variables: dict[str, Any] = found.members()
+    efforts, forces, moments = dict[str, Array](), dict[str, Array](), dict[str, Array]()
+    if names is None or not variables.keys() >= set(names):
+        efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
+        along = ("theta", "joint", "component")
+        variables["joint_force"] = (along, np.stack(list(forces.values()), axis=1))
+        variables |= {**found.frame(), **found.springs(), **found.points()}
     if efforts:
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
@@ -391,7 +392,7 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
         "joint": list(forces),
         "component": ["x", "y"],
         "drive": list(efforts),
-        "support": list(found.supports),
+        "support": list(found.supports) if "support_force" in variables else [],
         "point": list(found.traced),
     }
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
@@ -419,7 +420,7 @@ def collected(
         Variables that are wanted: what takes more time is left out when they are known. None for all.
     """
     scene, found = solved.scene, solved.positions
-    data = joined(read_off(found, errors), stability).drop_vars(solved.untold, errors="ignore")
+    data = joined(read_off(found, errors, names), stability).drop_vars(solved.untold, errors="ignore")
     cycle = last_cycle(scene.analysis, scene.drives, data)
     parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
     if SHAFT in found.made.acting:
