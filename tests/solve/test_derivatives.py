@@ -74,7 +74,7 @@ def test_a_forced_vibration_has_the_derivatives_of_the_closed_form(more, pace):
 @pytest.mark.parametrize("pace", [0.0, 1.0])
 def test_a_vibration_that_decays_has_the_derivatives_of_the_closed_form(pace):
     """log(mu) = (-zeta + i sqrt(1 - zeta^2)) omega T; steps of 1/160 change it by less than 1e-7."""
-    omega, more, zeta = np.array([2.0, 7.3]), np.array([0.3, -0.2]), 0.02
+    omega, more, zeta = np.array([2.0, 4.1]), np.array([0.3, -0.2]), 0.02  # the second turns by more than half
     period = 2 * np.pi / SPEED
     cycle = periodic(rotors(omega, zeta), period, 160)
     both = sides(omega, more, zeta, pace)
