@@ -13,7 +13,7 @@ from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.blows import blows_of
+from fenics_mech.solve.blows import Blows, blows_of
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import shell
 from fenics_mech.solve.sparse import SMALL, Factors, blocks_of, inverses
@@ -87,6 +87,21 @@ class Path:
         q[..., self.n :] = v[..., self.n :] = 0.0
         return t, q, v, np.einsum("ij,kjn->kin", values, self.a)
 
+    def paced(self, period: float) -> Path:
+        """Give the path through the same coordinates in another period (s), with the same multipliers."""
+        pace, a = self.period / period, self.a.copy()
+        a[..., : self.n] *= pace**2
+        return replace(self, starts=self.starts / pace, period=period, v0=pace * self.v0, a=a)
+
+    def gaps(self, blows: dict[int, Blows]) -> Array:
+        """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``."""
+        n = self.n
+        end_q, end_v = (x[:, 0, :n] for x in self.at(np.ones(1))[1:3])
+        for k, struck in blows.items():
+            end_v[k] += struck.jumps[:, :n].sum(axis=0)
+        q, v = end_q - np.roll(self.q0, -1, axis=0)[:, :n], end_v - np.roll(self.v0, -1, axis=0)[:, :n]
+        return np.concatenate([q, self.period / len(self.starts) * v], axis=1)
+
     def with_stages(self, stages: int) -> Path:
         """Give the same path by other stages of the same steps."""
         tableau = radau(stages)
@@ -148,7 +163,7 @@ class LinearSteps:
 
     def __init__(self, machine: Machine, path: Path, found: Evaluation) -> None:
         tableau = self.tableau = path.tableau
-        self.n, self.size, self.h, self.period = machine.n, machine.size, path.h, path.period
+        self.path, self.n, self.size, self.h, self.period = path, machine.n, machine.size, path.h, path.period
         self.unit, self.ends = path.period / len(path.starts), path.starts + path.h
         self.blows = blows_of(machine, path)
         self.stages = len(tableau.c)
@@ -221,6 +236,14 @@ class LinearSteps:
             accelerations.append(a)
             states.append(end + gaps[k])
         return np.array(states[:-1]), np.array(accelerations)
+
+    def change(self, right: Array, gaps: Array) -> Path:
+        """Give by what the path changes, periodic again, under forces and gaps as of `closed`."""
+        path, n = self.path, self.n
+        states, da = self.closed(right, gaps)
+        dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
+        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / self.unit
+        return replace(path, q0=dq0, v0=dv0, a=da)
 
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
@@ -342,28 +365,29 @@ class Iteration:
     def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array] | None = None) -> None:
         self.machine, self.path, self.stresses = machine, path, stresses
 
-    def evaluated(self, predicted: Sequence[Array] | None = None) -> Evaluation:
+    def evaluated(self, predicted: Sequence[Array] | None = None, tangents: bool = True) -> Evaluation:
         """Give the residual at the stages of the path."""
         t, *states = self.path.at(self.path.tableau.c)
         flat = (x.reshape(-1, self.machine.size) for x in states)
-        return self.machine.residual(t.ravel(), *flat, predicted=predicted)
+        return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents)
+
+    def linearised(self) -> LinearSteps:
+        """Give the steps linearised about the path, whose residual is then `found`."""
+        self.found = self.evaluated(self.stresses)
+        return LinearSteps(self.machine, self.path, self.found)
+
+    def predict(self, change: Path) -> None:
+        """Predict the stresses after a change of the path, for the next step."""
+        changed = change.at(self.path.tableau.c)[1:]
+        self.change = tuple(x.reshape(-1, self.machine.size) for x in changed)  # type: ignore[assignment]
+        self.stresses = predicted(self.machine, self.found, *self.change)
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""
-        machine, path, n = self.machine, self.path, self.machine.n
-        self.found = self.evaluated(self.stresses)
-        linear = LinearSteps(machine, path, self.found)
-        end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
-        for k, blows in linear.blows.items():
-            end_v[k] += blows.jumps[:, :n].sum(axis=0)
-        gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], linear.unit * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
-        dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / linear.unit
-        changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
-        self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
-        self.stresses = predicted(machine, self.found, *self.change)
-        self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
-        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * machine.extent)
-        self.size = float(np.abs(changed[0]).max() / largest)
+        path, linear = self.path, self.linearised()
+        change = linear.change(-self.found.force.reshape(path.a.shape), path.gaps(linear.blows))
+        self.predict(change)
+        self.path = replace(path, q0=path.q0 + change.q0, v0=path.v0 + change.v0, a=path.a + change.a)
+        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * self.machine.extent)
+        self.size = float(np.abs(self.change[0]).max() / largest)
         return self.size
