@@ -71,8 +71,25 @@ def by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    solved = solution(planned(scene), choosing=scene.effects == "auto")
-    stability = xr.Dataset()
+    return result_of(solution(planned(scene), choosing=scene.effects == "auto"))
+
+
+def result_of(solved: Solved | AtRest) -> Result:
+    """Judge an answer as its scene asks, estimate its errors, and collect both with it.
+
+    Parameters
+    ----------
+    solved
+        The answer.
+
+    Raises
+    ------
+    SolverError
+        When a motion is unstable, and may not be so.
+    UnresolvedError
+        When an error is too large.
+    """
+    scene, stability = solved.scene, xr.Dataset()
     if isinstance(solved, Solved) and scene.analysis.stability:
         stability = _stability(solved)
     errors = estimated(solved) if scene.analysis.error_estimates else None

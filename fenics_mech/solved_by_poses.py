@@ -42,14 +42,18 @@ EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's
 Stresses = list[Array]  # of every term
 
 
-def built(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart: that of a coarse one if given."""
+def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
+    """Build a machine that is damped, with the motion of its rigid links as chart.
+
+    It is that of a coarse machine, or beside that of a near one, if one of them is given.
+    """
     made = machine_of(scene)
     if coarse is not None and isinstance(coarse.chart, Fourier):
         made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
     elif scene.drives:
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
-        made.machine.chart = rigid_cycle(led.machine, scene.period)
+        known = None if near is None or not isinstance(near.chart, Fourier) else near.chart
+        made.machine.chart = rigid_cycle(led.machine, scene.period, near=known)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made

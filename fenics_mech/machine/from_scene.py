@@ -70,6 +70,11 @@ class SceneMachine:
     driven: list[int] = field(default_factory=list)
     acting: dict[str, Term] = field(default_factory=dict)
 
+    @property
+    def period(self) -> float:
+        """Duration of its cycle (s)."""
+        return self.scene.period
+
 
 def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
     """Build the machine of a planar scene that is driven.

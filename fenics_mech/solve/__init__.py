@@ -1,6 +1,6 @@
 """Solvers of one residual: statics, motion in time, periodic motion, frequencies, stability. None knows what moves."""
 
-from fenics_mech.solve.continuation import Family, Point, continued
+from fenics_mech.solve.continuation import Driven, Family, Point, continued
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
 from fenics_mech.solve.in_time import Course, States, Step, march, steps_in_time
@@ -13,6 +13,7 @@ from fenics_mech.solve.statics import equilibria, equilibrium
 __all__ = [
     "Course",
     "Cycle",
+    "Driven",
     "Family",
     "Iterate",
     "Iteration",

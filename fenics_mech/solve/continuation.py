@@ -18,14 +18,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.machine import Machine
+from fenics_mech.solve.blows import blows_of
 from fenics_mech.solve.newton import newton
-from fenics_mech.solve.periodic import LEAST, Cycle, Iteration, LinearSteps, Path
+from fenics_mech.solve.periodic import LEAST, Cycle, Iteration, Path
 
 FOLD, DIVIDES, DOUBLES, TURNS = "fold", "branching", "period doubling", "Neimark-Sacker"
 PARTS = 4  # of the range: one counts as much as the size of the motion
@@ -38,6 +40,18 @@ TRIALS = 30  # for a fold, or another point at which stability changes
 REAL = 1e-6  # imaginary part of a multiplier that counts as none
 
 
+class Driven(Protocol):
+    """A machine that repeats its motion in a period (s)."""
+
+    @property
+    def machine(self) -> Machine:
+        """The machine."""
+
+    @property
+    def period(self) -> float:
+        """The period (s)."""
+
+
 @dataclass(frozen=True)
 class Family:
     """A machine as a function of a number.
@@ -45,12 +59,12 @@ class Family:
     Parameters
     ----------
     at
-        Gives the machine and its period (s) at a value of the number. All have the same coordinates.
+        Gives the machine at a value of the number. All have the same coordinates.
     ends
         The range of the number, in the order in which it is followed.
     """
 
-    at: Callable[[float], tuple[Machine, float]]
+    at: Callable[[float], Driven]
     ends: tuple[float, float]
 
 
@@ -62,6 +76,8 @@ class Point:
     ----------
     value
         The number.
+    driven
+        The machine at the number.
     cycle
         The motion.
     unknowns, tangent
@@ -71,6 +87,7 @@ class Point:
     """
 
     value: float
+    driven: Driven
     cycle: Cycle
     unknowns: Array
     tangent: Array
@@ -112,7 +129,7 @@ def continued(family: Family, first: Cycle, points: int) -> Iterator[Point]:
     branch = _Branch(family, first.path)
     largest = arc = PARTS / points
     value, sense = family.ends[0], float(np.sign(family.ends[1] - family.ends[0]))
-    point = Point(value, first, branch.vector(first.path, value), sense * branch.number)
+    point = Point(value, family.at(value), first, branch.vector(first.path, value), sense * branch.number)
     branch.measure(point)
     point = replace(branch.corrected(point.unknowns, branch.number, point), value=value)
     yield point
@@ -229,33 +246,33 @@ class _Branch:
 
         def step() -> float:
             nonlocal y, stresses, tangent
-            machine, period = self.family.at(float(y[-1]) * self.span)
-            iteration = Iteration(machine, self.path(y, period), stresses)
+            driven = self.family.at(float(y[-1]) * self.span)
+            iteration = Iteration(driven.machine, self.path(y, driven.period), stresses)
             linear = iteration.linearised()
             force, gaps = iteration.found.force.reshape(iteration.path.a.shape), iteration.path.gaps(linear.blows)
             change = self.vector(linear.change(-force, gaps), 0.0)
-            along = self.vector(linear.change(*self.by_number(y, linear, force, gaps)), self.span)
+            along = self.vector(linear.change(*self.by_number(y, force, gaps)), self.span)
             dp = -self.inner(normal, y - guess + change) / self.inner(normal, along)
-            iteration.predict(self.path(change + dp * along, period))
+            iteration.predict(self.path(change + dp * along, driven.period))
             y, stresses, tangent = y + change + dp * along, iteration.stresses, along
             return self.length(change + dp * along)
 
         iterations = newton(step, CLOSE, MOST, "a motion beside the last one")
         value = float(y[-1]) * self.span
-        machine, period = self.family.at(value)
-        path = self.path(y, period)
-        cycle = Cycle(machine, path, Iteration(machine, path).evaluated(), iterations, CLOSE)
-        return Point(value, cycle, y, np.copysign(1.0, self.inner(tangent, before.tangent)) * tangent)
+        driven = self.family.at(value)
+        path = self.path(y, driven.period)
+        cycle = Cycle(driven.machine, path, Iteration(driven.machine, path).evaluated(), iterations, CLOSE)
+        return Point(value, driven, cycle, y, np.copysign(1.0, self.inner(tangent, before.tangent)) * tangent)
 
-    def by_number(self, y: Array, linear: LinearSteps, force: Array, gaps: Array) -> tuple[Array, Array]:
+    def by_number(self, y: Array, force: Array, gaps: Array) -> tuple[Array, Array]:
         """Give what a change of the number by a part of the range does: forces to be met, and gaps."""
         value, (first, last) = float(y[-1]) * self.span, self.family.ends
         step = DIFFERENCE * float(np.copysign(last - first, (first + last) / 2 - value))  # inside the range
-        machine, period = self.family.at(value + step)
-        iteration = Iteration(machine, self.path(y, period))
-        beside = iteration.evaluated(tangents=False).force.reshape(force.shape)
+        driven = self.family.at(value + step)
+        path = self.path(y, driven.period)
+        beside = Iteration(driven.machine, path).evaluated(tangents=False).force.reshape(force.shape)
         share = self.span / step
-        return -share * (beside - force), share * (iteration.path.gaps(linear.blows) - gaps)
+        return -share * (beside - force), share * (path.gaps(blows_of(driven.machine, path)) - gaps)
 
     def special(self, point: Point, new: Point) -> Point | None:
         """Find the fold between two points, or else where stability changes; None where neither is."""

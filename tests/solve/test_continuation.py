@@ -1,5 +1,7 @@
 """Continuation of periodic motions: Duffing's oscillator by its Fourier series, Mathieu's by an integration."""
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -34,6 +36,13 @@ class Oscillating(Term):
         return Response(stress, one * (stiffness + 3 * CUBIC * x**2)[..., None], damping * one)
 
 
+class Repeating(NamedTuple):
+    """A machine and its period (s)."""
+
+    machine: Machine
+    period: float
+
+
 def oscillator(rate, **numbers):
     """A mass on a line."""
     machine = Machine(PLANE)
@@ -42,13 +51,13 @@ def oscillator(rate, **numbers):
     pair = machine.at_ground(), machine.end(mass)
     machine.rows.append(Row(pair, Measure(Look.PLACE, 1), name="line"))
     machine.terms.append(Oscillating(pair, rate, **numbers))
-    return machine, 2 * np.pi / rate
+    return Repeating(machine, 2 * np.pi / rate)
 
 
 def followed(at, ends, points):
     """Follow the branch from the motion at the first end."""
-    machine, period = at(ends[0])
-    return list(continued(Family(at, ends), periodic(machine, period, STEPS), points))
+    first = at(ends[0])
+    return list(continued(Family(at, ends), periodic(first.machine, first.period, STEPS), points))
 
 
 def numbers(found, kind):
