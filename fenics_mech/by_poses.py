@@ -40,7 +40,7 @@ from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
-from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
+from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Run, Solved
 
 logger = logging.getLogger(__name__)
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
@@ -54,13 +54,15 @@ ORDERS = {
 }  # of errors, in the numbers that they fall by
 
 
-def by_poses(scene: Scene) -> Result:
+def by_poses(scene: Scene, run: Run | None = None) -> Result:
     """Analyse a driven machine over its cycle, or at rest.
 
     Parameters
     ----------
     scene
         The scene.
+    run
+        Motions before it, from which its own is sought under exact strains, and which that is added to.
 
     Raises
     ------
@@ -71,7 +73,7 @@ def by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    return result_of(solution(planned(scene), choosing=scene.effects == "auto"))
+    return result_of(solution(planned(scene), scene.effects == "auto", run))
 
 
 def result_of(solved: Solved | AtRest) -> Result:
@@ -188,8 +190,8 @@ def planned(scene: Scene) -> Scene:
     return scene
 
 
-def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
-    """Solve for the answer to a scene in the theory of its effects.
+def solution(scene: Scene, choosing: bool, run: Run | None = None) -> Solved | AtRest:
+    """Solve for the answer to a scene in the theory of its effects, and keep an exact motion in its run.
 
     Parameters
     ----------
@@ -197,22 +199,32 @@ def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
         The scene, with its effects.
     choosing
         Whether a linear theory may answer, where Newton's next correction is below what the scene may neglect.
+    run
+        As of `by_poses`.
 
     Raises
     ------
     SolverError
         When there is none.
     """
+    found = _in_theory(scene, choosing, run)
+    if run is not None and isinstance(found, Solved) and EXACT in found.scene.named_effects:
+        run.keep(found.cycle.path)
+    return found
+
+
+def _in_theory(scene: Scene, choosing: bool, run: Run | None) -> Solved | AtRest:
+    """Find an answer linear, or where that does not suffice or is not asked for, exact."""
     periodic = scene.analysis.method == "periodic"
     linear: type[LinearCycle | AtRest] = LinearCycle if periodic else AtRest
     if choosing and not any(drive.motor for drive in scene.drives):
         effects = tuple(STIFFENED if name == EXACT else name for name in scene.effects)
         try:
             found = linear.of(scene.changed(effects=effects))
-            return found if _suffices(found) else found.exact(scene)
+            return found if _suffices(found) else found.exact(scene, run)
         except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
             logger.info("no answer is found by way of linear strains: %s", error)
-    return Solved.of(scene) if periodic and EXACT in scene.named_effects else linear.of(scene)
+    return Solved.of(scene, run) if periodic and EXACT in scene.named_effects else linear.of(scene)
 
 
 def _suffices(solved: LinearCycle | AtRest) -> bool:

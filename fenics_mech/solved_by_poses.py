@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterator
 from copy import copy
 from dataclasses import dataclass, replace
@@ -36,8 +37,10 @@ from fenics_mech.solve import (
     quasi_static,
     rigid_cycle,
 )
+from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.solve.newton import newton
 
+logger = logging.getLogger(__name__)
 EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
 
@@ -83,6 +86,22 @@ def steps_of(scene: Scene) -> Array:
     return np.sort(cut) / abs(rate)
 
 
+Run = LastMotions[Path]  # motions before that of a scene, from which it is sought
+
+
+def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | None:
+    """Find the motion of a scene's machine from the last ones of a run; None where that leads to none."""
+    like = Path.of_rest(machine, scene.period, steps_of(scene), scene.analysis.stages)
+    near = None if run is None else run.near(lambda path: isinstance(path, Path) and like.alike(path))
+    if near is None:
+        return None
+    try:
+        return periodic(machine, scene.period, start=near.paced(scene.period))
+    except SolverError as error:
+        logger.info("no motion is found from the last one: %s", error)
+        return None
+
+
 @dataclass(frozen=True)
 class Solved:
     """A periodic motion of a scene's machine.
@@ -103,8 +122,15 @@ class Solved:
     untold = ()  # variables that it has not
 
     @classmethod
-    def of(cls, scene: Scene) -> Solved:
+    def of(cls, scene: Scene, run: Run | None = None) -> Solved:
         """Build the machine of a scene, and find its periodic motion.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        run
+            Motions before it; None to begin from the rigid motion.
 
         Raises
         ------
@@ -112,7 +138,9 @@ class Solved:
             When there is none near the rigid motion.
         """
         made = built(scene)
-        return cls(scene, made, periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages))
+        cycle = found_beside(scene, made.machine, run)
+        cycle = cycle or periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+        return cls(scene, made, cycle)
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         motion = Motion(self.made.machine, t, q, v, a)
@@ -175,8 +203,10 @@ class LinearCycle(Solved):
     stresses: Stresses
 
     @classmethod
-    def of(cls, scene: Scene) -> LinearCycle:
+    def of(cls, scene: Scene, run: Run | None = None) -> LinearCycle:
         """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
+
+        It is the only one, so that motions before it tell nothing of it.
 
         Raises
         ------
@@ -215,20 +245,23 @@ class LinearCycle(Solved):
         dq, dv, da, *stiff = (x[last] for x in (*self._next.change, *self.stresses))
         return OfLinear.by(self.made, LinearMotion(here, (dq, dv, da), stiff))
 
-    def exact(self, scene: Scene) -> Solved:
-        """Go on from here to the motion that leaves nothing out.
+    def exact(self, scene: Scene, run: Run | None = None) -> Solved:
+        """Go on to the motion that leaves nothing out, from the last ones of a run or from here.
 
         Parameters
         ----------
         scene
             The same scene with exact strains.
+        run
+            Motions before it.
 
         Raises
         ------
         SolverError
             When there is none near.
         """
-        return Solved(scene, replace(self.made, scene=scene), converged(copy(self._next)))
+        cycle = found_beside(scene, self.made.machine, run) or converged(copy(self._next))
+        return Solved(scene, replace(self.made, scene=scene), cycle)
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
@@ -291,13 +324,15 @@ class AtRest:
         rigid = Motion(machine, t, still, still, still, moving)
         return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
 
-    def exact(self, scene: Scene) -> AtRest:
+    def exact(self, scene: Scene, run: Run | None = None) -> AtRest:
         """Give the answers that leave nothing out.
 
         Parameters
         ----------
         scene
             The same scene with exact strains.
+        run
+            Motions before it, of which positions at rest make no use.
 
         Raises
         ------

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,11 +14,13 @@ from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.blows import Blows, blows_of
+from fenics_mech.solve.blows import SAME, Blows, blows_of
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.operators import shell
+from fenics_mech.solve.operators import by_gmres, shell
 from fenics_mech.solve.sparse import SMALL, Factors, blocks_of, inverses
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -93,6 +96,20 @@ class Path:
         a[..., : self.n] *= pace**2
         return replace(self, starts=self.starts / pace, period=period, v0=pace * self.v0, a=a)
 
+    def alike(self, other: Path) -> bool:
+        """Whether another path has as many coordinates, and the same steps of a cycle."""
+        same = self.n == other.n and self.a.shape == other.a.shape
+        return same and bool(np.abs(self.starts / self.period - other.starts / other.period).max() < SAME)
+
+    def beyond(self, before: Path, share: float) -> Path:
+        """Go on as from another path to this one, by a share of the difference, where that is small."""
+        other = before.paced(self.period)
+        apart = float(np.linalg.norm(self.q0 - other.q0))
+        if apart > STRAIGHT * float(np.linalg.norm(self.q0)):
+            return self
+        q0, v0, a = (x + share * (x - y) for x, y in zip((self.q0, self.v0, self.a), (other.q0, other.v0, other.a)))
+        return replace(self, q0=q0, v0=v0, a=a)
+
     def gaps(self, blows: dict[int, Blows]) -> Array:
         """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``."""
         n = self.n
@@ -108,6 +125,7 @@ class Path:
         return Path(tableau, self.starts, self.period, self.n, self.q0.copy(), self.v0.copy(), self.at(tableau.c)[3])
 
 
+STRAIGHT = 0.15  # of a motion, by which another differs, up to which a straight line through both goes on
 MEETING = 1e-12  # of a period: instants of steps that meet are one within it
 
 
@@ -247,21 +265,8 @@ class LinearSteps:
 
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
-        ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-        ksp.setType("gmres")
-        ksp.setGMRESRestart(len(right))
-        ksp.getPC().setType("none")
-        ksp.setTolerances(rtol=1e-11, atol=1e-300, max_it=len(right) + 10)
-        with shell(len(right), lambda x: x - self.cycle(x)) as (operator, b, x):
-            ksp.setOperators(operator)
-            b.setArray(right)
-            with configured(ksp, "fenics_mech_closing_", {}, {}):
-                ksp.solve(b, x)
-                if ksp.getConvergedReason() < 0:
-                    raise SolverError(
-                        "the cycle does not close: the linearised motion is at a resonance that nothing damps"
-                    )
-            return np.array(x.getArray())
+        resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
+        return by_gmres(lambda x: x - self.cycle(x), right, 1e-11, len(right), "fenics_mech_closing_", resonant)
 
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
@@ -339,6 +344,7 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
         As of `periodic`.
     """
     iterations = newton(iteration.step, tolerance, most, "the periodic motion")
+    logger.debug("Newton %d iterations", iterations)
     return Cycle(iteration.machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
 
 
