@@ -372,10 +372,10 @@ class Iteration:
         self.machine, self.path, self.stresses = machine, path, stresses
 
     def evaluated(self, predicted: Sequence[Array] | None = None, tangents: bool = True) -> Evaluation:
-        """Give the residual at the stages of the path."""
+        """Give the residual at the stages of the path, with modes of stress as large as the rates say."""
         t, *states = self.path.at(self.path.tableau.c)
         flat = (x.reshape(-1, self.machine.size) for x in states)
-        return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents)
+        return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents, known=True)
 
     def linearised(self) -> LinearSteps:
         """Give the steps linearised about the path, whose residual is then `found`."""
