@@ -14,6 +14,7 @@ from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
+from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
@@ -47,6 +48,7 @@ BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
     "time": 5.0,
+    "harmonics": 8.0,
     "mesh": 4.0,
     BETWEEN: 2.0,
     "stations": 2.0,
@@ -216,7 +218,9 @@ def solution(scene: Scene, choosing: bool, run: Run | None = None) -> Solved | A
 def _in_theory(scene: Scene, choosing: bool, run: Run | None) -> Solved | AtRest:
     """Find an answer linear, or where that does not suffice or is not asked for, exact."""
     periodic = scene.analysis.method == "periodic"
-    linear: type[LinearCycle | AtRest] = LinearCycle if periodic else AtRest
+    series = periodic and scene.analysis.solver == "harmonic-balance"
+    linear: type[LinearCycle | AtRest] = LinearBalanced if series else LinearCycle if periodic else AtRest
+    exact = Balanced if series else Solved
     if choosing and not any(drive.motor for drive in scene.drives):
         effects = tuple(STIFFENED if name == EXACT else name for name in scene.effects)
         try:
@@ -224,7 +228,7 @@ def _in_theory(scene: Scene, choosing: bool, run: Run | None) -> Solved | AtRest
             return found if _suffices(found) else found.exact(scene, run)
         except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
             logger.info("no answer is found by way of linear strains: %s", error)
-    return Solved.of(scene, run) if periodic and EXACT in scene.named_effects else linear.of(scene)
+    return exact.of(scene, run) if periodic and EXACT in scene.named_effects else linear.of(scene)
 
 
 def _suffices(solved: LinearCycle | AtRest) -> bool:
@@ -407,7 +411,8 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
         "point": list(found.traced),
     }
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
-    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
+    solver = "harmonic-balance" if scene.analysis.solver == "harmonic-balance" else "poses"
+    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": solver}
     attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, errors))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)

@@ -153,7 +153,7 @@ class Solved:
 
     def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
         """Give instants, coordinates, rates and accelerations at a share of every sub-interval."""
-        t = _instants(self.scene, share)
+        t = instants_of(self.scene, share)
         return t, *self.cycle.path.when(t)
 
     def at(self, share: float) -> OfPoses:
@@ -303,7 +303,7 @@ class AtRest:
         SolverError
             When there is none near the rigid motion at a position.
         """
-        return cls._by(scene, _undamped(scene), _instants(scene))
+        return cls._by(scene, _undamped(scene), instants_of(scene))
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
@@ -340,7 +340,7 @@ class AtRest:
             When there are none near.
         """
         made = replace(self.made, scene=self.made.scene.changed(effects=scene.effects))
-        return AtRest._by(scene, made, _instants(scene))
+        return AtRest._by(scene, made, instants_of(scene))
 
     @property
     def untold(self) -> tuple[str, ...]:
@@ -351,7 +351,7 @@ class AtRest:
 
     def at(self, share: float) -> OfPoses:
         """Give the answers at a share of the way from each position to the next."""
-        return AtRest._by(self.scene, self.made, _instants(self.scene, share)).positions
+        return AtRest._by(self.scene, self.made, instants_of(self.scene, share)).positions
 
     @property
     def weighed(self) -> tuple[OfPoses, Array]:
@@ -362,7 +362,7 @@ class AtRest:
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same without most of the error of a source, which is named."""
         finer = _undamped(with_halves(self.scene), self.made.machine)
-        yield "mesh", AtRest._by(self.scene, finer, _instants(self.scene)).positions
+        yield "mesh", AtRest._by(self.scene, finer, instants_of(self.scene)).positions
         if self.following is not None:
             yield "theory", self.corrected
 
@@ -395,8 +395,16 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
         )
 
 
-def _instants(scene: Scene, share: float = 0.0) -> Array:
-    """Give the instants at which the positions of a result are, or at a share of the way to the next (s)."""
+def instants_of(scene: Scene, share: float = 0.0) -> Array:
+    """Give the instants at which the positions of a result are, or at a share of the way to the next (s).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    share
+        Of the way.
+    """
     if scene.analysis.method == "static":
         return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
     return scene.period / scene.analysis.sub_intervals * (np.arange(scene.analysis.sub_intervals) + share)

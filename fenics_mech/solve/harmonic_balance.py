@@ -148,8 +148,8 @@ class Balance:
 
 def balanced(
     machine: Machine, period: float, harmonics: int, instants: int, *, tolerance: float = CLOSE, most: int = 25
-) -> Series:
-    """Find the periodic motion beside the machine's chart as a Fourier series.
+) -> tuple[Series, int]:
+    """Find the periodic motion beside the machine's chart as a Fourier series, and the steps of Newton's method.
 
     Parameters
     ----------
@@ -166,8 +166,8 @@ def balanced(
         When there are too few instants.
     """
     balance = Balance(machine, period, harmonics, instants)
-    newton(balance.step, tolerance, most, "the balance of harmonics")
-    return balance.series
+    iterations = newton(balance.step, tolerance, most, "the balance of harmonics")
+    return balance.series, iterations
 
 
 def _with_multipliers(states: Array, n: int) -> Array:
