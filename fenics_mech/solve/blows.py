@@ -103,3 +103,27 @@ def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
         group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
         jumps.append(accelerated(machine, found, -force))
     return np.stack(jumps, axis=1)
+
+
+def with_rows(machine: Machine, t: float, v: Array) -> Array:
+    """Give rates that fulfil the rows of joints, by an impulse of these, where steps have left them off ``(size,)``.
+
+    Those of drives stay. Rates beside a row, which a step corrects, would be accelerations as large as it is short.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart rests.
+    t
+        Instant (s).
+    v
+        Rates ``(size,)``.
+    """
+    zero, rows, n = np.zeros((1, machine.size)), len(machine.rows), machine.n
+    found = machine.residual(np.array([t]), zero, zero, zero, loads=0.0, moving=False)
+    off = machine.pattern.times(found.K, v[None])
+    off[:, :n], off[:, n + machine.held :] = 0.0, 0.0
+    off[:, n : n + rows][:, [row.leads for row in machine.rows]] = 0.0
+    jump = accelerated(machine, found, -off)[0]
+    jump[n:] = 0.0
+    return np.asarray(v + jump)

@@ -12,6 +12,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine import Machine
+from fenics_mech.machine.measured import Measured
+from fenics_mech.solve.blows import with_rows
+from fenics_mech.solve.contacts import Contacts
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
@@ -138,7 +141,8 @@ class Step:
             dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
             dq[:, n:] = dv[:, n:] = 0.0
             stresses = predicted(machine, found, dq, dv, da)
-            return float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0))
+            off = max((term.response.off for term in found.terms), default=0.0)
+            return max(off, float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)))
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
@@ -164,6 +168,12 @@ class Step:
             machine.chart = chart
         return States(self.t + after, PoseMotion.joined(poses), a[:, machine.n :], [x[: len(after)] for x in measures])
 
+    def measured(self, k: int, shares: Array) -> Measured:
+        """Give the measures of a term, by its number, at shares of the step; no response."""
+        t, (q, v, a) = self.t + self.h * shares, self.at(shares)
+        near = self.machine.terms[k].near(t) if self.angles is None else np.tile(self.angles[k], (len(t), 1, 1))
+        return self.machine.groups[k].measure(self.machine.moved(t, q, v, a), near)
+
     def error(self, before: Array) -> float:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
         n, tableau = self.machine.n, self.tableau
@@ -178,12 +188,14 @@ def steps_in_time(
     *,
     h: float | None = None,
     tolerance: Array | float = 1e-6,
+    share: float = 1e-4,
     stages: int = 3,
     longest: float = np.inf,
 ) -> Iterator[Step]:
     """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
 
-    A step ends at each of the stated instants. There the equation is fulfilled, and between the stages it is not.
+    A step ends at each of the stated instants, and where a contact closes or opens. There the equation is fulfilled,
+    and between the stages it is not.
 
     Parameters
     ----------
@@ -197,6 +209,8 @@ def steps_in_time(
         Longest step (s), where steps are not chosen; None to choose them.
     tolerance
         Largest error of a coordinate in a step (m, rad), of all or of each ``(coordinates,)``, where steps are chosen.
+    share
+        Largest error of a rate of indentation in a step, of that at which the contact began.
     stages
         Stages of a step.
     longest
@@ -210,26 +224,33 @@ def steps_in_time(
     tableau, fixed, duration, exponent = radau(stages), h is not None, times[-1] - times[0], 1 / (stages + 2)
     t, step = float(times[0]), h or min(1e-3 * duration, longest)
     allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
-    a, angles = np.zeros((stages, machine.size)), None
+    a, angles, contacts = np.zeros((stages, machine.size)), None, Contacts(machine, share)
+    contacts.begin(t, v)
     if not fixed:
         short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
         a = np.tile(tableau.back @ short.a, (stages, 1))
     for stop in times[1:]:
         while t < stop:
             parts = math.ceil((stop - t) / min(step, longest) - ROUNDING)
-            step, error = (stop - t) / parts, np.inf
+            step = (stop - t) / parts
             try:
                 made = Step(machine, tableau, t, step, v, allowed, angles, a).solved()
-                error = 0.0 if fixed else made.error(a[0])
+                error = 0.0 if fixed else max(made.error(a[0]), contacts.error(made, a[0]))
+                made, event = contacts.up_to_event(made) if error <= 1 else (made, None)
             except SolverError:
                 if fixed or step < 1e-9 * duration:
                     raise
+                error = np.inf
             if error > 1:
                 step *= max(LEAST, SAFETY * error**-exponent)
                 continue
             yield made
-            t, angles = float(stop) if parts == 1 else t + step, [x[-1:] for x in made.measures]
+            if event is not None:
+                contacts.pass_event(made, event)
+            t = float(stop) if parts == 1 and made.h == step else t + made.h
+            angles = [x[-1:] for x in made.measures]
             v, last = machine.rebase(*(x[-1] for x in made.at(np.ones(1))))
+            v = with_rows(machine, t, v) if contacts.terms else v
             a = np.tile(last, (stages, 1))
             step = h or step * min(MOST, SAFETY * max(error, 1e-300) ** -exponent)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,12 +14,14 @@ from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.blows import blows_of
+from fenics_mech.solve.blows import SAME, Blows, blows_of
 from fenics_mech.solve.compiled_steps import CompiledSteps, order_of
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.operators import shell
+from fenics_mech.solve.operators import by_gmres, shell
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, radau, stage_matrix
+
+logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -88,12 +91,52 @@ class Path:
         q[..., self.n :] = v[..., self.n :] = 0.0
         return t, q, v, np.einsum("ij,kjn->kin", values, self.a)
 
+    @property
+    def resting(self) -> Path:
+        """The path of the chart by the same steps."""
+        return replace(self, q0=0 * self.q0, v0=0 * self.v0, a=0 * self.a)
+
+    def moved(self, change: Path, share: float = 1.0) -> Path:
+        """Give the path with a share of a change."""
+        q0, v0, a = (x + share * dx for x, dx in ((self.q0, change.q0), (self.v0, change.v0), (self.a, change.a)))
+        return replace(self, q0=q0, v0=v0, a=a)
+
+    def paced(self, period: float) -> Path:
+        """Give the path through the same coordinates in another period (s), with the same multipliers."""
+        pace, a = self.period / period, self.a.copy()
+        a[..., : self.n] *= pace**2
+        return replace(self, starts=self.starts / pace, period=period, v0=pace * self.v0, a=a)
+
+    def alike(self, other: Path) -> bool:
+        """Whether another path has as many coordinates, and the same steps of a cycle."""
+        same = self.n == other.n and self.a.shape == other.a.shape
+        return same and bool(np.abs(self.starts / self.period - other.starts / other.period).max() < SAME)
+
+    def beyond(self, before: Path, share: float) -> Path:
+        """Go on as from another path to this one, by a share of the difference, where that is small."""
+        other = before.paced(self.period)
+        apart = float(np.linalg.norm(self.q0 - other.q0))
+        if apart > STRAIGHT * float(np.linalg.norm(self.q0)):
+            return self
+        q0, v0, a = (x + share * (x - y) for x, y in zip((self.q0, self.v0, self.a), (other.q0, other.v0, other.a)))
+        return replace(self, q0=q0, v0=v0, a=a)
+
+    def gaps(self, blows: dict[int, Blows]) -> Array:
+        """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``."""
+        n = self.n
+        end_q, end_v = (x[:, 0, :n] for x in self.at(np.ones(1))[1:3])
+        for k, struck in blows.items():
+            end_v[k] += struck.jumps[:, :n].sum(axis=0)
+        q, v = end_q - np.roll(self.q0, -1, axis=0)[:, :n], end_v - np.roll(self.v0, -1, axis=0)[:, :n]
+        return np.concatenate([q, self.period / len(self.starts) * v], axis=1)
+
     def with_stages(self, stages: int) -> Path:
         """Give the same path by other stages of the same steps."""
         tableau = radau(stages)
         return Path(tableau, self.starts, self.period, self.n, self.q0.copy(), self.v0.copy(), self.at(tableau.c)[3])
 
 
+STRAIGHT = 0.15  # of a motion, by which another differs, up to which a straight line through both goes on
 MEETING = 1e-12  # of a period: instants of steps that meet are one within it
 
 
@@ -107,26 +150,39 @@ class Cycle:
         Its machine, whose chart is a cycle.
     path
         The motion beside the chart.
-    evaluation
-        The residual at the stages of the path.
     changes
         Newton corrections of the coordinates, relative to the largest. From the motion of a chart, the first gives the
         linear answer, and the second is what that leaves out.
+    linear
+        The residual of the motion beside which this one is linear; None of an exact one.
     """
 
     machine: Machine
     path: Path
-    evaluation: Evaluation
     changes: list[float]
+    linear: Evaluation | None = None
 
     def __post_init__(self) -> None:
         self.tableau = self.path.tableau
         self.t, self.q, self.v, self.a = self.path.at(self.tableau.c)
 
     @cached_property
+    def evaluation(self) -> Evaluation:
+        """The residual at the stages, with the tangents by which small disturbances go."""
+        if self.linear is not None:
+            return self.linear
+        t, *states = self.path.at(self.tableau.c)
+        return self.machine.residual(t.ravel(), *(x.reshape(-1, self.machine.size) for x in states), known=True)
+
+    @cached_property
     def steps(self) -> LinearSteps:
-        """Linear steps of the converged cycle: made where multipliers are asked for, as their factors take memory."""
-        return LinearSteps(self.machine, self.path, self.evaluation)
+        """Linear steps of the converged cycle: made where they are asked for, as their factors take memory."""
+        return LinearSteps(self.machine, self.path if self.linear is None else self.path.resting, self.evaluation)
+
+    @cached_property
+    def blows(self) -> dict[int, Blows]:
+        """The impulses, by the step at whose end they act."""
+        return blows_of(self.machine, self.path)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -147,7 +203,7 @@ class LinearSteps:
 
     def __init__(self, machine: Machine, path: Path, found: Evaluation) -> None:
         self.tableau, self.pattern = path.tableau, machine.pattern
-        self.n, self.h, self.period = machine.n, path.h, path.period
+        self.path, self.n, self.h, self.period = path, machine.n, path.h, path.period
         self.unit, self.ends = path.period / len(path.starts), path.starts + path.h
         self.blows = blows_of(machine, path)
         M, self.C, self.K = (x.reshape(*path.a.shape[:2], -1) for x in (found.M, found.C, found.K))
@@ -207,6 +263,11 @@ class LinearSteps:
         """Take a state through the whole cycle."""
         return self.through(state[None])[0][0]
 
+    @cached_property
+    def whole(self) -> Array:
+        """The matrix that takes a state through the cycle ``(2 n, 2 n)``."""
+        return self.through(np.eye(2 * self.n))[0].T
+
     def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
         """Solve for periodic states under forces ``(steps, stages, size)`` and gaps between steps ``(steps, 2 n)``."""
         start = self._ksp(self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0])
@@ -215,29 +276,25 @@ class LinearSteps:
         assert after is not None
         return np.concatenate([start[None], after[:-1, 0]]), a
 
+    def along(self, path: Path, states: Array, accelerations: Array) -> Path:
+        """Give states at the starts of the steps and accelerations of a path as a change of it."""
+        q0, v0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
+        q0[:, : self.n], v0[:, : self.n] = states[:, : self.n], states[:, self.n :] / self.unit
+        return replace(path, q0=q0, v0=v0, a=accelerations)
+
+    def change(self, right: Array, gaps: Array) -> Path:
+        """Give by what the path changes, periodic again, under forces and gaps as of `closed`."""
+        return self.along(self.path, *self.closed(right, gaps))
+
     def _ksp(self, right: Array) -> Array:
         """Solve (1 - cycle) x = right by GMRES."""
-        ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-        ksp.setType("gmres")
-        ksp.setGMRESRestart(len(right))
-        ksp.getPC().setType("none")
-        ksp.setTolerances(rtol=1e-11, atol=1e-300, max_it=len(right) + 10)
-        with shell(len(right), lambda x: x - self.cycle(x)) as (operator, b, x):
-            ksp.setOperators(operator)
-            b.setArray(right)
-            with configured(ksp, "fenics_mech_closing_", {}, {}):
-                ksp.solve(b, x)
-                if ksp.getConvergedReason() < 0:
-                    raise SolverError(
-                        "the cycle does not close: the linearised motion is at a resonance that nothing damps"
-                    )
-            return np.array(x.getArray())
+        resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
+        return by_gmres(lambda x: x - self.cycle(x), right, 1e-11, len(right), "fenics_mech_closing_", resonant)
 
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
         if 2 * self.n <= 60:  # a dense matrix costs no more marches than Arnoldi's method takes
-            whole = self.through(np.eye(2 * self.n))[0].T
-            values, vectors = np.linalg.eig(whole)
+            values, vectors = np.linalg.eig(self.whole)
         else:
             eps = SLEPc.EPS().create(PETSc.COMM_SELF)
             eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
@@ -309,7 +366,8 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
         As of `periodic`.
     """
     changes = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(iteration.machine, iteration.path, iteration.evaluated(), changes)
+    logger.debug("Newton %d iterations", len(changes))
+    return Cycle(iteration.machine, iteration.path, changes)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
@@ -334,27 +392,28 @@ class Iteration:
     def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array] | None = None) -> None:
         self.machine, self.path, self.stresses = machine, path, stresses
 
-    def evaluated(self, predicted: Sequence[Array] | None = None) -> Evaluation:
-        """Give the residual at the stages of the path."""
+    def evaluated(self, predicted: Sequence[Array] | None = None, tangents: bool = True) -> Evaluation:
+        """Give the residual at the stages of the path, with modes of stress as large as the rates say."""
         t, *states = self.path.at(self.path.tableau.c)
         flat = (x.reshape(-1, self.machine.size) for x in states)
-        return self.machine.residual(t.ravel(), *flat, predicted=predicted)
+        return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents, known=True)
+
+    def linearised(self) -> LinearSteps:
+        """Give the steps linearised about the path, whose residual is then `found`."""
+        self.found = self.evaluated(self.stresses)
+        return LinearSteps(self.machine, self.path, self.found)
+
+    def predict(self, change: Path) -> None:
+        """Predict the stresses after a change of the path, for the next step."""
+        changed = change.at(self.path.tableau.c)[1:]
+        self.change = tuple(x.reshape(-1, self.machine.size) for x in changed)  # type: ignore[assignment]
+        self.stresses = predicted(self.machine, self.found, *self.change)
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""
-        machine, path, n = self.machine, self.path, self.machine.n
-        self.found = self.evaluated(self.stresses)
-        linear = LinearSteps(machine, path, self.found)
-        end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
-        for k, blows in linear.blows.items():
-            end_v[k] += blows.jumps[:, :n].sum(axis=0)
-        gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], linear.unit * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
-        dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / linear.unit
-        changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
-        self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
-        self.stresses = predicted(machine, self.found, *self.change)
-        self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
-        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * machine.extent)
-        return float(np.abs(changed[0]).max() / largest)
+        path, linear = self.path, self.linearised()
+        change = linear.change(-self.found.force.reshape(path.a.shape), path.gaps(linear.blows))
+        self.predict(change)
+        self.path = path.moved(change)
+        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * self.machine.extent)
+        return float(np.abs(self.change[0]).max() / largest)

@@ -27,10 +27,12 @@ from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
+from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
+from fenics_mech.solve import Path as Steps
 from fenics_mech.studies.kept_answers import PointParts
-from fenics_mech.studies.kept_motions import read_motion, write_motion
+from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
 from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
 from fenics_mech.studies.point_curves import packed_curves
 
@@ -145,12 +147,12 @@ def compute_point(task: Task, common: PointParts) -> None:
 def _analysed(task: Task, common: PointParts) -> Record:
     """Analyse a point and give what is kept of it."""
     _, data, gauge, place, motion, curves, _ = task
-    common.go_to(place)
+    common.last.go_to(place)
     scene = Scene.read(data)
     estimated = scene.analysis.error_estimates
-    if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
-        common.go_to(None)
-        common.keep(known)
+    if motion is not None and estimated and (known := _known(motion, scene, common)) is not None:
+        common.last.go_to(None)
+        common.last.keep(known)
     multipliers = _examined(motion, scene) if estimated else {}
     unstable = _unstable_before(motion, scene) if multipliers else ""
     try:
@@ -160,14 +162,21 @@ def _analysed(task: Task, common: PointParts) -> Record:
         result = analyse(scene.changed(analysis__allow_unstable=True), common=common, names=READ)
     if motion is not None and not estimated:
         common.keep_answer(motion)
-        if common.found is not None:
-            write_motion(motion, common.found)
+        if common.last.found is not None:
+            write_motion(motion, common.last.found)
     record = reduced(result, gauge) | {"unstable": unstable}
     record |= {CURVES_TEXT: packed_curves(result)} if curves else {}
     record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")
     return record
+
+
+def _known(motion: Path, scene: Scene, common: PointParts) -> KnownMotion | Steps | None:
+    """Read the motion of a point that was found without estimates."""
+    if scene.analysis.solver == "poses":
+        return read_steps(motion)
+    return read_motion(motion, common.links(scene).mesh)
 
 
 def _with_errors(task: Task, common: PointParts) -> Record | None:
