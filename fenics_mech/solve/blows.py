@@ -10,7 +10,6 @@ by Lagrange's equations integrated over the instant (Goldsmith, Impact (1960), c
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
 from fenics_mech.machine.groups import Group
 from fenics_mech.solve.compiled_steps import accelerated
+from fenics_mech.solve.path import SAME, Path
 from fenics_mech.terms import Response
-
-if TYPE_CHECKING:
-    from fenics_mech.solve.periodic import Path
 
 STEP = 1e-6  # of the extent: of central differences, whose error is its square, and rounding over it
 
@@ -71,7 +68,22 @@ def blows_of(machine: Machine, path: Path) -> dict[int, Blows]:
     return {k: _struck(machine, numbers, float(ends[k]), q[k], v[k]) for k, numbers in at_step.items()}
 
 
-SAME = 1e-9  # of a period between instants that are one
+def gaps_between(path: Path, blows: dict[int, Blows]) -> Array:
+    """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``.
+
+    Parameters
+    ----------
+    path
+        The motion.
+    blows
+        Impulses by the step at whose end they act.
+    """
+    n = path.n
+    end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
+    for k, struck in blows.items():
+        end_v[k] += struck.jumps[:, :n].sum(axis=0)
+    q, v = end_q - np.roll(path.q0, -1, axis=0)[:, :n], end_v - np.roll(path.v0, -1, axis=0)[:, :n]
+    return np.concatenate([q, path.period / len(path.starts) * v], axis=1)
 
 
 def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) -> Blows:

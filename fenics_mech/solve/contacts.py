@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine
-
-if TYPE_CHECKING:
-    from fenics_mech.solve.in_time import Step
+from fenics_mech.solve.step import Step
 
 NODES, BETWEEN = 13, 5  # shares of a step at which it is looked at, and points between two of them, on cubics
 AT_END = 1e-7  # of a step, within whose end an event is there

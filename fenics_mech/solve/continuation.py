@@ -25,9 +25,10 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import MechanismError, SolverError
 from fenics_mech.machine import Machine
-from fenics_mech.solve.blows import blows_of
+from fenics_mech.solve.blows import blows_of, gaps_between
 from fenics_mech.solve.newton import newton
-from fenics_mech.solve.periodic import LEAST, Cycle, Iteration, Path
+from fenics_mech.solve.path import Path
+from fenics_mech.solve.periodic import LEAST, Cycle, Iteration
 
 FOLD, DIVIDES, DOUBLES, TURNS = "fold", "branching", "period doubling", "Neimark-Sacker"
 PARTS = 4  # of the range: one counts as much as the size of the motion
@@ -249,7 +250,10 @@ class _Branch:
             driven = self.family.at(float(y[-1]) * self.span)
             iteration = Iteration(driven.machine, self.path(y, driven.period), stresses)
             linear = iteration.linearised()
-            force, gaps = iteration.found.force.reshape(iteration.path.a.shape), iteration.path.gaps(linear.blows)
+            force, gaps = (
+                iteration.found.force.reshape(iteration.path.a.shape),
+                gaps_between(iteration.path, linear.blows),
+            )
             change = self.vector(linear.change(-force, gaps), 0.0)
             along = self.vector(linear.change(*self.by_number(y, force, gaps)), self.span)
             dp = -self.inner(normal, y - guess + change) / self.inner(normal, along)
@@ -272,7 +276,7 @@ class _Branch:
         path = self.path(y, driven.period)
         beside = Iteration(driven.machine, path).evaluated(tangents=False).force.reshape(force.shape)
         share = self.span / step
-        return -share * (beside - force), share * (path.gaps(blows_of(driven.machine, path)) - gaps)
+        return -share * (beside - force), share * (gaps_between(path, blows_of(driven.machine, path)) - gaps)
 
     def special(self, point: Point, new: Point) -> Point | None:
         """Find the fold between two points, or else where stability changes; None where neither is."""

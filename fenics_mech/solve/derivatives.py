@@ -19,7 +19,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import DerivativeError
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.blows import blows_of
-from fenics_mech.solve.periodic import Cycle, Path
+from fenics_mech.solve.path import Path
+from fenics_mech.solve.periodic import Cycle
 from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.solve.stability import RunningModes
 

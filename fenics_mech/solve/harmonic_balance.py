@@ -27,7 +27,8 @@ from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.operators import by_gmres
-from fenics_mech.solve.periodic import LEAST, Path
+from fenics_mech.solve.path import Path
+from fenics_mech.solve.periodic import LEAST
 from fenics_mech.solve.stages import radau
 
 CLOSE = 1e-9  # last change of Newton's method, relative to the largest coordinate

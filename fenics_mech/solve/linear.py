@@ -10,7 +10,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import predicted
-from fenics_mech.solve.periodic import Iteration, Path
+from fenics_mech.solve.path import Path
+from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.solve.statics import stiffness
 

@@ -33,9 +33,10 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.solve.continuation import FOLD
 from fenics_mech.solved_by_poses import Solved
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_points import KEPT, Record
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
-from fenics_mech.studies.sweep_points import Gauge, reduced, tabulated
+from fenics_mech.studies.sweep_points import reduced, tabulated
 
 logger = logging.getLogger(__name__)
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning

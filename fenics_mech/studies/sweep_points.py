@@ -8,7 +8,6 @@ import math
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,6 +30,7 @@ from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Path as Steps
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
 from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
@@ -47,34 +47,6 @@ READ = (  # variables of a result, from which they are made
 def _kept_unit(name: str, scene: Scene) -> str:
     """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the first drive slides."""
     return effort_units(scene.moved_joints, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
-
-
-@dataclass(frozen=True)
-class Gauge:
-    """The place whose strain is split into harmonics.
-
-    Parameters
-    ----------
-    s
-        Place along every member, 0..1.
-    fibre
-        "+" or "-".
-    harmonics
-        Number of harmonics kept, beside the mean.
-
-    Examples
-    --------
-    >>> fm.Gauge(s=0.3, fibre="-").harmonics
-    20
-    """
-
-    s: float = 0.5
-    fibre: str = "+"
-    harmonics: int = 20
-
-    def __post_init__(self) -> None:
-        if not (0 <= self.s <= 1 and self.fibre in ("+", "-") and self.harmonics >= 1):
-            raise MechanismError(f"a gauge needs s from 0 to 1, fibre + or -, and 1 harmonic or more; found {self}")
 
 
 class Task(NamedTuple):

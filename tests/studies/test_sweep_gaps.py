@@ -7,13 +7,13 @@ from fenics_mech import load
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery.peaks import peak_of
 from fenics_mech.scene import Scene
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import TEXTS
 from fenics_mech.studies.point_curves import ANGLES, angles, packed_curves, unpacked_curves
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes, placed, scene_data
 from fenics_mech.studies.sweep_gaps import LOST, ahead, fill_gaps, gaps_of, in_words
-from fenics_mech.studies.sweep_points import Gauge
 from fenics_mech.studies.sweep_run import SweepRun
 from fenics_mech.studies.worker_processes import Workers
 from fenics_mech.views.sweep_data import unstable_points, without_unstable
