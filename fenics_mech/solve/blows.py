@@ -78,8 +78,8 @@ def gaps_between(path: Path, blows: dict[int, Blows]) -> Array:
     blows
         Impulses by the step at whose end they act.
     """
-    n = path.n
-    end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
+    n, (_, q, v, _) = path.n, path.at(np.ones(1))
+    end_q, end_v = q[:, 0, :n], v[:, 0, :n]
     for k, struck in blows.items():
         end_v[k] += struck.jumps[:, :n].sum(axis=0)
     q, v = end_q - np.roll(path.q0, -1, axis=0)[:, :n], end_v - np.roll(path.v0, -1, axis=0)[:, :n]

@@ -106,7 +106,7 @@ def cycle_change(cycle: Cycle, ahead: Beside, behind: Beside) -> Path:
     right, gaps = np.zeros_like(path.a), np.zeros((len(path.starts), 2 * n))
     right[..., : ahead.kept] = ((left[1] - left[0]) / 2).reshape(*path.a.shape[:2], -1)
     gaps[:, n:] = steps.unit * (struck[0] - struck[1]) / 2
-    return steps.along(path, *steps.closed(right, gaps))
+    return steps.change(right, gaps)
 
 
 def _struck(other: Beside, path: Path) -> Array:
@@ -193,10 +193,7 @@ def running_change(
 def _added(cycle: Cycle, start: Array, sides: Sequence[tuple[Beside, Cycle]], by_q: Array) -> Array:
     """Give half of what the motions on both sides add to the end of a disturbance by its start ``(2 n,)``."""
     steps, path, n = cycle.steps, cycle.path, cycle.path.n
-    _, a, after = steps.through(start[None], along=True)
-    assert a is not None
-    assert after is not None
-    disturbance = steps.along(path, np.concatenate([start[None], after[:-1, 0]]), a)
+    disturbance = steps.along(start)
     left = []
     for other, motion in sides:
         state = other.path(disturbance).at(path.tableau.c)[1:]

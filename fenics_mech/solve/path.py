@@ -87,7 +87,7 @@ class Path:
 
     def moved(self, change: Path, share: float = 1.0) -> Path:
         """Give the path with a share of a change."""
-        q0, v0, a = (x + share * dx for x, dx in ((self.q0, change.q0), (self.v0, change.v0), (self.a, change.a)))
+        q0, v0, a = self.q0 + share * change.q0, self.v0 + share * change.v0, self.a + share * change.a
         return replace(self, q0=q0, v0=v0, a=a)
 
     def paced(self, period: float) -> Path:

@@ -120,8 +120,7 @@ class LinearSteps:
             each step ``(steps, states, 2 n)``.
         """
         if self.march is not None:
-            jumps = {k: blows.by_q for k, blows in self.blows.items()}
-            return self.march.through(states, self.unit, jumps, right, gaps, along)
+            return self.march.through(states, self.unit, self.blows, right, gaps, along)
         a, after, ends = [], [], states
         for k in range(len(self.h)):
             steps = [self._through(k, state, None if right is None else right[k]) for state in ends]
@@ -153,28 +152,35 @@ class LinearSteps:
         """The matrix that takes a state through the cycle ``(2 n, 2 n)``."""
         return self.through(np.eye(2 * self.n))[0].T
 
-    def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
-        """Solve for periodic states under forces ``(steps, stages, size)`` and gaps between steps ``(steps, 2 n)``."""
-        start = self._ksp(self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0])
+    def change(self, right: Array, gaps: Array) -> Path:
+        """Give by what the path changes, periodic again.
+
+        GMRES solves (1 - cycle) x = b for the state at the start.
+
+        Parameters
+        ----------
+        right, gaps
+            Forces ``(steps, stages, size)``, and what is missing between steps ``(steps, 2 n)``.
+
+        Raises
+        ------
+        SolverError
+            When the linearised motion is at a resonance that nothing damps.
+        """
+        b = self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0]
+        resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
+        start = by_gmres(lambda x: x - self.cycle(x), b, 1e-11, len(b), "fenics_mech_closing_", resonant)
+        return self.along(start, right, gaps)
+
+    def along(self, start: Array, right: Array | None = None, gaps: Array | None = None) -> Path:
+        """Give what a state at the start of the cycle becomes, as a change of the path; arguments as of `change`."""
         _, a, after = self.through(start[None], right, gaps, along=True)
         assert a is not None
         assert after is not None
-        return np.concatenate([start[None], after[:-1, 0]]), a
-
-    def along(self, path: Path, states: Array, accelerations: Array) -> Path:
-        """Give states at the starts of the steps and accelerations of a path as a change of it."""
+        states, path, n = np.concatenate([start[None], after[:-1, 0]]), self.path, self.n
         q0, v0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-        q0[:, : self.n], v0[:, : self.n] = states[:, : self.n], states[:, self.n :] / self.unit
-        return replace(path, q0=q0, v0=v0, a=accelerations)
-
-    def change(self, right: Array, gaps: Array) -> Path:
-        """Give by what the path changes, periodic again, under forces and gaps as of `closed`."""
-        return self.along(self.path, *self.closed(right, gaps))
-
-    def _ksp(self, right: Array) -> Array:
-        """Solve (1 - cycle) x = right by GMRES."""
-        resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
-        return by_gmres(lambda x: x - self.cycle(x), right, 1e-11, len(right), "fenics_mech_closing_", resonant)
+        q0[:, :n], v0[:, :n] = states[:, :n], states[:, n:] / self.unit
+        return replace(path, q0=q0, v0=v0, a=a)
 
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
@@ -279,8 +285,9 @@ class Iteration:
 
     def evaluated(self, predicted: Sequence[Array] | None = None, tangents: bool = True) -> Evaluation:
         """Give the residual at the stages of the path, with modes of stress as large as the rates say."""
-        t, *states = self.path.at(self.path.tableau.c)
-        flat = (x.reshape(-1, self.machine.size) for x in states)
+        t, q, v, a = self.path.at(self.path.tableau.c)
+        size = self.machine.size
+        flat = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
         return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents, known=True)
 
     def linearised(self) -> LinearSteps:
@@ -290,8 +297,9 @@ class Iteration:
 
     def predict(self, change: Path) -> None:
         """Predict the stresses after a change of the path, for the next step."""
-        changed = change.at(self.path.tableau.c)[1:]
-        self.change = tuple(x.reshape(-1, self.machine.size) for x in changed)  # type: ignore[assignment]
+        _, q, v, a = change.at(self.path.tableau.c)
+        size = self.machine.size
+        self.change = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
         self.stresses = predicted(self.machine, self.found, *self.change)
 
     def step(self) -> float:
