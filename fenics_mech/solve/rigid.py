@@ -35,9 +35,7 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None, n
         When the machine cannot be assembled at a position, which is named, or does not come back after the period.
     """
     if near is not None:
-        shares = np.arange(len(near.r)) / len(near.r)
-        r, R = _beside(machine, Fourier(machine.geometry, period, near.r, near.R), period * shares)
-        return Fourier(machine.geometry, period, r, R)
+        return _near(machine, period, near)
     if positions is None:
         chart = rigid_cycle(machine, period, FEWEST)
         while len(chart.r) < MOST and _highest(chart) > LEFT_OUT * machine.extent:
@@ -59,6 +57,17 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None, n
     if off > CLOSED:
         raise SolverError(f"after {period:.6g} s the machine is not where it began: its drives have another period")
     return Fourier(machine.geometry, period, np.array(places[:-1]), np.array(rotations[:-1]))
+
+
+def _near(machine: Machine, period: float, chart: Fourier) -> Fourier:
+    """Give a rigid motion at the positions of that of a machine which differs a little."""
+    t, d = period / len(chart.r) * np.arange(len(chart.r)), machine.geometry.d
+    machine.chart = None
+    drawn, rest = machine.known.at(t), machine.places < 0  # what has no coordinates is where this machine has it
+    r = np.where(rest[:, :d], drawn.r, chart.r)
+    R = np.where(rest[:, d:, None], drawn.R, chart.R)
+    r, R = _beside(machine, Fourier(machine.geometry, period, r, R), t)
+    return Fourier(machine.geometry, period, r, R)
 
 
 def _doubled(machine: Machine, chart: Fourier) -> Fourier:
