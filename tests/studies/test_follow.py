@@ -137,7 +137,7 @@ def test_a_branch_over_the_load_ends_at_what_an_analysis_gives(solver):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("what", ["motor", "impulse"])
+@pytest.mark.parametrize("what", [pytest.param("motor", marks=pytest.mark.long), "impulse"])
 def test_motors_and_impulses_are_followed_to_what_an_analysis_gives(what):
     if what == "motor":
         scene = load(FROZEN / "motors_04_large_rotations.toml").changed({"analysis.allow_coarse": True})

@@ -33,7 +33,7 @@ def test_gaps_are_runs_of_points_without_a_stable_motion():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["collocation", "poses"])
+@pytest.mark.parametrize("solver", ["collocation", pytest.param("poses", marks=pytest.mark.long)])
 def test_a_motion_is_followed_to_where_it_turns_back(solver):
     """Against Duffing's oscillator: its upper motions end at the first fold, the lower ones at the second."""
     data = scene_data(beam().changed(analysis__error_estimates=False, analysis__solver=solver))
@@ -55,7 +55,7 @@ def test_a_motion_is_followed_to_where_it_turns_back(solver):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["collocation", "poses"])
+@pytest.mark.parametrize("solver", ["collocation", pytest.param("poses", marks=pytest.mark.long)])
 def test_points_that_a_stable_motion_passes_are_answered(tmp_path, solver):
     """A point that is taken to have failed gets the answer of an analysis by itself; no other does."""
     scene = beam(analysis__solver=solver)

@@ -72,9 +72,9 @@ LINEAR, STIFFENED = ("coupling",), ("coupling", "geometric-stiffness")
 @pytest.mark.parametrize(
     ("variable", "method", "effects"),
     [
-        (0, "periodic", STIFFENED),
+        pytest.param(0, "periodic", STIFFENED, marks=pytest.mark.long),
         (1, "periodic", LINEAR),
-        (2, "periodic", STIFFENED),
+        pytest.param(2, "periodic", STIFFENED, marks=pytest.mark.long),
         (0, "quasi-static", STIFFENED),
         (2, "quasi-static", LINEAR),
     ],
