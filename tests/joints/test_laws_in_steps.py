@@ -53,6 +53,7 @@ def test_steps_end_where_a_contact_closes_and_opens():
     assert found[-1, 1] == pytest.approx(0.3 - left, abs=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.long  # 800 steps
 def test_rates_after_a_step_are_those_that_rows_allow():
     """Else short steps in the contacts of a loose pin meet what longer ones left over, and shrink without end."""
