@@ -13,7 +13,16 @@ from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Cycle, Iteration, Path, periodic
 from fenics_mech.solve.harmonic_balance import Balance, Series, balanced
-from fenics_mech.solved_by_poses import LinearCycle, Run, Solved, built, instants_of, steps_of, stiffening
+from fenics_mech.solved_by_poses import (
+    LinearCycle,
+    Run,
+    Solved,
+    built,
+    instants_of,
+    left_out_by_linear,
+    steps_of,
+    stiffening,
+)
 
 
 def refuse_impulses(scene: Scene) -> None:
@@ -55,7 +64,8 @@ class Balanced(Solved):
         made, analysis = built(scene), scene.analysis
         series, changes = balanced(made.machine, scene.period, analysis.harmonics, analysis.sub_intervals)
         path = series.path(steps_of(scene), analysis.stages)
-        return cls(scene, made, Cycle(made.machine, path, changes), series)
+        cycle = Cycle(made.machine, path, changes)
+        return cls(scene, made, cycle, series, left_out=left_out_by_linear(changes))
 
     def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
         t = instants_of(self.scene, share)

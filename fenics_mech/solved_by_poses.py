@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -110,6 +110,19 @@ def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | Non
         return None
 
 
+def left_out_by_linear(changes: Sequence[float]) -> float | None:
+    """Give the share of the coordinates that linear strains leave out, by Newton's steps from the rigid motion.
+
+    The first step gives the linear answer. Where it changes nothing there is no second one, and None is given.
+
+    Parameters
+    ----------
+    changes
+        Sizes of the steps.
+    """
+    return changes[1] / changes[0] if len(changes) > 1 else None
+
+
 @dataclass(frozen=True)
 class Solved:
     """A periodic motion of a scene's machine.
@@ -124,12 +137,15 @@ class Solved:
         The motion.
     disturbances
         Small ones of it; None for those that its steps tell.
+    left_out
+        Share of the coordinates that linear strains leave out; None where it is not known.
     """
 
     scene: Scene
     made: SceneMachine
     cycle: Cycle
     disturbances: RunningModes | None = field(default=None, kw_only=True)
+    left_out: float | None = field(default=None, kw_only=True)
     untold = ()  # variables that it has not
 
     @classmethod
@@ -149,9 +165,10 @@ class Solved:
             When there is none near the rigid motion.
         """
         made = built(scene)
-        cycle = found_beside(scene, made.machine, run)
-        cycle = cycle or periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
-        return cls(scene, made, cycle)
+        if (beside := found_beside(scene, made.machine, run)) is not None:
+            return cls(scene, made, beside)
+        cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+        return cls(scene, made, cycle, left_out=left_out_by_linear(cycle.changes))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         motion = Motion(self.made.machine, t, q, v, a)
@@ -187,11 +204,6 @@ class Solved:
     def positions(self) -> OfPoses:
         """The motion at the positions of the result."""
         return self.at(0.0)
-
-    @property
-    def left_out(self) -> float | None:
-        """Share of the coordinates that linear strains leave out, by Newton's second step; None where there is none."""
-        return self.cycle.changes[1] if len(self.cycle.changes) > 1 else None
 
     def _with(self, scene: Scene) -> tuple[SceneMachine, Beside]:
         """Build the machine of a scene that differs a little."""
@@ -365,8 +377,8 @@ class AtRest:
         if exact:
             changes = newton(steps.step, TIGHT, MOST, "the static answer")
             _refuse_buckled(scene, steps)
-            motion, share = Motion(machine, t, steps.q, still, steps.a, moving), changes[1] / (changes[0] or 1.0)
-            return cls(scene, made, OfPoses(made, motion), None, share)
+            motion = Motion(machine, t, steps.q, still, steps.a, moving)
+            return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes))
         steps.step()
         _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
