@@ -152,6 +152,23 @@ class CompiledSteps:
 MASSLESS = 1e-14  # of the largest mass: coordinates without mass, on which nothing acts, keep it solvable
 
 
+def mass_with_rows(machine: Machine, found: Evaluation) -> Array:
+    """Give the matrix of M a + G^T L = F, G a = 0 by the tangents of a residual ``(instants, entries)``.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    found
+        The residual at some instants, with tangents.
+    """
+    n, kept, order = machine.n, machine.n + machine.held, order_of(found.pattern, machine.n)
+    of_gaps, of_modes = (order.row >= n) & (order.column < n), (order.row >= kept) != (order.column >= kept)
+    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
+    values[:, (order.row == order.column) & (order.row < n)] += MASSLESS * np.abs(found.M).max()
+    return values
+
+
 def accelerated(machine: Machine, found: Evaluation, force: Array) -> Array:
     """Give what forces accelerate within the rows, at rest: M a + G^T L = F, G a = 0.
 
@@ -174,11 +191,8 @@ def accelerated(machine: Machine, found: Evaluation, force: Array) -> Array:
     SolverError
         When a coordinate without mass is not held.
     """
-    n, kept, pattern = machine.n, machine.n + machine.held, found.pattern
+    n, pattern, values = machine.n, found.pattern, mass_with_rows(machine, found)
     order = order_of(pattern, n)
-    of_gaps, of_modes = (order.row >= n) & (order.column < n), (order.row >= kept) != (order.column >= kept)
-    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
-    values[:, (order.row == order.column) & (order.row < n)] += MASSLESS * np.abs(found.M).max()
     none = np.zeros((len(values), 1, values.shape[1]))
     march = CompiledSteps(order, n, radau(1), np.zeros(len(values)), values[:, None], none, none)
     if march.holds:

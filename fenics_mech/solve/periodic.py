@@ -56,8 +56,7 @@ class Cycle:
         """The residual at the stages, with the tangents by which small disturbances go."""
         if self.linear is not None:
             return self.linear
-        t, *states = self.path.at(self.tableau.c)
-        return self.machine.residual(t.ravel(), *(x.reshape(-1, self.machine.size) for x in states), known=True)
+        return Iteration(self.machine, self.path).evaluated()
 
     @cached_property
     def steps(self) -> LinearSteps:
