@@ -119,7 +119,7 @@ def is_long(command: str) -> bool:
     if not command.startswith("fenics-mech "):
         return False
     words = shlex.split(command)[1:]
-    return words[0] in LONG or words == ["check"] or not set(words).isdisjoint(LONG_OPTIONS)
+    return words[0] in LONG or not set(words).isdisjoint(LONG_OPTIONS)
 
 
 def commands(page: Path) -> list[str]:

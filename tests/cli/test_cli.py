@@ -175,9 +175,6 @@ def test_check_draws_the_model_and_refuses_other_endings(call, tmp_path):
     code, _, said = call("check", DEMO, "--draw", tmp_path / "model.bmp")
     assert code
     assert ".png, .pdf, .svg" in said
-    code, _, said = call("check", "--draw", file)
-    assert code
-    assert "name a scene" in said
 
 
 @pytest.mark.parametrize("name", ["run", "modes", "check", "animate", "mesh", "schema"])
