@@ -71,14 +71,14 @@ def in_time_by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    _refuse(scene)
+    refuse_in_time_by_poses(scene)
     scene = planned(scene)
     whole = InTime.of(scene, times_of(scene))
     errors = estimated(whole) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
-def _refuse(scene: Scene) -> None:
+def refuse_in_time_by_poses(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
     laws = "forces of joint laws such as friction, contact and clearance"
