@@ -7,6 +7,7 @@ from fenics_mech.solve.in_time import Course, States, Step, march, steps_in_time
 from fenics_mech.solve.linear import Iterate, StaticIteration, axial_forces, iterates, quasi_static
 from fenics_mech.solve.periodic import Cycle, Iteration, Path, converged, periodic
 from fenics_mech.solve.rigid import rigid_cycle
+from fenics_mech.solve.running_frequencies import about_motion
 from fenics_mech.solve.stability import running_modes
 from fenics_mech.solve.statics import equilibria, equilibrium
 
@@ -19,6 +20,7 @@ __all__ = [
     "States",
     "StaticIteration",
     "Step",
+    "about_motion",
     "accelerated",
     "axial_forces",
     "converged",
