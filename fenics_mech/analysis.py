@@ -110,9 +110,11 @@ def analyse(
     elif scene.analysis.solver == "poses" or has_poses(scene):
         if scene.analysis.method == "transient":
             result = fine_enough(scene, in_time_by_poses)
+        elif scene.tolerance is None:
+            last = common.last
+            result = fine_enough(scene, lambda finer: by_poses(finer, last))
         else:
-            by_itself = scene.tolerance is None
-            result = fine_enough(scene, by_poses) if by_itself else within(scene, RefinedByPoses())
+            result = within(scene, RefinedByPoses())
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:

@@ -7,10 +7,10 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.accuracy.quantities import measures
-from fenics_mech.by_poses import quantities
+from fenics_mech.by_poses import planned, quantities
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.scene import Scene
-from fenics_mech.solved_by_poses import AtRest, LinearCycle, Solved
+from fenics_mech.solved_by_poses import AtRest, LinearCycle, Run, Solved
 from tests.common import DEMOS
 from tests.test_by_poses import apart
 
@@ -176,3 +176,22 @@ def test_a_machine_that_nothing_loads_is_not_refused():
     data = fm.analyse(slider_crank(effects=(), analysis__method="static", analysis__allow_coarse=False)).data
     assert np.abs(data["strain"]).max() < 1e-14
     assert data.attrs["error_estimate"] == 0
+
+
+def test_where_nothing_acts_linear_strains_leave_nothing_out_that_is_told():
+    """Newton's method ends with its first step, which changes nothing."""
+    data = fm.analyse(cantilever((0.0, 0.0), effects="auto")).data
+    assert not data["strain"].any()
+    exact = next(x for x in json.loads(data.attrs["effects"]) if x["name"] == "large-rotations")
+    assert exact["size"] is None
+
+
+def test_a_motion_that_begins_from_the_last_one_does_not_tell_what_linear_strains_leave_out():
+    """Its first steps are not those from the rigid motion."""
+    before, scene = (planned(slider_crank(24, effects="auto", drive__speed=speed)) for speed in (100.0, 101.0))
+    run = Run()
+    run.go_to(100.0)
+    run.keep(Solved.of(before).cycle.path)
+    run.go_to(101.0)
+    assert Solved.of(scene, run).left_out is None
+    assert Solved.of(scene).left_out == pytest.approx(0.165, rel=0.01)

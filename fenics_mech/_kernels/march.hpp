@@ -7,7 +7,7 @@
 #include <cstring>
 #include <vector>
 
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(__clang__)  // other C libraries choose no function at run time
 #define FOR_EACH_PROCESSOR __attribute__((target_clones("arch=skylake-avx512", "arch=haswell", "default"), flatten))
 #else
 #define FOR_EACH_PROCESSOR
@@ -154,7 +154,7 @@ void solve(const Order &p, const double *LU, double *y) {
 
 // The largest error of a solution whose parts are 1 or -1, over all steps: what eliminating in the planned order loses.
 template <int S>
-FOR_EACH_PROCESSOR double missed(Order p, Steps s, long steps, const double *LU) {
+double missed(Order p, Steps s, long steps, const double *LU) {
     std::vector<double> work(p.N * S), known(p.N);
     std::vector<long> place(p.N);
     for (long k = 0; k < p.N; k++) place[p.order[k]] = k, known[k] = k * 7919 % 13 % 2 ? 1 : -1;

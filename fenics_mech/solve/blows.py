@@ -10,7 +10,6 @@ by Lagrange's equations integrated over the instant (Goldsmith, Impact (1960), c
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -18,10 +17,8 @@ from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
 from fenics_mech.machine.groups import Group
 from fenics_mech.solve.compiled_steps import accelerated
+from fenics_mech.solve.path import SAME, Path
 from fenics_mech.terms import Response
-
-if TYPE_CHECKING:
-    from fenics_mech.solve.periodic import Path
 
 STEP = 1e-6  # of the extent: of central differences, whose error is its square, and rounding over it
 
@@ -71,7 +68,22 @@ def blows_of(machine: Machine, path: Path) -> dict[int, Blows]:
     return {k: _struck(machine, numbers, float(ends[k]), q[k], v[k]) for k, numbers in at_step.items()}
 
 
-SAME = 1e-9  # of a period between instants that are one
+def gaps_between(path: Path, blows: dict[int, Blows]) -> Array:
+    """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``.
+
+    Parameters
+    ----------
+    path
+        The motion.
+    blows
+        Impulses by the step at whose end they act.
+    """
+    n, (_, q, v, _) = path.n, path.at(np.ones(1))
+    end_q, end_v = q[:, 0, :n], v[:, 0, :n]
+    for k, struck in blows.items():
+        end_v[k] += struck.jumps[:, :n].sum(axis=0)
+    q, v = end_q - np.roll(path.q0, -1, axis=0)[:, :n], end_v - np.roll(path.v0, -1, axis=0)[:, :n]
+    return np.concatenate([q, path.period / len(path.starts) * v], axis=1)
 
 
 def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) -> Blows:
@@ -103,3 +115,27 @@ def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
         group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
         jumps.append(accelerated(machine, found, -force))
     return np.stack(jumps, axis=1)
+
+
+def with_rows(machine: Machine, t: float, v: Array) -> Array:
+    """Give rates that fulfil the rows of joints, by an impulse of these, where steps have left them off ``(size,)``.
+
+    Those of drives stay. Rates beside a row, which a step corrects, would be accelerations as large as it is short.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart rests.
+    t
+        Instant (s).
+    v
+        Rates ``(size,)``.
+    """
+    zero, rows, n = np.zeros((1, machine.size)), len(machine.rows), machine.n
+    found = machine.residual(np.array([t]), zero, zero, zero, loads=0.0, moving=False)
+    off = machine.pattern.times(found.K, v[None])
+    off[:, :n], off[:, n + machine.held :] = 0.0, 0.0
+    off[:, n : n + rows][:, [row.leads for row in machine.rows]] = 0.0
+    jump = accelerated(machine, found, -off)[0]
+    jump[n:] = 0.0
+    return np.asarray(v + jump)

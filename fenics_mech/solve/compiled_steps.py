@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -91,6 +91,14 @@ def _planned(pattern: Pattern, coordinates: int) -> Order:
     return Order(order, first, np.concatenate(later), np.concatenate(to), of_entries, row, column)
 
 
+class Jump(Protocol):
+    """A jump of rates that goes with the coordinates."""
+
+    @property
+    def by_q(self) -> Array:
+        """Its derivatives by the coordinates ``(n, n)`` (1/s)."""
+
+
 class CompiledSteps:
     """Linearised steps of a cycle that are factored by blocks.
 
@@ -119,27 +127,46 @@ class CompiledSteps:
         self,
         states: Array,
         unit: float,
-        blows: Mapping[int, Array],
+        blows: Mapping[int, Jump],
         right: Array | None = None,
         gaps: Array | None = None,
         along: bool = False,
     ) -> tuple[Array, Array | None, Array | None]:
         """Take states through all steps, as `LinearSteps.through` does.
 
-        Rates count in a unit. After some steps they jump, by a matrix ``(n, n)`` times the coordinates (1/s).
+        Rates count in a unit. After some steps they jump.
         """
         count, (steps, stages, size) = len(states), self.shape
         ends, a = states.copy(), np.empty((steps, stages, size)) if along else None
         after = np.empty((steps, count, 2 * self.n)) if along else None
         blow, by_q = np.full(steps, -1, dtype=np.int32), np.zeros((max(1, len(blows)), self.n, self.n))
-        for number, (k, jump) in enumerate(blows.items()):
-            blow[k], by_q[number] = number, jump
-        given = (None if x is None else np.ascontiguousarray(x) for x in (right, gaps))
-        call("march_steps", *self._given, self.factors, self.n, unit, steps, count, *given, blow, by_q, ends, a, after)
+        for number, (k, struck) in enumerate(blows.items()):
+            blow[k], by_q[number] = number, struck.by_q
+        right = right if right is None else np.ascontiguousarray(right)
+        gaps = gaps if gaps is None else np.ascontiguousarray(gaps)
+        given = self.n, unit, steps, count, right, gaps, blow, by_q
+        call("march_steps", *self._given, self.factors, *given, ends, a, after)
         return ends, a, after
 
 
 MASSLESS = 1e-14  # of the largest mass: coordinates without mass, on which nothing acts, keep it solvable
+
+
+def mass_with_rows(machine: Machine, found: Evaluation) -> Array:
+    """Give the matrix of M a + G^T L = F, G a = 0 by the tangents of a residual ``(instants, entries)``.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    found
+        The residual at some instants, with tangents.
+    """
+    n, kept, order = machine.n, machine.n + machine.held, order_of(found.pattern, machine.n)
+    of_gaps, of_modes = (order.row >= n) & (order.column < n), (order.row >= kept) != (order.column >= kept)
+    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
+    values[:, (order.row == order.column) & (order.row < n)] += MASSLESS * np.abs(found.M).max()
+    return values
 
 
 def accelerated(machine: Machine, found: Evaluation, force: Array) -> Array:
@@ -164,11 +191,8 @@ def accelerated(machine: Machine, found: Evaluation, force: Array) -> Array:
     SolverError
         When a coordinate without mass is not held.
     """
-    n, kept, pattern = machine.n, machine.n + machine.held, found.pattern
+    n, pattern, values = machine.n, found.pattern, mass_with_rows(machine, found)
     order = order_of(pattern, n)
-    of_gaps, of_modes = (order.row >= n) & (order.column < n), (order.row >= kept) != (order.column >= kept)
-    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
-    values[:, (order.row == order.column) & (order.row < n)] += MASSLESS * np.abs(found.M).max()
     none = np.zeros((len(values), 1, values.shape[1]))
     march = CompiledSteps(order, n, radau(1), np.zeros(len(values)), values[:, None], none, none)
     if march.holds:

@@ -47,6 +47,8 @@ def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array, da: Arr
     That is Newton's method with the stresses as unknowns, condensed. `dq`, `dv` and `da` are ``(instants, size)``.
     """
     return [
-        measured.predicted(group.variables(dq), group.variables(dv), da[:, modes])
-        for measured, group, modes in zip(found.terms, machine.groups, machine.mode_numbers)
+        measured.predicted(
+            group.variables(dq), group.variables(dv), da[:, modes], da[:, machine.n :][:, list(term.rows)]
+        )
+        for measured, group, modes, term in zip(found.terms, machine.groups, machine.mode_numbers, machine.terms)
     ]

@@ -23,7 +23,8 @@ import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
 from fenics_mech._arrays import Array
-from fenics_mech.machine import Machine
+from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.solve.compiled_steps import mass_with_rows
 from fenics_mech.solve.held_modes import FollowedModes
 from fenics_mech.solve.linear import axial_forces, quasi_static
 
@@ -51,27 +52,22 @@ def about_motion(machine: Machine, times: Array, held: FollowedModes) -> Array:
     still = quasi_static(machine, times)
     forces = np.where(np.arange(machine.size) < n, 0.0, still.change[2])
     loaded = machine.residual(times, zero, zero, forces, predicted=axial_forces(machine, still))
-    M, C, K = (machine.pattern.dense(x)[:, :kept, :kept] for x in (loaded.M, loaded.C, loaded.K))
-    G, N = K[:, n:, :n], _turned(machine, times)
+    M, C, K = (machine.pattern.dense(x)[:, :n, :n] for x in (loaded.M, loaded.C, loaded.K))
+    matrix = machine.pattern.dense(mass_with_rows(machine, loaded))[:, :kept, :kept]
     step = SPACING / max(1e-300, float(np.abs(machine.known.at(times).w).max()))
-    ahead, behind = (machine.residual(times + by, zero, zero, zero) for by in (step, -step))
+    ahead, here, behind = (machine.residual(times + by, zero, zero, zero) for by in (step, 0.0, -step))
     M1, G1 = (
-        (machine.pattern.dense(one) - machine.pattern.dense(other)) / (2 * step)
-        for one, other in ((ahead.M, behind.M), (ahead.K, behind.K))
+        machine.pattern.dense((one - other) / (2 * step)) for one, other in ((ahead.M, behind.M), (ahead.K, behind.K))
     )
-    N1 = (_turned(machine, times + step) - _turned(machine, times - step)) / (2 * step)
+    N, N1 = _turned(machine, here), (_turned(machine, ahead) - _turned(machine, behind)) / (2 * step)
     found = held.omega.copy()
     for k, omega in enumerate(held.omega):
         lowest = np.argsort(omega)[: MOST + BESIDE]
         Z, likeness = held.shapes[k][:, lowest], held.momenta[k][:, lowest[:MOST]].T @ held.shapes[k][:, lowest]
-        matrix = M[k].copy()
-        matrix[n:, :n] = G[k]
-        matrix[:n, :n] += LEAST * np.abs(M[k]).max() * np.eye(n)
-        Z1 = np.linalg.solve(matrix, np.vstack([N[k] @ Z, -G1[k, n:kept, :n] @ Z]))[:n]
-        m, c, stiff = M[k, :n, :n], C[k, :n, :n], K[k, :n, :n]
-        damping = Z.T @ (2 * m @ Z1 + c @ Z)
-        stiffness = Z.T @ (stiff @ Z + c @ Z1) + Z1.T @ N[k] @ Z + Z.T @ (N1[k] @ Z + N[k] @ Z1)
-        stiffness -= Z1.T @ m @ Z1 + Z.T @ M1[k, :n, :n] @ Z1
+        Z1 = np.linalg.solve(matrix[k], np.vstack([N[k] @ Z, -G1[k, n:kept, :n] @ Z]))[:n]
+        damping = Z.T @ (2 * M[k] @ Z1 + C[k] @ Z)
+        stiffness = Z.T @ (K[k] @ Z + C[k] @ Z1) + Z1.T @ N[k] @ Z + Z.T @ (N1[k] @ Z + N[k] @ Z1)
+        stiffness -= Z1.T @ M[k] @ Z1 + Z.T @ M1[k, :n, :n] @ Z1
         size = len(stiffness)
         state = np.block([[np.zeros((size, size)), np.eye(size)], [-stiffness, -damping]])
         values, vectors = scipy.linalg.eig(state)
@@ -81,15 +77,11 @@ def about_motion(machine: Machine, times: Array, held: FollowedModes) -> Array:
     return found
 
 
-LEAST = 1e-14  # of the largest mass, for coordinates that have none
-
-
-def _turned(machine: Machine, times: Array) -> Array:
+def _turned(machine: Machine, here: Evaluation) -> Array:
     """Give the mass between coordinates and the velocities at which links turn them ``(instants, n, n)`` (kg/s).
 
-    It is how a drag against the velocity beside the links' axes changes with the coordinates.
+    It is how a drag against the velocity beside the links' axes changes with the coordinates; `here` is without it.
     """
-    dragged, zero = copy(machine), np.zeros((len(times), machine.size))
+    dragged, zero = copy(machine), np.zeros((len(here.t), machine.size))
     dragged.drag = replace(machine.drag, relative=machine.drag.relative + 1.0)
-    one, other = (x.residual(times, zero, zero, zero).K for x in (machine, dragged))
-    return machine.pattern.dense(one - other)[:, : machine.n, : machine.n]
+    return machine.pattern.dense(here.K - dragged.residual(here.t, zero, zero, zero).K)[:, : machine.n, : machine.n]

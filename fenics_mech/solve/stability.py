@@ -30,6 +30,21 @@ class RunningModes(NamedTuple):
     rates: Array
     modes: Index
 
+    def changed(self, change: Array, before: float, after: float) -> RunningModes:
+        """Give the vibrations beside another motion.
+
+        Parameters
+        ----------
+        change
+            What changes in log(multiplier) ``(multipliers,)``.
+        before, after
+            Periods of both motions (s).
+        """
+        told = np.exp(1j * before * self.rates.imag) * np.abs(self.multipliers)
+        turned = np.abs(told - self.multipliers) > np.abs(told - self.multipliers.conj())
+        rates = (before * self.rates + np.where(turned, change.conj(), change)) / after
+        return RunningModes(self.multipliers * np.exp(change), rates, self.modes)
+
 
 def running_modes(cycle: Cycle, count: int = 6) -> RunningModes:
     """Give the largest multipliers and the rates of their vibrations, whose frequencies do not alias.

@@ -32,8 +32,10 @@ def test_states_go_through_compiled_steps_as_through_plain_ones(monkeypatch, nam
     states, right, gaps = (rng.normal(size=x) for x in ((4, 2 * n), cycle.path.a.shape, (19, 2 * n)))
     for found, known in zip(cycle.steps.through(states, right, gaps, True), plain.through(states, right, gaps, True)):
         np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * np.abs(known).max())
-    for found, known in zip(cycle.steps.closed(right, gaps), plain.closed(right, gaps)):
-        np.testing.assert_allclose(found, known, rtol=0, atol=1e-7 * np.abs(known).max())
+    found, known = cycle.steps.change(right, gaps), plain.change(right, gaps)
+    for name in ("q0", "v0", "a"):
+        one, other = getattr(found, name), getattr(known, name)
+        np.testing.assert_allclose(one, other, rtol=0, atol=1e-7 * np.abs(other).max())
 
 
 def test_what_the_planned_order_loses_is_found(monkeypatch):
