@@ -25,7 +25,7 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
-from fenics_mech.machine.motion import Motion
+from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
@@ -525,11 +525,9 @@ def _without_vibration(solved: Solved) -> xr.Dataset:
     """Give strains and stresses of the static answer to loads and rigid inertia."""
     scene, s, motion = solved.scene, solved.positions.stations, solved.positions.motion.chart
     still = quasi_static(motion.machine, motion.t)
-    terms = [
-        here.with_response(replace(here.response, stress=stress))
-        for here, stress in zip(still.found.terms, still.stresses)
-    ]
-    forces = along_members(solved.made, replace(still.found, terms=terms), still.change[2], s)
+    acting = LinearMotion(motion, still.change, moving=False, stresses=still.stresses).acting
+    assert acting is not None
+    forces = along_members(solved.made, acting.found, acting.a, s, bent=False)
     sections = scene.rigidities(s)
     by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)
     strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")

@@ -382,7 +382,8 @@ class AtRest:
         steps.step()
         _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
-        return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
+        stresses = steps.stresses if stiff is None else None
+        return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False, stresses)), steps)
 
     def _with(self, scene: Scene) -> tuple[SceneMachine, Beside, Stresses | None]:
         """Build the machine of a scene that differs a little, with the axial forces that act in its linear theory."""
@@ -508,6 +509,8 @@ def instants_of(scene: Scene, share: float = 0.0) -> Array:
     share
         Of the way.
     """
+    if not scene.drives:  # a structure: it has one position
+        return np.zeros(1)
     if scene.analysis.method == "static":
-        return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
+        return np.array([scene.analysis.position / scene.cycle_rate])
     return scene.period / scene.analysis.sub_intervals * (np.arange(scene.analysis.sub_intervals) + share)

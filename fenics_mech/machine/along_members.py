@@ -11,7 +11,7 @@ from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces
 from fenics_mech.terms import AlongBeams
 
 
-def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> Sections:
+def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, bent: bool = True) -> Sections:
     """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
 
     Parameters
@@ -22,6 +22,8 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         Its residual, and the accelerations with the multipliers there ``(instants, size)``.
     s
         Stations along every member, 0..1.
+    bent
+        As of `inside`.
     """
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
@@ -56,6 +58,6 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
 
     given = stations, np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
-    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, line if loads else None)
+    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, line if loads else None, bent)
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
     return Sections(axial, shear, moment, sections.place.reshape(*shape, 2))

@@ -168,6 +168,7 @@ def inside(
     line_mass: Callable[[Array], Array],
     loads: InnerForces | None = None,
     line: Line | None = None,
+    bent: bool = True,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
@@ -186,6 +187,8 @@ def inside(
         Forces inside elements.
     line
         Gives the load per length by a share of each station's element, the tangent of the axis and its velocity there.
+    bent
+        Whether forces have levers by the bow within elements: not in a linear theory without axial forces.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -208,8 +211,9 @@ def inside(
     bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(half), spread[0], load_at(half))
 
     def axis(x: Array) -> Array:
-        """Give places on the bent axis."""
-        return _between_all(shapes.at(x), vectors) + bow * (x**2 * (1 - x) ** 2)[:, None]
+        """Give places on the axis by which forces have levers."""
+        straight = _between_all(shapes.at(x), vectors)
+        return straight + bow * (x**2 * (1 - x) ** 2)[:, None] if bent else straight
 
     cut = axis(places)
     moment = moment - _cross(at_ends[0][:, :, 0] - cut, -force)
@@ -231,7 +235,8 @@ def inside(
         moment[:, own] -= _cross(acts - cut[:, own], push)
     tangent = _between_all(shapes.at(places, 1), vectors)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
-    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
+    place = cut if bent else cut + bow * (places**2 * (1 - places) ** 2)[:, None]
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
 
 
 def _bow(
