@@ -207,13 +207,27 @@ def inside(
         slope = _between_all(shapes.at(x, 1), vectors) / length[:, None]
         return line(x, slope, _between_all(shapes.at(x), rates))
 
-    half = np.full(len(elements), 0.5)
-    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(half), spread[0], load_at(half))
+    bows = None
+    if not shapes.inner:
+        bows = _bows(
+            beams,
+            ends,
+            elements,
+            [line_mass(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
+            spread[0],
+            [load_at(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
+        )
+
+    def bow(x: Array) -> Array | float:
+        """Give how far the axis is beside the cubic."""
+        if bows is None:
+            return 0.0
+        return (bows[0] + bows[1] * (2 * x - 1)[:, None]) * (x**2 * (1 - x) ** 2)[:, None]
 
     def axis(x: Array) -> Array:
         """Give places on the axis by which forces have levers."""
-        straight = _between_all(shapes.at(x), vectors)
-        return straight + bow * (x**2 * (1 - x) ** 2)[:, None] if bent else straight
+        cubic = _between_all(shapes.at(x), vectors)
+        return cubic + bow(x) if bent else cubic
 
     cut = axis(places)
     moment = moment - _cross(at_ends[0][:, :, 0] - cut, -force)
@@ -235,27 +249,39 @@ def inside(
         moment[:, own] -= _cross(acts - cut[:, own], push)
     tangent = _between_all(shapes.at(places, 1), vectors)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
-    place = cut if bent else cut + bow * (places**2 * (1 - places) ** 2)[:, None]
+    place = cut if bent else cut + bow(places)
     return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
 
 
-def _bow(
-    beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array], load: Array | float
-) -> Array:
-    """Give b of the deflection b x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
+def _bows(
+    beams: Beams,
+    ends: EndForces,
+    elements: Index,
+    line_masses: Sequence[Array],
+    spread: tuple[Array, Array],
+    loads: Sequence[Array | float],
+) -> tuple[Array, Array]:
+    """Give b and c of the deflection (b + c (2 x - 1)) x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
 
-    The fourth derivative of the deflection times EI is N times the curvature, and the load less the inertia across the
-    axis. With the means of all, b is their sum times length^4/(24 EI).
+    The fourth derivative of the deflection times EI is p, N times the curvature and the load less the inertia across
+    the axis. With its mean, b is p length^4/(24 EI). With half its change from end to end, c is that over 120.
+    `line_masses` and `loads` are at the start, in the middle, and at the end.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
     normal, along = ends.axes[:, elements].mean(axis=2).transpose(3, 0, 1, 2)[::-1]
     pull = np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
-    curvature = (ends.moment[:, elements, 1, 0] - ends.moment[:, elements, 0, 0]) / (2 * bending)
+    first, last = (sign * ends.moment[:, elements, end, 0] / bending for end, sign in ((0, -1), (1, 1)))  # curvatures
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
-    across = pull * curvature + np.sum((load - line_mass[:, None] * mean) * normal, axis=-1)
-    return np.asarray((across * length**4 / (24 * bending))[..., None] * normal)
+    beside = [
+        np.sum((load - mass[:, None] * at) * normal, axis=-1)
+        for load, mass, at in zip(loads, line_masses, (places[:, :, 0], mean, places[:, :, 1]))
+    ]
+    evenly = pull * (first + last) / 2 + beside[1]
+    apart = (pull * (last - first) + beside[2] - beside[0]) / 2
+    scale = length**4 / bending
+    return (evenly * scale / 24)[..., None] * normal, (apart * scale / 120)[..., None] * normal
 
 
 def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: int) -> tuple[Array, Array]:
