@@ -270,7 +270,7 @@ def estimated(solved: Solved | AtRest) -> Errors:
         When one is too large.
     """
     here = quantities(solved.positions)
-    parts = {source: (quantities(other) - here).largest for source, other in solved.better()}
+    parts = {source: _change(here, other) for source, other in solved.better()}
     missed = None
     if solved.scene.drives and len(here.axial) >= FEWEST:
         still = isinstance(solved, AtRest) and solved.following is not None  # which is known at any angle by itself
@@ -282,6 +282,13 @@ def estimated(solved: Solved | AtRest) -> Errors:
         )
         parts[BETWEEN] = dict(missed.errors)
     return told(solved.scene, here, parts, missed)
+
+
+def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
+    """Give by how much a better answer differs, by quantity; where there is none, nothing is known."""
+    if other is None:
+        return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
+    return (quantities(other) - here).largest
 
 
 def told(
@@ -513,15 +520,12 @@ def _modes(solved: Solved) -> xr.Dataset:
     scene, machine = solved.scene, solved.made.machine
     found = followed_modes(machine, solved.positions.motion.t)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
-    error = np.full(count, np.nan)
-    if scene.analysis.error_estimates:
-        start = held_modes(solved.finer.machine, 0.0)[0][:count]
-        error = np.abs(found.omega[0, :count] / start - 1)
+    start = held_modes(solved.finer.machine, 0.0)[0][:count]
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), error),
+            "frequency_error": (("mode",), np.abs(found.omega[0, :count] / start - 1)),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},

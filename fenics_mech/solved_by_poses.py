@@ -446,22 +446,26 @@ class AtRest:
         count = len(self.positions.motion.t)
         return self.positions, np.full(count, 1 / count)
 
-    def better(self) -> Iterator[tuple[str, OfPoses]]:
-        """Give the same without most of the error of a source, which is named."""
+    def better(self) -> Iterator[tuple[str, OfPoses | None]]:
+        """Give the same without most of the error of a source, which is named; None where there is no such answer."""
         finer = _undamped(with_halves(self.scene), self.made.machine)
         yield "mesh", AtRest._by(self.scene, finer, instants_of(self.scene)).positions
         if self.following is not None:
-            yield "theory", self.corrected
+            yield "theory", self.exact
 
     @cached_property
-    def corrected(self) -> OfPoses:
-        """The answers after one more step of Newton's method."""
-        first = self.following
-        assert first is not None
-        second = copy(first)
-        second.step()
-        here = Motion(first.machine, first.t, first.q, 0 * first.q, first.a, first.moving)
-        return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
+    def exact(self) -> OfPoses | None:
+        """The answers with exact strains, to which Newton's method goes on; None where there are none near by."""
+        assert self.following is not None
+        steps = copy(self.following)
+        try:
+            newton(steps.step, TIGHT, MOST, "the static answer")
+            _refuse_buckled(self.scene, steps)
+        except SolverError as error:
+            logger.info("with exact strains there is no answer: %s", error)
+            return None
+        motion = Motion(steps.machine, steps.t, steps.q, np.zeros_like(steps.q), steps.a, steps.moving)
+        return OfPoses(self.made, motion)
 
 
 def _undamped(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
