@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
@@ -22,6 +23,7 @@ from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Drive, Scene
 from fenics_mech.scene.meshing import with_halves
@@ -82,16 +84,26 @@ def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
 def steps_of(scene: Scene) -> Array:
     """Give the instants at which steps of a cycle begin (s): evenly, and where loads jump and impulses act.
 
-    A jump counts to the step after it, which begins by a rounding before it.
+    A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads, too,
+    that their stages do not show.
     """
     count, rate = scene.analysis.sub_intervals, scene.cycle_rate
     even = np.arange(count) / count * TURN
     jumps = [angle for load in scene.loads.values() for angle in load.jumps]
     jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
-    turned = np.mod(np.sign(rate) * np.array(jumps, dtype=float), TURN)
-    near = np.abs(np.mod(even[:, None] - turned + np.pi, TURN) - np.pi).min(axis=1, initial=TURN) < SAMPLING.same
-    cut = np.concatenate([even[~near], np.unique(turned) - 2 * SAMPLING.same])
-    return np.sort(cut) / abs(rate)
+    turned, corners = (
+        np.unique(np.mod(np.sign(rate) * np.array(angles, dtype=float), TURN))
+        for angles in (jumps, corners_to_cut(scene))
+    )
+    corners = corners[np.diff(corners, prepend=-1.0) > SAMPLING.same]
+    begun = np.concatenate([even[~_among(even, turned)], turned - 2 * SAMPLING.same])
+    return np.sort(np.concatenate([begun, corners[~_among(corners, np.append(begun, turned))]])) / abs(rate)
+
+
+def _among(angles: Array, others: Array) -> NDArray[np.bool_]:
+    """Say which angles are others too (rad)."""
+    apart = np.abs(np.mod(angles[:, None] - others + np.pi, TURN) - np.pi)
+    return np.asarray(apart.min(axis=1, initial=TURN) < SAMPLING.same)
 
 
 Run = LastMotions[Path]  # motions before that of a scene, from which it is sought
