@@ -24,6 +24,7 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
+from fenics_mech.machine.from_scene import ALWAYS, SECTIONS
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
@@ -151,7 +152,6 @@ class RefinedByPoses:
 
 COUPLED = "coupling"  # effect that acts in every motion of poses
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-NOT_YET = ("inextensible", "lumped-mass")
 
 
 def planned(scene: Scene) -> Scene:
@@ -174,7 +174,7 @@ def planned(scene: Scene) -> Scene:
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
     acting = {effect.name for effect in active(scene)}
-    if refused := [name for name in NOT_YET if name in acting]:
+    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
             place="analysis.solver",
