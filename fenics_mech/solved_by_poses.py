@@ -42,6 +42,7 @@ from fenics_mech.solve import (
     rigid_cycle,
     running_change,
     running_modes,
+    stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.solve.newton import newton
@@ -393,9 +394,10 @@ class AtRest:
         if self.following is None:
             return made, Beside(machine, pace), None
         zero, stiff = np.zeros((len(t), machine.size)), _stiffening_at_rest(scene, machine, t)
-        force = machine.residual(t, zero, zero, zero, moving=moving, tangents=False).force
-        held = machine.residual(t, zero, zero, zero, predicted=stiff, moving=False)
-        return made, Beside(machine, pace, replace(held, force=force)), stiff
+        found = machine.residual(t, zero, zero, zero, moving=moving, tangents=False)
+        stresses = stiffening_stresses(machine, found) if stiff is None else stiff
+        held = machine.residual(t, zero, zero, zero, predicted=stresses, moving=False, heavy=stiff is not None)
+        return made, Beside(machine, pace, replace(held, force=found.force)), stiff
 
     def beside(self, *scenes: Scene) -> list[AtRest]:
         """Give the answers of two scenes that lie as far to both sides of this one, to first order.

@@ -49,12 +49,15 @@ class Sections:
         N m.
     place
         On the bent axis, ``(instants, stations, 2)`` (m).
+    bow
+        How far that is beside the cubic or polynomial of the coordinates ``(instants, stations, 2)`` (m).
     """
 
     axial: Array
     shear: Array
     moment: Array
     place: Array
+    bow: Array
 
 
 def end_forces(
@@ -172,8 +175,9 @@ def inside(
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
-    It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, and the
-    bow of a clamped beam under the mean of what acts across it; with places inside, the polynomial through them.
+    It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, whose
+    slopes are as long as the axis is stretched there, and the bow of a clamped beam under the mean of what acts across
+    it; with places inside, the polynomial through them.
 
     Parameters
     ----------
@@ -207,8 +211,12 @@ def inside(
         slope = _between_all(shapes.at(x, 1), vectors) / length[:, None]
         return line(x, slope, _between_all(shapes.at(x), rates))
 
-    bows = None
+    bows, longer = None, np.zeros_like(vectors)
     if not shapes.inner:
+        rigidity = np.array([element.stiffness[0, 0] for element in beams.elements])[elements] / length  # EA
+        pulls = np.einsum("tskd,tskd,k->tsk", ends.force[:, elements], at_ends[1][..., 0], [-1.0, 1.0])
+        stretched = at_ends[1][..., 0] * (pulls / rigidity[:, None])[..., None]
+        longer = _vectors(length, 0 * at_ends[0], stretched, at.r[:, within])
         bows = _bows(
             beams,
             ends,
@@ -216,13 +224,15 @@ def inside(
             [line_mass(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
             spread[0],
             [load_at(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
+            bent,
         )
 
-    def bow(x: Array) -> Array | float:
+    def bow(x: Array) -> Array:
         """Give how far the axis is beside the cubic."""
         if bows is None:
-            return 0.0
-        return (bows[0] + bows[1] * (2 * x - 1)[:, None]) * (x**2 * (1 - x) ** 2)[:, None]
+            return np.zeros_like(vectors[:, :, 0])
+        across = (bows[0] + bows[1] * (2 * x - 1)[:, None]) * (x**2 * (1 - x) ** 2)[:, None]
+        return np.asarray(across + _between_all(shapes.at(x) * [0, 1, 0, 1], longer))
 
     def axis(x: Array) -> Array:
         """Give places on the axis by which forces have levers."""
@@ -250,7 +260,7 @@ def inside(
     tangent = _between_all(shapes.at(places, 1), vectors)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     place = cut if bent else cut + bow(places)
-    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place, bow(places))
 
 
 def _bows(
@@ -260,17 +270,18 @@ def _bows(
     line_masses: Sequence[Array],
     spread: tuple[Array, Array],
     loads: Sequence[Array | float],
+    bent: bool,
 ) -> tuple[Array, Array]:
     """Give b and c of the deflection (b + c (2 x - 1)) x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
 
     The fourth derivative of the deflection times EI is p, N times the curvature and the load less the inertia across
     the axis. With its mean, b is p length^4/(24 EI). With half its change from end to end, c is that over 120.
-    `line_masses` and `loads` are at the start, in the middle, and at the end.
+    `line_masses` and `loads` are at the start, in the middle, and at the end. N acts where axes are `bent`.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
     normal, along = ends.axes[:, elements].mean(axis=2).transpose(3, 0, 1, 2)[::-1]
-    pull = np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
+    pull = bent * np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
     first, last = (sign * ends.moment[:, elements, end, 0] / bending for end, sign in ((0, -1), (1, 1)))  # curvatures
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic

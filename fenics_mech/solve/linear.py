@@ -53,7 +53,7 @@ class StaticIteration:
     moving
         Whether the inertia of the chart's motion acts, and what goes with its rates.
     stresses
-        Those of every term that make the geometric stiffness of the first step; None for the present ones.
+        Those of every term that make the geometric stiffness of the first step; None where no axial forces act.
     """
 
     found: Evaluation
@@ -70,7 +70,9 @@ class StaticIteration:
         """Take a step, and give the size of its change."""
         machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
         self.found = machine.residual(self.t, self.q, zero, self.a, moving=self.moving, tangents=False)
-        held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False)
+        if linear := self.stresses is None:  # it has no axial forces that weight would be in equilibrium with
+            self.stresses = stiffening_stresses(machine, self.found)
+        held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False, heavy=not linear)
         self.values = stiffness(machine, held)
         blocks = blocks_of(machine.pattern, 1)
         x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")
@@ -116,6 +118,23 @@ def quasi_static(machine: Machine, t: Array) -> Iterate:
     return iteration.iterate
 
 
+def stiffening_stresses(machine: Machine, found: Evaluation, static: Sequence[Array] | None = None) -> list[Array]:
+    """Give the stresses that stiffen in a linear theory: of beams the axial forces, of most others the present ones.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    found
+        Its residual in the rigid motion.
+    static
+        Stresses of every term in the static answer; None where axial forces do not act.
+    """
+    given = [None] * len(machine.terms) if static is None else static
+    parts = zip(machine.terms, found.terms, given)
+    return [term.stiffening(here.response.stress, stress) for term, here, stress in parts]
+
+
 def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
     """Give the stresses that stiffen in a linear theory: of beams the axial forces, of others the present ones.
 
@@ -126,10 +145,7 @@ def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
     iterate
         Where the axial forces are from: the static answer.
     """
-    return [
-        term.stiffening(here.response.stress, stress)
-        for term, here, stress in zip(machine.terms, iterate.found.terms, iterate.stresses)
-    ]
+    return stiffening_stresses(machine, iterate.found, iterate.stresses)
 
 
 def iterates(
