@@ -45,7 +45,6 @@ from fenics_mech.solve import (
     stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
-from fenics_mech.solve.newton import newton
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
@@ -376,7 +375,7 @@ class AtRest:
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
-            changes = newton(steps.step, TIGHT, MOST, "the static answer")
+            changes = steps.converge(TIGHT, MOST, "the static answer")
             _refuse_buckled(scene, steps)
             motion = Motion(machine, t, steps.q, still, steps.a, moving)
             return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes))

@@ -227,12 +227,15 @@ def inside(
             bent,
         )
 
-    def bow(x: Array) -> Array:
-        """Give how far the axis is beside the cubic."""
+    def bow(x: Array, derivative: int = 0) -> Array:
+        """Give how far the axis is beside the cubic, or the derivative of that by the share."""
         if bows is None:
             return np.zeros_like(vectors[:, :, 0])
-        across = (bows[0] + bows[1] * (2 * x - 1)[:, None]) * (x**2 * (1 - x) ** 2)[:, None]
-        return np.asarray(across + _between_all(shapes.at(x) * [0, 1, 0, 1], longer))
+        even, odd = x**2 * (1 - x) ** 2, 2 * x - 1
+        slope = -2 * x * (1 - x) * odd
+        first, second = (even, odd * even) if not derivative else (slope, 2 * even + odd * slope)
+        across = bows[0] * first[:, None] + bows[1] * second[:, None]
+        return np.asarray(across + _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer))
 
     def axis(x: Array) -> Array:
         """Give places on the axis by which forces have levers."""
@@ -257,7 +260,7 @@ def inside(
         acts = np.einsum("ti,tsid->tsd", shapes.at(loads.place[:, k]), vectors[:, own])
         force[:, own] -= push
         moment[:, own] -= _cross(acts - cut[:, own], push)
-    tangent = _between_all(shapes.at(places, 1), vectors)
+    tangent = _between_all(shapes.at(places, 1), vectors) + (bow(places, 1) if bent else 0.0)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     place = cut if bent else cut + bow(places)
     return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place, bow(places))
