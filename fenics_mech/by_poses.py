@@ -13,7 +13,7 @@ import xarray as xr
 from fenics_mech._arrays import Array, Index, norms
 from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.missed_peaks import BETWEEN
+from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.effects import EFFECTS, active
@@ -28,6 +28,7 @@ from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
 from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.mode_speeds import mode_speeds
@@ -45,7 +46,8 @@ from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, R
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
-BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
+BETWEEN_SHARES = 4  # places for each position at which a motion is looked at: vibration is slower than its steps
+FEWEST = 4  # positions of a cycle, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
     "time": 5.0,
@@ -135,7 +137,10 @@ class RefinedByPoses:
             self._stability = stability_of(solved)
 
     def refuse_missed(self, allow_coarse: bool) -> None:
-        """Let the last trial pass: what its positions miss is in the errors that it was chosen by."""
+        """Raise `UnresolvedError` where the positions of the last trial surely miss peaks, unless that is to pass."""
+        assert self._last is not None
+        if not allow_coarse:
+            self._last[1].refuse_missed(self._last[0].scene)
 
     def whole(self) -> Result:
         """Give the whole result of the last trial."""
@@ -265,13 +270,30 @@ def estimated(solved: Solved | AtRest) -> Errors:
         When one is too large.
     """
     here = quantities(solved.positions)
-    parts = {source: (quantities(other) - here).largest for source, other in solved.better()}
-    if len(here.axial) > 1:
-        parts[BETWEEN] = _missed(solved, here)
-    return told(solved.scene, here, parts)
+    parts = {source: _change(here, other) for source, other in solved.better()}
+    missed = None
+    if solved.scene.drives and len(here.axial) >= FEWEST:
+        still = isinstance(solved, AtRest) and solved.following is not None  # which is known at any angle by itself
+        missed = missed_peaks(
+            solved.made,
+            lambda share: solved.at(share) if share else solved.positions,
+            bent=isinstance(solved, Solved),
+            shares=1 if still else BETWEEN_SHARES,
+        )
+        parts[BETWEEN] = dict(missed.errors)
+    return told(solved.scene, here, parts, missed)
 
 
-def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> Errors:
+def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
+    """Give by how much a better answer differs, by quantity; where there is none, nothing is known."""
+    if other is None:
+        return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
+    return (quantities(other) - here).largest
+
+
+def told(
+    scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]], missed: MissedPeaks | None = None
+) -> Errors:
     """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
 
     Parameters
@@ -282,6 +304,8 @@ def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> 
         What the errors are of.
     parts
         Errors by source, then by quantity.
+    missed
+        What lies between the positions of a cycle; None where nothing is known of it.
 
     Raises
     ------
@@ -295,25 +319,15 @@ def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> 
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
     parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
     if not largest["strain"].max(initial=0.0) > STRAINED:
-        parts = {source: {} for source in parts}
+        parts, missed = {source: {} for source in parts}, None
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
     }
     order = {source: ORDERS[source] for source in parts}
-    errors = Errors(by_quantity, order, measure, (), largest)
+    errors = Errors(by_quantity, order, measure, (), largest, missed)
     errors.judge(scene)
     return errors
-
-
-def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
-    """Give by how much peaks between the positions surpass those of the Fourier series through the positions."""
-    through = here.at_more_angles(BETWEEN_SHARES).sizes
-    most = here.largest
-    for share in range(1, BETWEEN_SHARES):
-        there = quantities(solved.at(share / BETWEEN_SHARES)).largest
-        most = {name: np.maximum(size, there[name]) for name, size in most.items()}
-    return {name: np.maximum(size - through[name].max(axis=0), 0.0) for name, size in most.items()}
 
 
 def stability_of(solved: Solved | AtRest) -> xr.Dataset:
@@ -506,15 +520,12 @@ def _modes(solved: Solved) -> xr.Dataset:
     scene, machine = solved.scene, solved.made.machine
     found = followed_modes(machine, solved.positions.motion.t)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
-    error = np.full(count, np.nan)
-    if scene.analysis.error_estimates:
-        start = held_modes(solved.finer.machine, 0.0)[0][:count]
-        error = np.abs(found.omega[0, :count] / start - 1)
+    start = held_modes(solved.finer.machine, 0.0)[0][:count]
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), error),
+            "frequency_error": (("mode",), np.abs(found.omega[0, :count] / start - 1)),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},

@@ -12,9 +12,12 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.errors import DerivativeError, SolverError
+from fenics_mech.errors import DerivativeError, SceneError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics.freedom import describe
+from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
@@ -45,6 +48,7 @@ from fenics_mech.solve import (
     stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
+from fenics_mech.solve.newton import newton
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
@@ -447,22 +451,26 @@ class AtRest:
         count = len(self.positions.motion.t)
         return self.positions, np.full(count, 1 / count)
 
-    def better(self) -> Iterator[tuple[str, OfPoses]]:
-        """Give the same without most of the error of a source, which is named."""
+    def better(self) -> Iterator[tuple[str, OfPoses | None]]:
+        """Give the same without most of the error of a source, which is named; None where there is no such answer."""
         finer = _undamped(with_halves(self.scene), self.made.machine)
         yield "mesh", AtRest._by(self.scene, finer, instants_of(self.scene)).positions
         if self.following is not None:
-            yield "theory", self.corrected
+            yield "theory", self.exact
 
     @cached_property
-    def corrected(self) -> OfPoses:
-        """The answers after one more step of Newton's method."""
-        first = self.following
-        assert first is not None
-        second = copy(first)
-        second.step()
-        here = Motion(first.machine, first.t, first.q, 0 * first.q, first.a, first.moving)
-        return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
+    def exact(self) -> OfPoses | None:
+        """The answers with exact strains, to which Newton's method goes on; None where there are none near by."""
+        assert self.following is not None
+        steps = copy(self.following)
+        try:
+            newton(steps.step, TIGHT, MOST, "the static answer")
+            _refuse_buckled(self.scene, steps)
+        except SolverError as error:
+            logger.info("with exact strains there is no answer: %s", error)
+            return None
+        motion = Motion(steps.machine, steps.t, steps.q, np.zeros_like(steps.q), steps.a, steps.moving)
+        return OfPoses(self.made, motion)
 
 
 def _undamped(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
@@ -492,11 +500,25 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
     yielding = steps.yielding
     if yielding.any():
         worst = int(np.argmax(yielding))
+        _refuse_free(scene, scene.cycle_rate * steps.t[worst])
         angle = np.degrees(scene.cycle_rate * steps.t[worst])
         raise SolverError(
             f"the static answer at drive angle {angle:.6g} deg is unstable: members buckle. Under its axial forces its "
             f"stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the speed, or take "
             "stiffer members"
+        )
+
+
+def _refuse_free(scene: Scene, theta: float) -> None:
+    """Raise `SceneError` where links can move at a drive angle, and say how."""
+    free = () if scene.springs else (motion := solve_motion(scene, np.array([theta]))).free
+    if len(free):
+        moves = describe(scene.links, scene.joints, coordinates(motion.position, motion.angle)[0], free)
+        raise SceneError(
+            f"nothing holds the mechanism against its loads: {'; '.join(moves)}",
+            place="analysis.method",
+            hint="State its [freedoms] for an equilibrium that is searched, add a drive, a spring or a support, or "
+            "write method = 'quasi-static' for links that give way to the loads and carry their own inertia",
         )
 
 

@@ -49,15 +49,12 @@ class Sections:
         N m.
     place
         On the bent axis, ``(instants, stations, 2)`` (m).
-    bow
-        How far that is beside the cubic or polynomial of the coordinates ``(instants, stations, 2)`` (m).
     """
 
     axial: Array
     shear: Array
     moment: Array
     place: Array
-    bow: Array
 
 
 def end_forces(
@@ -172,6 +169,7 @@ def inside(
     loads: InnerForces | None = None,
     line: Line | None = None,
     bent: bool = True,
+    softness: Callable[[Array], Array] | None = None,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
@@ -193,6 +191,9 @@ def inside(
         Gives the load per length by a share of each station's element, the tangent of the axis and its velocity there.
     bent
         Whether forces have levers by the bow within elements: not in a linear theory without axial forces.
+    softness
+        Gives the bending stiffness of each station's element over that of its section at a share of the element
+        ``(stations,)``; None where sections are the same along all elements.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -227,15 +228,22 @@ def inside(
             bent,
         )
 
-    def bow(x: Array, derivative: int = 0) -> Array:
+    ones, normal = np.ones(len(elements)), at_ends[1][..., 1].mean(axis=2)
+    turns = [
+        np.sum(_between_all(shapes.at(x * ones, 2), vectors) * normal, axis=-1)[..., None] * normal for x in (0.0, 1.0)
+    ]
+
+    def bow(x: Array, derivative: int = 0) -> Array | float:
         """Give how far the axis is beside the cubic, or the derivative of that by the share."""
         if bows is None:
-            return np.zeros_like(vectors[:, :, 0])
+            return 0.0
+        along = _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer)
+        if softness is not None:
+            return along + _bow_of_varying(x, bows, turns, softness, derivative)
         even, odd = x**2 * (1 - x) ** 2, 2 * x - 1
         slope = -2 * x * (1 - x) * odd
-        first, second = (even, odd * even) if not derivative else (slope, 2 * even + odd * slope)
-        across = bows[0] * first[:, None] + bows[1] * second[:, None]
-        return np.asarray(across + _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer))
+        first, second = (slope, 2 * even + odd * slope) if derivative else (even, odd * even)
+        return along + bows[0] * first[:, None] + bows[1] * second[:, None]
 
     def axis(x: Array) -> Array:
         """Give places on the axis by which forces have levers."""
@@ -263,7 +271,7 @@ def inside(
     tangent = _between_all(shapes.at(places, 1), vectors) + (bow(places, 1) if bent else 0.0)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     place = cut if bent else cut + bow(places)
-    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place, bow(places))
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
 
 
 def _bows(
@@ -296,6 +304,39 @@ def _bows(
     apart = (pull * (last - first) + beside[2] - beside[0]) / 2
     scale = length**4 / bending
     return (evenly * scale / 24)[..., None] * normal, (apart * scale / 120)[..., None] * normal
+
+
+def _bow_of_varying(
+    x: Array, bows: tuple[Array, Array], turns: Sequence[Array], softness: Callable[[Array], Array], derivative: int
+) -> Array:
+    """Give how far the axis of elements whose sections vary is beside the cubic ``(instants, stations, 2)`` (m).
+
+    With `derivative` 1 it is the derivative of that by the share.
+
+    Its second derivative is s (k + C + D x) less that of the cubic, with k that of the bow of even sections and s the
+    softness. C and D are the moments by which neither its ends nor their slopes are beside the cubic.
+    `turns` are the cubic's second derivatives at both ends.
+    """
+    points, weights = np.polynomial.legendre.leggauss(8)  # shares of polynomials in 1/EI, to 1e-9 of tapers to a half
+    points, weights = (points + 1) / 2, weights / 2
+
+    def parts(at: Array) -> tuple[Array, Array]:
+        """Give the softness at shares ``(stations,)``, and what of the second derivative C and D do not tell."""
+        u, soft = (2 * at - 1)[:, None], softness(at)[:, None]
+        even = ((bows[0] + bows[1] * u) * (12 * u**2 - 4) - 8 * bows[1] * u * (1 - u**2)) / 4
+        return soft, soft * even - (1 - at)[:, None] * turns[0] - at[:, None] * turns[1]
+
+    whole = [(w, xi, *parts(np.full(len(x), xi))) for xi, w in zip(points, weights)]
+    B0, B1, B2 = (sum(w * xi**j * soft for w, xi, soft, _ in whole) for j in range(3))
+    r0, r1 = (-sum(w * xi**j * rest for w, xi, _, rest in whole) for j in range(2))
+    determinant = B0 * B2 - B1**2
+    C, D = (B2 * r0 - B1 * r1) / determinant, (B0 * r1 - B1 * r0) / determinant
+    bow = np.zeros_like(bows[0])
+    for xi, w in zip(points, weights):
+        at = xi * x
+        soft, rest = parts(at)
+        bow += w * (1 - xi) ** (1 - derivative) * (soft * (C + D * at[:, None]) + rest)
+    return np.asarray(bow * (x ** (2 - derivative))[:, None])
 
 
 def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: int) -> tuple[Array, Array]:

@@ -56,10 +56,7 @@ class OfLinear(OfPoses):
     def _sections(self, read: Callable[[OfPoses], Sections]) -> Sections:
         parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
         found = Sections(*(base + (ahead - behind) / (2 * SMALL) for base, ahead, behind in parts))
-        if self._exerting is None:
-            return found
-        exact = read(self._exerting)  # without the axial force of the second order, which differences have in the bow
-        return replace(exact, place=found.place - found.bow + exact.bow)
+        return found if self._exerting is None else replace(read(self._exerting), place=found.place)
 
     @cached_property
     def sections(self) -> Sections:

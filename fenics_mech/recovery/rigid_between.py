@@ -12,7 +12,7 @@ from fenics_mech.accuracy.quantities import measures
 from fenics_mech.kinematics import Linkage, Motion
 from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import CYCLIC
-from fenics_mech.recovery.peaks_between import BETWEEN, OverCycle, PeaksBetween, Values, accelerations_of
+from fenics_mech.recovery.peaks_between import BETWEEN, OfLinkage, PeaksBetween, Values, accelerations_of
 from fenics_mech.response.transient.rigid_motion import led
 from fenics_mech.scene import Scene
 
@@ -48,7 +48,7 @@ def missed_by_positions(scene: Scene, whole: Motion) -> xr.Dataset:
     return of_errors(errors).dataset()
 
 
-class _Rigid(OverCycle):
+class _Rigid(OfLinkage):
     """Rigid links that drives lead."""
 
     angles = BETWEEN.cheap
