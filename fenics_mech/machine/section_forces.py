@@ -49,12 +49,15 @@ class Sections:
         N m.
     place
         On the bent axis, ``(instants, stations, 2)`` (m).
+    bow
+        Of it what the forces make within an element whose ends do not move ``(instants, stations, 2)`` (m).
     """
 
     axial: Array
     shear: Array
     moment: Array
     place: Array
+    bow: Array
 
 
 def end_forces(
@@ -233,13 +236,13 @@ def inside(
         np.sum(_between_all(shapes.at(x * ones, 2), vectors) * normal, axis=-1)[..., None] * normal for x in (0.0, 1.0)
     ]
 
-    def bow(x: Array, derivative: int = 0) -> Array | float:
-        """Give how far the axis is beside the cubic, or the derivative of that by the share."""
+    def bow(x: Array, derivative: int = 0, turned: float = 1.0) -> Array:
+        """Give how far the axis is beside the cubic, or the derivative of that by the share, `turned` 0 for no cubic."""
         if bows is None:
-            return 0.0
+            return np.zeros_like(vectors[:, :, 0])
         along = _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer)
         if softness is not None:
-            return along + _bow_of_varying(x, bows, turns, softness, derivative)
+            return along + _bow_of_varying(x, bows, [turned * turn for turn in turns], softness, derivative)
         even, odd = x**2 * (1 - x) ** 2, 2 * x - 1
         slope = -2 * x * (1 - x) * odd
         first, second = (slope, 2 * even + odd * slope) if derivative else (even, odd * even)
@@ -271,7 +274,7 @@ def inside(
     tangent = _between_all(shapes.at(places, 1), vectors) + (bow(places, 1) if bent else 0.0)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     place = cut if bent else cut + bow(places)
-    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place, bow(places, turned=0.0))
 
 
 def _bows(
