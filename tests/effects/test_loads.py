@@ -176,7 +176,7 @@ def test_loads_and_masses_at_a_weld_that_moves_go_through_it(effects):
     assert found.attrs["solver"] == "poses"
     for name in ("joint_force", "joint_moment"):
         there = known[name]
-        assert np.abs(found[name] - there).max() < 2e-3 * np.abs(there).max()  # by mesh and theory
+        assert np.abs(found[name] - there).max() < 2e-2 * np.abs(there).max()  # by theory: arms turn by 0.01
 
 
 @pytest.mark.parametrize("rigid", [False, True])
