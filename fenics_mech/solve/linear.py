@@ -15,7 +15,7 @@ from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
-from fenics_mech.solve.statics import stiffness
+from fenics_mech.solve.statics import relative, stiffness
 
 FIRST_SHARE, LEAST_SHARE = 0.25, 1e-3  # of the loads, by which they are increased where all at once lead to no answer
 
@@ -88,7 +88,7 @@ class StaticIteration:
         self.change = dq, zero, da
         self.stresses = predicted(machine, held, *self.change)
         self.q, self.a = self.q + dq, self.a + da
-        return float(np.abs(dq).max(initial=0.0) / max(np.abs(self.q).max(initial=0.0), 1.0))
+        return relative(machine, dq, self.q)
 
     def converge(self, tolerance: float, most: int, what: str) -> list[float]:
         """Step until the change is small, and give the sizes of all changes.

@@ -15,6 +15,18 @@ def stiffness(machine: Machine, found: Evaluation) -> Array:
     return np.where(machine.pattern.indices >= machine.n, found.M, found.K)
 
 
+def relative(machine: Machine, change: Array, q: Array) -> float:
+    """Give the size of a change of coordinates ``(instants, size)``: places count by the extent of the machine.
+
+    Rounding goes with the extent: what is converged must not depend on the unit of length.
+    """
+    places = np.asarray(machine.r)
+    scale = np.ones(machine.size + 1)  # the last is that of what has no coordinate
+    scale[machine.places[:, : machine.geometry.d]] = 1 / (np.ptp(places, axis=0).max(initial=0.0) or 1.0)
+    size, most = (np.abs(x * scale[:-1]).max(initial=0.0) for x in (change, q))
+    return float(size / max(most, 1.0))
+
+
 def equilibrium(
     machine: Machine,
     t: float = 0.0,
@@ -104,7 +116,7 @@ def equilibria(
         stresses = predicted(machine, found, change, zero, x)
         q[:] += change
         a[:, n:] += x[:, n:]
-        return float(np.abs(change).max(initial=0.0) / max(np.abs(q).max(initial=0.0), 1.0))
+        return relative(machine, change, q)
 
     newton(step, tolerance, most, what)
     return q, a
