@@ -38,6 +38,7 @@ from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
@@ -212,12 +213,16 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
 
     Raises
     ------
+    SceneError
+        When the positions, or the points of steps, miss what a load or a drive does between them.
     SolverError
         When there is none.
     """
+    count, series = scene.analysis.sub_intervals, scene.analysis.solver == "harmonic-balance"
     if scene.analysis.method != "periodic":
+        refuse_undersampled(scene, count)
         return AtRest.of(scene)
-    series = scene.analysis.solver == "harmonic-balance"
+    refuse_undersampled(scene, count * scene.analysis.stages, by_collocation=not series)
     if EXACT not in scene.named_effects:
         return LinearBalanced.of(scene) if series else LinearCycle.of(scene)
     found = Balanced.of(scene) if series else Solved.of(scene, run)

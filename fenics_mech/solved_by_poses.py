@@ -25,6 +25,7 @@ from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Drive, Scene
 from fenics_mech.scene.meshing import with_halves
@@ -84,7 +85,9 @@ def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
 
 
 def steps_of(scene: Scene) -> Array:
-    """Give the instants at which steps of a cycle begin (s): evenly, and where loads jump and impulses act.
+    """Give the instants at which steps of a cycle begin (s): evenly, where loads jump, and where impulses act.
+
+    So do steps at corners of loads that their points would not show.
 
     A jump counts to the step after it, which begins by a rounding before it.
     """
@@ -93,6 +96,9 @@ def steps_of(scene: Scene) -> Array:
     jumps = [angle for load in scene.loads.values() for angle in load.jumps]
     jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
     turned = np.mod(np.sign(rate) * np.array(jumps, dtype=float), TURN)
+    corners = np.mod(np.sign(rate) * corners_to_cut(scene), TURN)
+    apart = np.abs(np.mod(corners[:, None] - np.concatenate([even, turned]) + np.pi, TURN) - np.pi).min(axis=1)
+    even = np.concatenate([even, corners[apart > SAMPLING.same]])
     near = np.abs(np.mod(even[:, None] - turned + np.pi, TURN) - np.pi).min(axis=1, initial=TURN) < SAMPLING.same
     cut = np.concatenate([even[~near], np.unique(turned) - 2 * SAMPLING.same])
     return np.sort(cut) / abs(rate)
