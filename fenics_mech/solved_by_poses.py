@@ -50,6 +50,8 @@ from fenics_mech.solve import (
 )
 from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.solve.newton import newton
+from fenics_mech.solve.rigid import FEWEST
+from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
@@ -69,7 +71,9 @@ def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = No
     elif scene.drives:
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
         known = None if near is None else near.chart
-        made.machine.chart = rigid_cycle(led.machine, scene.period, near=known if isinstance(known, Fourier) else None)
+        beside = known if isinstance(known, Fourier) else None
+        least = min(max(drive.enough_angles(FEWEST, scene.cycle_rate) for drive in scene.drives), MOST_POSITIONS)
+        made.machine.chart = rigid_cycle(led.machine, scene.period, near=beside, least=least)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
@@ -517,9 +521,9 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
 
 def _refuse_free(scene: Scene, theta: float) -> None:
     """Raise `SceneError` where links can move at a drive angle, and say how."""
-    free = () if scene.springs else (motion := solve_motion(scene, np.array([theta]))).free
-    if len(free):
-        moves = describe(scene.links, scene.joints, coordinates(motion.position, motion.angle)[0], free)
+    motion = solve_motion(scene, np.array([theta]))
+    if len(motion.free) and not scene.springs:
+        moves = describe(scene.links, scene.joints, coordinates(motion.position, motion.angle)[0], motion.free)
         raise SceneError(
             f"nothing holds the mechanism against its loads: {'; '.join(moves)}",
             place="analysis.method",

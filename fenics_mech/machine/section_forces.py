@@ -237,7 +237,7 @@ def inside(
     ]
 
     def bow(x: Array, derivative: int = 0, turned: float = 1.0) -> Array:
-        """Give how far the axis is beside the cubic, or the derivative of that by the share, `turned` 0 for no cubic."""
+        """Give how far the axis is beside the cubic, or its derivative by the share; `turned` 0 for a straight one."""
         if bows is None:
             return np.zeros_like(vectors[:, :, 0])
         along = _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer)

@@ -74,13 +74,11 @@ class StaticIteration:
     def step(self) -> float:
         """Take a step, and give the size of its change."""
         machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
-        share = {"loads": self.loads}
-        self.found = machine.residual(self.t, self.q, zero, self.a, moving=self.moving, tangents=False, **share)
+        t, q, a, loads = self.t, self.q, self.a, self.loads
+        self.found = machine.residual(t, q, zero, a, loads=loads, moving=self.moving, tangents=False)
         if linear := self.stresses is None:  # it has no axial forces that weight would be in equilibrium with
             self.stresses = stiffening_stresses(machine, self.found)
-        held = machine.residual(
-            self.t, self.q, zero, self.a, predicted=self.stresses, moving=False, heavy=not linear, **share
-        )
+        held = machine.residual(t, q, zero, a, predicted=self.stresses, loads=loads, moving=False, heavy=not linear)
         self.values = stiffness(machine, held)
         blocks = blocks_of(machine.pattern, 1)
         x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")
