@@ -100,7 +100,7 @@ def steps_of(scene: Scene) -> Array:
     jumps = [angle for load in scene.loads.values() for angle in load.jumps]
     jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
     turned = np.mod(np.sign(rate) * np.array(jumps, dtype=float), TURN)
-    corners = np.mod(np.sign(rate) * corners_to_cut(scene), TURN)
+    corners = np.mod(np.sign(rate) * (corners_to_cut(scene) if scene.loads else np.zeros(0)), TURN)
     apart = np.abs(np.mod(corners[:, None] - np.concatenate([even, turned]) + np.pi, TURN) - np.pi).min(axis=1)
     even = np.concatenate([even, corners[apart > SAMPLING.same]])
     near = np.abs(np.mod(even[:, None] - turned + np.pi, TURN) - np.pi).min(axis=1, initial=TURN) < SAMPLING.same
