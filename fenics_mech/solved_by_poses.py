@@ -72,7 +72,10 @@ def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = No
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
         known = None if near is None else near.chart
         beside = known if isinstance(known, Fourier) else None
-        least = min(max(drive.enough_angles(FEWEST, scene.cycle_rate) for drive in scene.drives), MOST_POSITIONS)
+        least = FEWEST
+        for drive in scene.drives:
+            if drive.law is not None:
+                least = max(least, min(drive.enough_angles(FEWEST, scene.cycle_rate), MOST_POSITIONS))
         made.machine.chart = rigid_cycle(led.machine, scene.period, near=beside, least=least)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)

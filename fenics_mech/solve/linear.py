@@ -15,7 +15,7 @@ from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
-from fenics_mech.solve.statics import relative, stiffness
+from fenics_mech.solve.statics import stiffness
 
 FIRST_SHARE, LEAST_SHARE = 0.25, 1e-3  # of the loads, by which they are increased where all at once lead to no answer
 
@@ -69,6 +69,9 @@ class StaticIteration:
     ) -> None:
         self.machine, self.t, self.moving, self.stresses = machine, t, moving, stresses
         self.q, self.a = np.zeros((2, len(t), machine.size))
+        unit = np.ones(machine.size + 1)
+        unit[machine.places[:, : machine.geometry.d]] = machine.extent
+        self.unit = unit[:-1]  # of coordinates, as of `equilibria`
         self.loads = 1.0  # share of the loads and of gravity that acts
 
     def step(self) -> float:
@@ -86,7 +89,8 @@ class StaticIteration:
         self.change = dq, zero, da
         self.stresses = predicted(machine, held, *self.change)
         self.q, self.a = self.q + dq, self.a + da
-        return relative(machine, dq, self.q)
+        most = np.abs(self.q / self.unit).max(initial=0.0)
+        return float(np.abs(dq / self.unit).max(initial=0.0) / max(most, 1.0))
 
     def converge(self, tolerance: float, most: int, what: str) -> list[float]:
         """Step until the change is small, and give the sizes of all changes.

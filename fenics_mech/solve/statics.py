@@ -15,18 +15,6 @@ def stiffness(machine: Machine, found: Evaluation) -> Array:
     return np.where(machine.pattern.indices >= machine.n, found.M, found.K)
 
 
-def relative(machine: Machine, change: Array, q: Array) -> float:
-    """Give the size of a change of coordinates ``(instants, size)``: places count by the extent of the machine.
-
-    Rounding goes with the extent: what is converged must not depend on the unit of length.
-    """
-    places = np.asarray(machine.r)
-    scale = np.ones(machine.size + 1)  # the last is that of what has no coordinate
-    scale[machine.places[:, : machine.geometry.d]] = 1 / (np.ptp(places, axis=0).max(initial=0.0) or 1.0)
-    size, most = (np.abs(x * scale[:-1]).max(initial=0.0) for x in (change, q))
-    return float(size / max(most, 1.0))
-
-
 def equilibrium(
     machine: Machine,
     t: float = 0.0,
@@ -107,6 +95,8 @@ def equilibria(
     """
     n, q, a, zero = machine.n, q.copy(), np.zeros_like(q), np.zeros_like(q)
     blocks, stresses = blocks_of(machine.pattern, 1), None
+    unit = np.ones(machine.size + 1)  # of coordinates: rounding of places goes with the extent of the machine
+    unit[machine.places[:, : machine.geometry.d]] = machine.extent
 
     def step() -> float:
         nonlocal stresses
@@ -116,7 +106,8 @@ def equilibria(
         stresses = predicted(machine, found, change, zero, x)
         q[:] += change
         a[:, n:] += x[:, n:]
-        return relative(machine, change, q)
+        most = np.abs(q / unit[:-1]).max(initial=0.0)
+        return float(np.abs(change / unit[:-1]).max(initial=0.0) / max(most, 1.0))
 
     newton(step, tolerance, most, what)
     return q, a
