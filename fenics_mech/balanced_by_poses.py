@@ -113,9 +113,8 @@ class LinearBalanced(LinearCycle):
         step.found = step.evaluated(step.stresses)
         path = balance.series.path(rest.starts, analysis.stages)
         step.predict(path)
-        assert step.stresses is not None
         cycle = Cycle(machine, path, [1.0], step.found)
-        return cls(scene, made, cycle, list(step.stresses), balance.series)
+        return cls(scene, made, cycle, list(step.predicted), balance.series)
 
     def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
         t = instants_of(self.scene, share)

@@ -24,7 +24,7 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS
+from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
@@ -154,6 +154,29 @@ COUPLED = "coupling"  # effect that acts in every motion of poses
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
 
 
+def has_poses(scene: Scene) -> bool:
+    """Say whether a scene goes by the equation of poses: where it asks for it without freedoms, or the program chooses.
+
+    The program chooses it for periodic motions with exact strains, where it has terms for all that the scene states.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    if scene.analysis.solver == "poses":
+        return not scene.freedoms
+    exact = scene.effects == "auto" or EXACT in scene.named_effects
+    if scene.analysis.solver != "auto" or scene.analysis.method != "periodic" or not exact:
+        return False
+    try:
+        machine_of(planned(scene))
+    except SceneError as error:
+        logger.info("not by the equation of poses: %s", error)
+        return False
+    return True
+
+
 def planned(scene: Scene) -> Scene:
     """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
 
@@ -238,8 +261,16 @@ def _by_exact_strains(solved: Solved | AtRest, errors: Errors | None) -> float |
     return errors.relative("strain").get("theory")
 
 
-def _choices(scene: Scene, by_exact_strains: float | None) -> tuple[Choice, ...]:
-    """Say which effects acted, what others lack, and what exact strains change, where that is known."""
+def choices_of(scene: Scene, by_exact_strains: float | None = None) -> tuple[Choice, ...]:
+    """Say which effects act, what others lack, and what exact strains change, where that is known.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its effects.
+    by_exact_strains
+        Share of the strains by which exact ones differ from linear ones.
+    """
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
     sizes = {EXACT: by_exact_strains}
@@ -432,7 +463,7 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
     solver = "harmonic-balance" if scene.analysis.solver == "harmonic-balance" else "poses"
     attributes = stamp(scene) | {"mobility": mobility(scene), "solver": solver}
-    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, by_exact_strains))
+    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), choices_of(scene, by_exact_strains))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
     return joined(data, rigid_places(scene, links), motion_of_links(scene, links))

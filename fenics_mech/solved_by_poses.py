@@ -314,8 +314,7 @@ class LinearCycle(Solved):
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
         step = Iteration(made.machine, path, stiff)
         change = step.step()
-        assert step.stresses is not None
-        return cls(scene, made, Cycle(made.machine, step.path, [change], step.found), list(step.stresses))
+        return cls(scene, made, Cycle(made.machine, step.path, [change], step.found), list(step.predicted))
 
     def _with(self, scene: Scene) -> tuple[SceneMachine, Beside]:
         made, other = super()._with(scene)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -25,6 +26,7 @@ def effects(
     """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
     with loading():
         from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS  # noqa: PLC0415
+        from fenics_mech.by_poses import choices_of, has_poses, planned  # noqa: PLC0415
         from fenics_mech.kinematics.free_linkage import with_freedoms  # noqa: PLC0415
         from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
         from fenics_mech.planning.law_choice import choose_laws  # noqa: PLC0415
@@ -40,7 +42,12 @@ def effects(
         moving = with_freedoms(lawful) if lawful.analysis.method == "transient" else lawful
         (chosen, choices), *exact = rungs(moving)
     choices = (*choices, *laws)
-    out.print(effects_table(choices, loaded.neglected, EXACT_STRAINS if exact else ""))
+    if has_poses(loaded):  # what is estimated is told; what acts is not chosen by it
+        chosen, exact = planned(loaded), []
+        sizes = {choice.effect.name: choice.size for choice in choices}
+        choices = tuple(replace(taken, size=sizes.get(taken.effect.name)) for taken in choices_of(chosen))
+    threshold = None if has_poses(loaded) else loaded.neglected / 2
+    out.print(effects_table(choices, threshold, EXACT_STRAINS if exact else ""))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
     tell(f"effects = 'auto' selects effects = [{names}]{enough}")

@@ -11,6 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Fourier, Geometry, harmonics
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve import Cycle, Path, periodic
+from fenics_mech.solve.periodic import Iteration, converged
 from fenics_mech.terms import Beams, Shapes
 
 ENOUGH = 1e-4  # last change of Newton's method: with 1e-3 one step may do, and told over true falls to 0.8
@@ -45,8 +46,21 @@ def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
         The same machine, whose elements 2 e and 2 e + 1 are the halves of element e, or the same with more places
         inside. Poses without beams have the same order, and so have the rows. Its chart is set.
     """
-    period = cycle.path.period
-    return periodic(machine, period, start=_prolonged(cycle, machine, period), tolerance=ENOUGH)
+    start = _prolonged(cycle, machine, cycle.path.period)
+    return converged(Iteration(machine, start, _axial_forces(cycle, machine)), ENOUGH)
+
+
+def _axial_forces(cycle: Cycle, fine: Machine) -> list[Array | None]:
+    """Give the axial forces of the coarser elements to their halves, and to other terms what they have at the start.
+
+    Places between the nodes stretch stiff elements by far more than their motion does, to where they buckle.
+    """
+    coarse, stresses = cycle.machine, list[Array | None]([None] * len(fine.terms))
+    if 2 * len(coarse.beams.pairs) == len(fine.beams.pairs):
+        known = cycle.evaluation.terms[coarse.terms.index(coarse.beams)].response.stress
+        axial = known * (np.arange(known.shape[-1]) == 0)
+        stresses[fine.terms.index(fine.beams)] = np.repeat(axial, 2, axis=1)
+    return stresses
 
 
 def finer_chart(chart: Fourier, coarse: Machine, fine: Machine) -> Fourier:

@@ -376,7 +376,7 @@ class Machine:
         v: Array,
         a: Array,
         *,
-        predicted: Sequence[Array] | None = None,
+        predicted: Sequence[Array | None] | None = None,
         angles: Sequence[Array] | None = None,
         loads: float = 1.0,
         moving: bool = True,

@@ -28,7 +28,7 @@ def nodes_of(mesh: Mesh) -> Array:
     return np.concatenate([[0.0], np.cumsum(lengths)[:-1] / lengths.sum(), [1.0]])
 
 
-def member_nodes(scene: Scene, label: str, loads_at_nodes: bool) -> Array:
+def member_nodes(scene: Scene, label: str, loads_at_nodes: bool, traced: bool = False) -> Array:
     """Nodes along a member of a scene, 0 to 1 of its length, shape ``(elements + 1,)``.
 
     A load inside the member has a node, which replaces a node of the mesh that is very near. Where it would make a
@@ -43,9 +43,11 @@ def member_nodes(scene: Scene, label: str, loads_at_nodes: bool) -> Array:
         "link", or "link.member" where the link has several members.
     loads_at_nodes
         Whether no element carries a load inside it, as with the effects that state so.
+    traced
+        Whether points that are traced have nodes too, as loads have.
     """
     _, member = scene.members()[label]
-    nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places().get(label, []))
+    nodes, places = nodes_of(member.mesh or scene.mesh), np.array(scene.loaded_places(traced).get(label, []))
     distance = np.abs(nodes[:, None] - places)
     in_need = places if loads_at_nodes or not len(places) else _in_need_of_nodes(scene, label)
     needed = (distance.min(axis=0, initial=1.0) < MESH.closest) | np.isin(places, in_need)
@@ -113,7 +115,7 @@ def refined(scene: Scene, times: int) -> Scene:
 
 
 def with_halves(scene: Scene) -> Scene:
-    """Halve every element that a scene is meshed with, those at loads inside members too.
+    """Halve every element that a scene is meshed with, those at loads and traced points inside members too.
 
     Parameters
     ----------
@@ -122,7 +124,7 @@ def with_halves(scene: Scene) -> Scene:
     """
     links = dict(scene.links)
     for label, (link, member) in scene.members().items():
-        nodes = member_nodes(scene, label, loads_at_nodes=True)
+        nodes = member_nodes(scene, label, loads_at_nodes=True, traced=True)
         halves = np.sort(np.concatenate([nodes, (nodes[1:] + nodes[:-1]) / 2]))
         mine = {name for name, part in links[link].members.items() if part is member}
         fine = member.model_copy(update={"mesh": Mesh(stations=tuple(halves.tolist()))})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,13 +10,11 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.newton import increased, newton, predicted
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.solve.statics import stiffness
-
-FIRST_SHARE, LEAST_SHARE = 0.25, 1e-3  # of the loads, by which they are increased where all at once lead to no answer
 
 
 @dataclass(frozen=True)
@@ -72,12 +69,12 @@ class StaticIteration:
         unit = np.ones(machine.size + 1)
         unit[machine.places[:, : machine.geometry.d]] = machine.extent
         self.unit = unit[:-1]  # of coordinates, as of `equilibria`
-        self.loads = 1.0  # share of the loads and of gravity that acts
+        self.share = 1.0  # of the loads and of gravity that acts
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""
         machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
-        t, q, a, loads = self.t, self.q, self.a, self.loads
+        t, q, a, loads = self.t, self.q, self.a, self.share
         self.found = machine.residual(t, q, zero, a, loads=loads, moving=self.moving, tangents=False)
         if linear := self.stresses is None:  # it has no axial forces that weight would be in equilibrium with
             self.stresses = stiffening_stresses(machine, self.found)
@@ -107,39 +104,21 @@ class StaticIteration:
         SolverError
             When there is none near the rigid motion. It tells up to which share of the loads there are some.
         """
-        before = copy(self)
+        before = dict(vars(self))
         try:
             return newton(self.step, tolerance, most, what)
         except SolverError as error:
-            failed = error
-        self._return_to(before)
-        reached, ahead = 0.0, FIRST_SHARE
-        while reached < 1.0:
-            before = copy(self)
-            self.loads = min(reached + ahead, 1.0)
-            try:
-                newton(self.step, tolerance, most, what)
-            except SolverError:
-                ahead /= 2
-                if ahead < LEAST_SHARE:
-                    known = f"There are equilibria up to {reached:.3g} of the load"
-                    none = f"None is found for {self.loads:.3g} of the load either"
-                    raise SolverError(
-                        f"{failed}. {known if reached else none}. Lower the loads, or take stiffer members"
-                    ) from None
-                self._return_to(before)
-                continue
-            if not self.yielding.any():  # beyond a load that buckles it, what is found is no answer
-                reached, ahead = self.loads, 2 * ahead
-                continue
-            raise SolverError(
-                f"{what} buckles between {reached:.3g} and {self.loads:.3g} of the load. "
-                "Lower the loads, or take stiffer members"
-            )
+            vars(self).update(before)
+            increased(self, tolerance, most, what, error)
         return []
 
-    def _return_to(self, before: StaticIteration) -> None:
-        self.q, self.a, self.stresses, self.loads = before.q, before.a, before.stresses, before.loads
+    def refuse_beyond(self, reached: float) -> None:
+        """Raise `SolverError` where the answer is beyond a load that buckles it; `reached` is below that load."""
+        if self.yielding.any():
+            raise SolverError(
+                f"the static answer buckles between {reached:.3g} and {self.share:.3g} of the load. "
+                "Lower the loads, or take stiffer members"
+            )
 
     @property
     def yielding(self) -> Array:
@@ -243,7 +222,6 @@ def iterates(
     iteration, made = Iteration(machine, Path.of_rest(machine, period, steps, stages), stiffening), []
     for _ in range(count):
         iteration.step()
-        assert iteration.stresses is not None
         t = iteration.path.at(iteration.path.tableau.c)[0].ravel()
-        made.append(Iterate(t, iteration.found, iteration.change, iteration.stresses))
+        made.append(Iterate(t, iteration.found, iteration.change, iteration.predicted))
     return made

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -32,13 +34,68 @@ def newton(step: Callable[[], float], tolerance: float, most: int, what: str) ->
     """
     changes: list[float] = []
     while len(changes) < most:
-        changes.append(step())
+        try:
+            changes.append(step())
+        except FloatingPointError:  # it has gone too far to be told
+            changes.append(math.inf)
         if not np.isfinite(changes[-1]):
             break
         if changes[-1] < tolerance:
             return changes
     last = ", ".join(f"{change:.1e}" for change in changes[-3:])
     raise SolverError(f"{what}: Newton's method has not converged in {len(changes)} steps (changes {last})")
+
+
+FIRST_SHARE, LEAST_SHARE = 0.25, 1e-3  # of the loads, by which they are increased where all at once lead to no answer
+
+
+class Loaded(Protocol):
+    """Newton's method for an answer of which a share of the loads is known."""
+
+    share: float  # of the loads that act
+
+    def step(self) -> float:
+        """Take a step, and give its size."""
+
+    def refuse_beyond(self, reached: float) -> None:
+        """Raise `SolverError` where what was found is not near the answer to the share that was reached before."""
+
+
+def increased(answer: Loaded, tolerance: float, most: int, what: str, failed: SolverError) -> None:
+    """Increase the loads from none, where all of them at once led to no answer.
+
+    Parameters
+    ----------
+    answer
+        Newton's method, before its first step.
+    tolerance, most, what
+        As of `newton`.
+    failed
+        What was said of all loads at once.
+
+    Raises
+    ------
+    SolverError
+        When there is no answer near by. It tells up to which share of the loads there are some.
+    """
+    reached, ahead = 0.0, FIRST_SHARE
+    while reached < 1.0:
+        before = dict(vars(answer))
+        answer.share = min(reached + ahead, 1.0)
+        try:
+            newton(answer.step, tolerance, most, what)
+        except SolverError:
+            ahead = (answer.share - reached) / 2
+            if ahead < LEAST_SHARE:
+                known = f"There are answers up to {reached:.3g} of the load"
+                none = f"None is found for {answer.share:.3g} of the load either"
+                raise SolverError(
+                    f"{failed}. {known if reached else none}. Lower the loads, or take stiffer members"
+                ) from None
+            vars(answer).update(before)
+        else:
+            answer.refuse_beyond(reached)
+            reached, ahead = answer.share, 2 * ahead
 
 
 def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:

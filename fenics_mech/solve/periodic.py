@@ -16,7 +16,7 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.blows import Blows, blows_of, gaps_between
 from fenics_mech.solve.compiled_steps import CompiledSteps, order_of
-from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.newton import increased, newton, predicted
 from fenics_mech.solve.operators import by_gmres, shell
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.sparse import Factors, blocks_of
@@ -248,6 +248,8 @@ def periodic(
 def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> Cycle:
     """Go on with Newton's method over a cycle until it has converged.
 
+    Where that does not lead to a motion, inertia and loads are increased from none, and no sizes of changes are given.
+
     Parameters
     ----------
     iteration
@@ -255,7 +257,15 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
     tolerance, most
         As of `periodic`.
     """
-    changes = newton(iteration.step, tolerance, most, "the periodic motion")
+    what = "the periodic motion"
+    begun = dict(vars(iteration))
+    try:
+        changes = newton(iteration.step, tolerance, most, what)
+    except SolverError as error:
+        vars(iteration).update(begun)
+        iteration.rest()
+        increased(iteration, tolerance, most, what, error)
+        changes = []
     logger.debug("Newton %d iterations", len(changes))
     return Cycle(iteration.machine, iteration.path, changes)
 
@@ -273,16 +283,27 @@ class Iteration:
     path
         Where it begins.
     stresses
-        Those of every term that make the geometric stiffness of the first step; None for the present ones.
+        Those of every term that make the geometric stiffness of the first step; None for the present ones, of all
+        terms or of one.
     """
 
     found: Evaluation
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
+    predicted: Sequence[Array]  # stresses of every term after the last step
 
-    def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array] | None = None) -> None:
+    def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array | None] | None = None) -> None:
         self.machine, self.path, self.stresses = machine, path, stresses
+        self.share, self.without = 1.0, np.zeros(1)  # of the forces that act in the chart's motion, and the others
 
-    def evaluated(self, predicted: Sequence[Array] | None = None, tangents: bool = True) -> Evaluation:
+    def rest(self) -> None:
+        """Go back to the chart's motion, of whose forces a share may act."""
+        self.path, self.stresses = self.path.resting, None
+        self.without = self.evaluated(tangents=False).force
+
+    def refuse_beyond(self, reached: float) -> None:
+        """Refuse nothing: a motion goes on with the loads, whether it is stable or not."""
+
+    def evaluated(self, predicted: Sequence[Array | None] | None = None, tangents: bool = True) -> Evaluation:
         """Give the residual at the stages of the path, with modes of stress as large as the rates say."""
         t, q, v, a = self.path.at(self.path.tableau.c)
         size = self.machine.size
@@ -299,12 +320,13 @@ class Iteration:
         _, q, v, a = change.at(self.path.tableau.c)
         size = self.machine.size
         self.change = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
-        self.stresses = predicted(self.machine, self.found, *self.change)
+        self.stresses = self.predicted = predicted(self.machine, self.found, *self.change)
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""
         path, linear = self.path, self.linearised()
-        change = linear.change(-self.found.force.reshape(path.a.shape), gaps_between(path, linear.blows))
+        force = self.found.force - (1.0 - self.share) * self.without
+        change = linear.change(-force.reshape(path.a.shape), gaps_between(path, linear.blows))
         self.predict(change)
         self.path = path.moved(change)
         largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * self.machine.extent)

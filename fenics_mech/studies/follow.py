@@ -17,7 +17,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import collected
-from fenics_mech.by_poses import result_of
+from fenics_mech.by_poses import has_poses, result_of
 from fenics_mech.effects.springs import refuse_too_stiff
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.followed_by_poses import followable, followed
@@ -189,7 +189,7 @@ def follow(
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
     at_start = Scene.read(placed(scene_data(scene), {path: range_si[0]}))
-    motions_of = _by_poses if scene.analysis.solver == "poses" else _by_collocation
+    motions_of = _by_poses if has_poses(scene) else _by_collocation
     first, motions = motions_of(at_start, path, range_si, points)
     records: list[Record] = []
     values: list[float] = []

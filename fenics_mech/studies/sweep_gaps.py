@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fenics_mech._guard import guarded
+from fenics_mech.by_poses import has_poses
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.followed_by_poses import AtValue, followed
@@ -106,7 +107,7 @@ def followable(record: Record, scene: Scene) -> bool:
     if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
         return False
     try:
-        if scene.analysis.solver == "poses":
+        if has_poses(scene):
             by_poses(scene)
         else:
             refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
@@ -136,7 +137,7 @@ def ahead(
     """
     found: list[_Passed] = []
     how = f"followed through {MOST} motions"
-    poses = at(ends[0]).analysis.solver == "poses"
+    poses = has_poses(at(ends[0]))
     try:
         passed = _by_poses(at, path, ends) if poses else _by_collocation(at, path, ends, common)
         for one in islice(passed, MOST):

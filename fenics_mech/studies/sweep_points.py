@@ -18,6 +18,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
+from fenics_mech.by_poses import has_poses
 from fenics_mech.errors import MechanismError, SolverError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units, joint_names
 from fenics_mech.planning.fine_enough import finer_numbers, free_numbers, without_pass
@@ -146,7 +147,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
 
 def _known(motion: Path, scene: Scene, common: PointParts) -> KnownMotion | Steps | None:
     """Read the motion of a point that was found without estimates."""
-    if scene.analysis.solver == "poses":
+    if has_poses(scene):
         return read_steps(motion)
     return read_motion(motion, common.links(scene).mesh)
 

@@ -250,6 +250,8 @@ def _effects(result: Result) -> str:
     ]
     limit = "; shares of the strains are estimates from above; selected: influence above "
     limit += f"{percent(least)}; left out: {', '.join(left) or 'none'}"
+    if result.data.attrs["solver"] == "poses":
+        limit = "; the share is what linear strains would leave out"
     estimated = any(e["size"] is not None for e in effects)
     solved = change_by_vibration(result)
     limit += "" if solved is None else f". Vibration changes the peak stress by {share(solved)}, as solved"

@@ -297,11 +297,9 @@ def _effects(result: Result) -> str:
         size, name = effect["size"], str(effect["name"])
         if unstated_gravity(result, name):
             return "gravity (none is stated)"
-        if size is None:
-            return name
         solved = change_by_vibration(result) if name == VIBRATION.name and effect["acts"] else None
         of_peak = "" if solved is None else f" (as solved {share(solved)} of the peak stress)"
-        return f"{name} {_size(float(str(size)))}".rstrip() + of_peak
+        return f"{name} {'' if size is None else _size(float(str(size)))}".rstrip() + of_peak
 
     on = [said(effect) for effect in listed if effect["acts"]]
     out = [said(e) for e in listed if not e["acts"] and e["size"] is not None and e["name"] not in held]

@@ -26,15 +26,15 @@ NO_GRAVITY = 'gravity: none is stated; gravity = [0, "-9.81 m/s^2"] lets it act'
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
-def effects_table(choices: Sequence[Choice], tolerance: float, left_to_run: str = "") -> Group:
+def effects_table(choices: Sequence[Choice], threshold: float | None, left_to_run: str = "") -> Group:
     """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of.
 
     Parameters
     ----------
     choices
         What was decided about every effect.
-    tolerance
-        Share of the strains that the scene may neglect; effects above half of it are selected.
+    threshold
+        Share of the strains above which effects are selected; None where all act that the scene has data for.
     left_to_run
         Name of the effect that the run decides by its answer, if there is one.
     """
@@ -43,8 +43,9 @@ def effects_table(choices: Sequence[Choice], tolerance: float, left_to_run: str 
         "--compare measures."
     )
     lines = [Text(below)]
+    selected = "all that have data" if threshold is None else f"influence above {percent(threshold)}"
     table = table_of(
-        f"Effects with effects = 'auto' (selected: influence above {percent(tolerance / 2)})",
+        f"Effects with effects = 'auto' (selected: {selected})",
         "effect",
         "influence\nat most",
         "selected",

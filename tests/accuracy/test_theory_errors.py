@@ -273,13 +273,6 @@ def test_motions_with_freedoms_against_exact_strains():
         assert result[f"{name}_error"].sel(source="theory").max().item() == pytest.approx(true, rel=0.1)
 
 
-def test_auto_takes_exact_strains_of_reduced_members_where_the_answer_calls_for_them():
-    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto", analysis__sub_intervals=120, **REDUCED)
-    slow, fast = (analyse(scene.changed(drive__speed=speed)) for speed in (60.0, 160.0))
-    assert slow.scene.effects == ("coupling", "geometric-stiffness")
-    assert set(fast.scene.effects) == set(EXACT)
-
-
 @pytest.mark.parametrize("solver", ["harmonic-balance", "sub-intervals"])
 def test_every_periodic_solver_tells_the_same(solver):
     scene = load(DEMOS / "slider_crank.toml").changed(effects=(), **FAST)
@@ -356,23 +349,6 @@ def test_damping_ratios_of_modes_under_tension_count():
     true = np.abs(result.data["strain"] - exact["strain"]).sel(member="rod").max()
     error = result.data["strain_error"].sel(source="theory", member="rod")
     assert float(error) == pytest.approx(float(true), rel=0.3)
-
-
-def test_auto_takes_exact_strains_where_the_answer_calls_for_them():
-    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto", analysis__sub_intervals=120)
-    slow, fast = (analyse(scene.changed(drive__speed=speed)) for speed in (60.0, 160.0))
-    assert slow.scene.effects == ("coupling", "geometric-stiffness")
-    assert 1e-4 < told(slow) < 5e-4
-    assert set(fast.scene.effects) == set(EXACT)
-
-
-def test_a_tolerance_is_met_by_the_theory_too():
-    scene = load(DEMOS / "counterweighted_rocker.toml").changed(effects="auto")
-    rough, narrow = (analyse(scene.changed(tolerance=tolerance)) for tolerance in (1e-2, 1e-3))
-    assert "large-rotations" not in rough.scene.effects
-    assert "large-rotations" in narrow.scene.effects
-    of_deflection = analyse(scene.changed(tolerance={"deflection": 1e-2}))  # shortening is 1 % of it
-    assert "large-rotations" in of_deflection.scene.effects
 
 
 def test_a_tolerance_with_listed_effects_says_what_they_leave_out():

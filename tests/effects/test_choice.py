@@ -87,7 +87,7 @@ def test_an_effect_whose_data_the_scene_lacks_is_named(seed):
     shear = next(choice for choice in choices if choice.effect.name == "shear")
     assert "sections.crank.shear_factor" in shear.missing
     told = io.StringIO()
-    Console(file=told, width=300).print(effects_table(choices, 0.01))
+    Console(file=told, width=300).print(effects_table(choices, 0.005))
     assert f"shear would act, but lacks data: {shear.missing}" in told.getvalue()
     assert not shear.acts
     assert "shear" not in chosen.effects

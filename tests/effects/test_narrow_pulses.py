@@ -93,8 +93,6 @@ def test_pulse_that_positions_cannot_see_is_refused(analysis):
     effects = () if "harmonics" not in analysis else ("coupling",)
     with pytest.raises(SceneError, match=r"loads.p.factor: \d+ positions miss .* whose steps are cut at corners"):
         analyse(struck(effects=effects, analysis=analysis))
-    with pytest.raises(SceneError, match=r"loads.p.factor: effects = 'auto' looks at .* which miss"):
-        analyse(struck(effects="auto", analysis={"method": "periodic"}))
 
 
 @pytest.mark.parametrize(

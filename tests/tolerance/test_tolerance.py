@@ -96,12 +96,6 @@ def test_all_nodes_are_kept(name):
     assert analysed(scene_of(name).changed(tolerance=1e-2)).scene.analysis.reduction == "none"
 
 
-def test_effects_are_chosen_by_the_tolerance():
-    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto")
-    acting = [set(analyse(scene.changed(tolerance=t)).scene.effects) for t in (0.5, 1e-3)]
-    assert acting[0] < acting[1]
-
-
 def test_static_answers_need_no_mesh():
     result = analyse(seed_four_bar(analysis__method="quasi-static", tolerance=1e-3))
     exact = analyse(seed_four_bar(analysis__method="quasi-static", analysis__stations=result.data.sizes["s"]))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from fenics_mech.by_poses import has_poses
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.result_curves import ResultNumbers
 
@@ -19,11 +20,11 @@ def why_differences(design: Design, quantities: Sequence[ResultNumbers]) -> str:
         The numbers that are looked at.
     """
     scene = design.scene
-    by_poses = scene.analysis.solver == "poses"
+    by_poses = has_poses(scene)
     methods = {"periodic", "quasi-static", "static"} if by_poses else {"periodic"}
     reasons = {
         f"the method is {scene.analysis.method!r}": scene.analysis.method not in methods,
-        "effects are chosen for each trial": scene.effects == "auto",
+        "effects are chosen for each trial": scene.effects == "auto" and not by_poses,
         "a tolerance chooses the mesh of each trial": scene.tolerance is not None,
         "impulses act": scene.impulses and not by_poses,
         "joints move freely": scene.freedoms and by_poses,

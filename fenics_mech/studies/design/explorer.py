@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.by_poses import has_poses
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.sensitivity import sensitivity
@@ -139,7 +140,7 @@ class Explorer:
         if trial.failed or not self.trials.linearised:
             return {}
         try:
-            by_poses = self.trials.design.scene.analysis.solver == "poses"
+            by_poses = has_poses(self.trials.design.scene)
             found = (slopes if by_poses else sensitivity)(self.trials, trial.values)
         except DerivativeError as error:
             self._without.append(str(error))

@@ -17,7 +17,7 @@ from typing import Any
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse, solved
-from fenics_mech.by_poses import answered
+from fenics_mech.by_poses import answered, has_poses
 from fenics_mech.recovery import Result
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
@@ -243,7 +243,7 @@ class Trials:
             return analyse(scene, common=self.common)
         self._last.clear()  # its memory is needed
         with guarded():
-            if scene.analysis.solver == "poses":
+            if has_poses(scene):
                 self._last[point], result = answered(scene, self.variables)
             else:
                 self._last[point], result = solved(scene, common=self.common)
