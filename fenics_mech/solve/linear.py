@@ -109,7 +109,7 @@ class StaticIteration:
             return newton(self.step, tolerance, most, what)
         except SolverError as error:
             vars(self).update(before)
-            increased(self, tolerance, most, what, error)
+            increased(self, tolerance, what, error)
         return []
 
     def refuse_beyond(self, reached: float) -> None:

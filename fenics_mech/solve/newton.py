@@ -13,6 +13,9 @@ from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
 
 
+ROUNDING = 1e-2  # changes below which Newton's method converges, unless rounding makes them
+
+
 def newton(step: Callable[[], float], tolerance: float, most: int, what: str) -> list[float]:
     """Step until the change is small, and give the sizes of all changes.
 
@@ -43,10 +46,14 @@ def newton(step: Callable[[], float], tolerance: float, most: int, what: str) ->
         if changes[-1] < tolerance:
             return changes
     last = ", ".join(f"{change:.1e}" for change in changes[-3:])
-    raise SolverError(f"{what}: Newton's method has not converged in {len(changes)} steps (changes {last})")
+    said = f"{what}: Newton's method has not converged in {len(changes)} steps (changes {last})"
+    if len(changes) > 2 and max(changes[-3:]) < ROUNDING:
+        said += ", which is rounding. Look for damping far beyond stiffness or inertia, or for a very stiff spring"
+    raise SolverError(said)
 
 
 FIRST_SHARE, LEAST_SHARE = 0.25, 1e-3  # of the loads, by which they are increased where all at once lead to no answer
+MOST_OF_SHARE = 12  # steps of Newton's method for a share of the loads: half the share costs less than more of them
 
 
 class Loaded(Protocol):
@@ -61,14 +68,14 @@ class Loaded(Protocol):
         """Raise `SolverError` where what was found is not near the answer to the share that was reached before."""
 
 
-def increased(answer: Loaded, tolerance: float, most: int, what: str, failed: SolverError) -> None:
+def increased(answer: Loaded, tolerance: float, what: str, failed: SolverError) -> None:
     """Increase the loads from none, where all of them at once led to no answer.
 
     Parameters
     ----------
     answer
         Newton's method, before its first step.
-    tolerance, most, what
+    tolerance, what
         As of `newton`.
     failed
         What was said of all loads at once.
@@ -83,7 +90,7 @@ def increased(answer: Loaded, tolerance: float, most: int, what: str, failed: So
         before = dict(vars(answer))
         answer.share = min(reached + ahead, 1.0)
         try:
-            newton(answer.step, tolerance, most, what)
+            newton(answer.step, tolerance, MOST_OF_SHARE, what)
         except SolverError:
             ahead = (answer.share - reached) / 2
             if ahead < LEAST_SHARE:

@@ -264,7 +264,7 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
     except SolverError as error:
         vars(iteration).update(begun)
         iteration.rest()
-        increased(iteration, tolerance, most, what, error)
+        increased(iteration, tolerance, what, error)
         changes = []
     logger.debug("Newton %d iterations", len(changes))
     return Cycle(iteration.machine, iteration.path, changes)

@@ -118,8 +118,8 @@ def test_a_straight_strut_that_goes_off_in_time_is_refused(column, share):
 @pytest.mark.parametrize(
     ("damping", "speed", "says", "buckles"),
     [
-        ({"material": 1e7}, 32.3, "the damping is .* times the inertia", False),
-        ({"ratio": 0.02}, 300.0, "grows too fast|no motion found", True),
+        ({"material": 1e7}, 32.3, "which is rounding. Look for damping far beyond stiffness or inertia", False),
+        ({"ratio": 0.02}, 300.0, "There are answers up to 0.1[0-9]* of the load", True),
     ],
 )
 def test_only_axial_forces_make_a_link_buckle(damping, speed, says, buckles):
