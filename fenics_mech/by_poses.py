@@ -395,7 +395,8 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
         raise UnstableError(
             f"the periodic motion is unstable: a small disturbance grows by {abs(values[0]):.6g} in each cycle "
             f"(multiplier {values[0]:.5g}, {rates[0].real:.3g} 1/s) at {rates[0].imag / (2 * np.pi):.4g} Hz, mostly in "
-            f"mode {modes[0] + 1}, that of link {_links_of(solved, modes[:1])[0]}. Change the speed or give more damping; analysis.allow_unstable lets it pass"
+            f"mode {modes[0] + 1}, that of link {_links_of(solved, modes[:1])[0]}. Change the speed or give more "
+            "damping; analysis.allow_unstable lets it pass"
         )
     of_each = ("disturbance",)
     return xr.Dataset(

@@ -116,3 +116,12 @@ def test_what_is_read_off_a_damped_motion_does_not_hang_on_signs_of_modes():
     for one, other in zip(found.joint_forces.values(), turned.joint_forces.values()):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(found.bare.moment, turned.bare.moment)
+
+
+def test_a_traced_point_inside_a_member_has_a_node_in_the_finer_mesh_too():
+    """Else its halves are those of other elements than the members have."""
+    points = {"P": fm.TracedPoint(at="coupler@0.5", offset=(0.0, 0.06))}
+    changes = {"points": points, "analysis.sub_intervals": 60, "analysis.allow_coarse": True}
+    data = fm.analyse(fm.load(DEMOS / "four_bar.toml").changed(changes)).data
+    assert 1e-3 < data["relative_error"].sel(source="mesh").item() < 0.05
+    assert np.isfinite(data["point_acceleration_bent"].sel(point="P")).all()

@@ -12,7 +12,6 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
 
-
 ROUNDING = 1e-2  # changes below which Newton's method converges, unless rounding makes them
 
 
