@@ -58,6 +58,7 @@ ORDERS = {
     BETWEEN: 2.0,
     "stations": 2.0,
     "theory": 0.0,
+    "effects": 0.0,
 }  # of errors, in the numbers that they fall by
 
 
@@ -88,10 +89,10 @@ def answered(
 ) -> tuple[Solved | AtRest, Result]:
     """Give what `by_poses` gives, and before it the answer that it is read off; `names` are those of `collected`."""
     solved = solution(planned(scene), run)
-    return solved, result_of(solved, names)
+    return solved, result_of(solved, names, chosen=scene.effects == "auto")
 
 
-def result_of(solved: Solved | AtRest, names: Collection[str] | None = None) -> Result:
+def result_of(solved: Solved | AtRest, names: Collection[str] | None = None, chosen: bool = False) -> Result:
     """Judge an answer as its scene asks, estimate its errors, and collect both with it.
 
     Parameters
@@ -100,6 +101,8 @@ def result_of(solved: Solved | AtRest, names: Collection[str] | None = None) -> 
         The answer.
     names
         As of `collected`.
+    chosen
+        As of `estimated`.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def result_of(solved: Solved | AtRest, names: Collection[str] | None = None) -> 
         When an error is too large.
     """
     stability = stability_of(solved)
-    errors = estimated(solved) if solved.scene.analysis.error_estimates else None
+    errors = estimated(solved, chosen) if solved.scene.analysis.error_estimates else None
     return collected(solved, errors, stability, names)
 
 
@@ -118,16 +121,18 @@ class RefinedByPoses:
     """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`."""
 
     _last: tuple[Solved | AtRest, Errors] | None = None
+    _chosen: bool = False
     _stability: xr.Dataset = field(default_factory=xr.Dataset)
 
     def theories(self, scene: Scene) -> list[Rung]:
         """Give a scene with its effects: where the program chooses them, strains are exact."""
+        self._chosen = scene.effects == "auto"
         return [(planned(scene), ())]
 
     def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
         """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
         solved = solution(trial)
-        errors = estimated(solved)
+        errors = estimated(solved, self._chosen)
         self._last = solved, errors
         told = read_off(solved.positions, _by_exact_strains(solved, errors)), of_errors(errors).dataset()
         return Result.with_scene(solved.scene, joined(*told))
@@ -292,13 +297,15 @@ def quantities(found: OfPoses) -> Quantities:
     )
 
 
-def estimated(solved: Solved | AtRest) -> Errors:
+def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
     """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations.
 
     Parameters
     ----------
     solved
         The answer.
+    chosen
+        Whether the program chose its effects: what those change that lack data is an error then.
 
     Raises
     ------
@@ -307,6 +314,8 @@ def estimated(solved: Solved | AtRest) -> Errors:
     """
     here = quantities(solved.positions)
     parts = {source: _change(here, other) for source, other in solved.better()}
+    if chosen and (fuller := with_assumed_shear(solved.scene)) is not None:
+        parts["effects"] = _change(here, solution(fuller, solved.run).positions)
     missed = None
     if solved.scene.drives and len(here.axial) >= FEWEST:
         still = isinstance(solved, AtRest) and solved.following is not None  # which is known at any angle by itself
@@ -318,6 +327,19 @@ def estimated(solved: Solved | AtRest) -> Errors:
         )
         parts[BETWEEN] = dict(missed.errors)
     return told(solved.scene, here, parts, missed)
+
+
+RECTANGLE = 5 / 6  # of the area carries shear: sections that state no share have about as much
+
+
+def with_assumed_shear(scene: Scene) -> Scene | None:
+    """Give a scene with the shear that it has no data for, as of rectangles; None where there is nothing to assume."""
+    if "shear" in scene.named_effects:
+        return None
+    unstated = [name for name, section in scene.sections.items() if getattr(section, "shear_factor", 1) is None]
+    changes: dict[str, Any] = {f"sections.{name}.shear_factor": RECTANGLE for name in unstated}
+    fuller = scene.changed(changes | {"effects": (*scene.named_effects, "shear")})
+    return None if EFFECTS["shear"].missing_data(fuller) else fuller
 
 
 def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:

@@ -275,6 +275,13 @@ class Solved:
         yield "time", replace(self, cycle=finer_steps(self.cycle)).at(0.0)
         yield "mesh", Solved(self.scene, self.finer, finer_mesh(self.cycle, self.finer.machine)).at(0.0)
 
+    @property
+    def run(self) -> Run:
+        """This motion, beside which those of other effects are found."""
+        run = Run()
+        run.keep(self.cycle.path)
+        return run
+
     @cached_property
     def finer(self) -> SceneMachine:
         """The machine with halved elements."""
@@ -475,6 +482,8 @@ class AtRest:
         yield "mesh", AtRest._by(self.scene, finer, instants_of(self.scene)).positions
         if self.following is not None:
             yield "theory", self.exact
+
+    run = None  # answers of other effects are found from the rigid motion
 
     @cached_property
     def exact(self) -> OfPoses | None:
