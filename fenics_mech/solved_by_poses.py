@@ -277,7 +277,7 @@ class Solved:
 
     @property
     def run(self) -> Run:
-        """This motion, beside which those of other effects are found."""
+        """The motion itself, beside which those of other effects are found."""
         run = Run()
         run.keep(self.cycle.path)
         return run
