@@ -29,6 +29,7 @@ from fenics_mech.planning.start_state import start_state, state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.labelled import labelled, recovered
+from fenics_mech.recovery.of_poses import LAWS
 from fenics_mech.recovery.peaks import PEAKS
 from fenics_mech.recovery.rigid_result import rigid_result
 from fenics_mech.response.periodic.known_motion import KnownMotion
@@ -41,6 +42,7 @@ from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
+from fenics_mech.rigid_by_poses import rigid_by_poses
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
@@ -105,7 +107,7 @@ def analyse(
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
-        result = fine_enough(scene, lambda finer: rigid_result(finer, state_to_go_on_from(finer, 0), stated))
+        result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
     elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
         by_itself = scene.tolerance is None
         result = fine_enough(scene, by_poses) if by_itself else within(scene, RefinedByPoses(scene.effects == "auto"))
@@ -118,6 +120,16 @@ def analyse(
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
+
+
+def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
+    """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are.
+
+    By poses are those whose links drives lead, but for friction and contacts.
+    """
+    if scene.drives and not scene.freedoms and all(type(law) in LAWS for law in scene.joint_laws.values()):
+        return rigid_by_poses(scene)
+    return rigid_result(scene, state_to_go_on_from(scene, 0), stated)
 
 
 def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:

@@ -86,6 +86,5 @@ def _joint(scene: Scene, end: Callable[..., End], name: str, bodies: Bodies) -> 
     first, second = joint.connect[:2]
     if isinstance(joint, Slot | Prismatic):
         return (end(first, joint.angle), end(second, joint.angle)), Measure(Look.ALONG, 0), 0.0
-    turned = {"ground": 0.0} | dict(zip(scene.links, bodies.angles + bodies.q[2 : bodies.machine.n : 3]))
-    one, other = (turned[point.split(".")[0]] for point in (first, second))
+    one, other = (bodies.at_start[point.split(".")[0]] for point in (first, second))
     return (end(first), end(second)), Measure(Look.ANGLE), float(other - one)

@@ -53,7 +53,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, dr
     if (gaps > COARSELY_MET).any():
         raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
     rates = (np.pad(x, ((0, 0), (len(still), 0))) for x in (first, second))
-    return Given(t, _of_poses(made, q, *rates_of(machine, t, q, *rates)))
+    return Given(t, poses_of_links(made, q, *rates_of(machine, t, q, *rates)))
 
 
 def values_at(t: Array, values: Array) -> Law:
@@ -92,8 +92,16 @@ def links_of_poses(made: SceneMachine) -> Index:
     return found
 
 
-def _of_poses(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMotion:
-    """Give the motion of all poses by coordinates, rates and accelerations of the links as bodies."""
+def poses_of_links(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMotion:
+    """Give the motion of all poses, as if each were fixed to its link.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    q, v, a
+        Coordinates, rates and accelerations of the links as bodies ``(instants, size)``.
+    """
     bodies, machine = made.bodies, made.machine
     count, drawn = len(made.scene.links), made.bodies.frames()
     of_links = [x[:, : 3 * count].reshape(len(x), count, 3) for x in (q, v, a)]

@@ -53,10 +53,11 @@ def with_missed_peaks(solution: Solution, fields: Fields) -> AtStations:
 class _WithoutVibration(OverCycle):
     """A scene without effects by which axial forces act on bending, and its answer by linear statics at any angles.
 
-    `s` are the stations. `twist` are curves of the angle of a motor's crank ahead of its drive and of two time
-    derivatives, ``(positions, 3)``.
+    `linkage` gives the rigid motion at any angles. `s` are the stations. `twist` are curves of the angle of a motor's
+    crank ahead of its drive and of two time derivatives, ``(positions, 3)``.
     """
 
+    linkage: Linkage
     beams: Beams
     s: Array
     twist: CycleCurves | None
@@ -75,6 +76,15 @@ class _WithoutVibration(OverCycle):
             driven, twist = solution.cycle.system.motion, curves_over_cycle(scene, solution.twist.T)
         linkage = driven.linkage or Linkage(straight)  # whose branch is followed in steps of its own
         return cls(straight, system.motion, linkage, beams, fields.coordinates["s"], twist)
+
+    def moved(self, theta: Array) -> Motion:
+        """Give the rigid motion at other drive angles (rad)."""
+        return self.linkage.motion(theta, self.scene.cycle_rate)
+
+    @property
+    def knots(self) -> Array:
+        """Drive angles to which the branch was followed (rad)."""
+        return self.linkage.branch.over(np.array([0.0, len(self.motion.theta) * self.step])).theta
 
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle, in positions."""

@@ -19,7 +19,7 @@ import numpy as np
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, MissedPeaks
-from fenics_mech.kinematics import Linkage, Motion
+from fenics_mech.kinematics import Motion
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.link_motion import followed
 from fenics_mech.recovery.peaks import PEAK, curves_over_cycle, gained
@@ -62,13 +62,10 @@ class OverCycle(ABC):
         The scene.
     motion
         The rigid motion at the positions.
-    linkage
-        What gives it at other angles.
     """
 
     scene: Scene
     motion: Motion
-    linkage: Linkage
     angles: ClassVar[int] = BETWEEN.angles
     least: ClassVar[int] = 1  # parts of the step from a position to the next, at least
 
@@ -82,6 +79,21 @@ class OverCycle(ABC):
             The rigid motion.
         """
 
+    @abstractmethod
+    def moved(self, theta: Array) -> Motion:
+        """Give the rigid motion at other angles.
+
+        Parameters
+        ----------
+        theta
+            Drive angles ``(angles,)`` (rad).
+        """
+
+    @property
+    @abstractmethod
+    def knots(self) -> Array:
+        """Drive angles of a cycle between which links turn smoothly, ascending or descending (rad)."""
+
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle.
 
@@ -90,7 +102,7 @@ class OverCycle(ABC):
         places
             The places, in positions, ``(places,)``.
         """
-        return self.of(self.linkage.motion(places * self.step, self.scene.cycle_rate))
+        return self.of(self.moved(places * self.step))
 
     @property
     def step(self) -> float:
@@ -101,8 +113,7 @@ class OverCycle(ABC):
         """Give places of the cycle, in positions, that show what the rigid motion and the loads do; no positions."""
         count, found = len(self.motion.theta), list[Array]()
         times = max(math.ceil(self.angles / count), self.least)
-        branch = self.linkage.branch.over(np.array([0.0, count * self.step]))
-        found.append(_with_parts(np.unique(np.abs(branch.theta)) * count / TURN))
+        found.append(_with_parts(np.unique(np.abs(self.knots)) * count / TURN))
         for load in self.scene.loads.values():
             if load.over_cycle is not None:
                 found.append(_with_parts(_corners(factor_pieces(load.over_cycle), load.factor_at) * count / TURN))

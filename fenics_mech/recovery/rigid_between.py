@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import xarray as xr
 
+from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import BY_POSITIONS, Errors
 from fenics_mech.accuracy.missed_peaks import ACCELERATIONS
 from fenics_mech.accuracy.missed_peaks import BETWEEN as POSITIONS
@@ -38,7 +41,7 @@ def missed_by_positions(scene: Scene, whole: Motion) -> xr.Dataset:
     cyclic = analysis.method in CYCLIC and analysis.sub_intervals >= 4 and scene.drives and not scene.freedoms
     if not cyclic or not analysis.error_estimates:
         return xr.Dataset()
-    still = _Rigid(scene, whole, whole.linkage or Linkage(scene))
+    still = _Rigid(scene, whole, linkage=whole.linkage or Linkage(scene))
     missed = PeaksBetween(still, still.of(whole)).missed_peaks()
     largest = {name: missed.peaks[name] for name in QUANTITIES}
     by_source = {name: {POSITIONS: missed.errors[name]} for name in QUANTITIES}
@@ -48,11 +51,22 @@ def missed_by_positions(scene: Scene, whole: Motion) -> xr.Dataset:
     return of_errors(errors).dataset()
 
 
+@dataclass(frozen=True)
 class _Rigid(OverCycle):
     """Rigid links that drives lead."""
 
+    linkage: Linkage
     angles = BETWEEN.cheap
     least = 2
+
+    def moved(self, theta: Array) -> Motion:
+        """Give the rigid motion at other drive angles (rad)."""
+        return self.linkage.motion(theta, self.scene.cycle_rate)
+
+    @property
+    def knots(self) -> Array:
+        """Drive angles to which the branch was followed (rad)."""
+        return self.linkage.branch.over(np.array([0.0, len(self.motion.theta) * self.step])).theta
 
     def of(self, motion: Motion) -> Values:
         """Give the quantities in a motion."""
