@@ -43,8 +43,10 @@ from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
 from fenics_mech.rigid_by_poses import rigid_by_poses
+from fenics_mech.rigid_in_time import rigid_in_time
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Analysis, Scene
+from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
 
 logger = logging.getLogger(__name__)
@@ -125,10 +127,15 @@ def analyse(
 def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are.
 
-    By poses are those whose links drives lead, but for friction and contacts.
+    By poses are those without friction and contacts, and without what is followed beside a motion in time.
     """
-    if scene.drives and not scene.freedoms and all(type(law) in LAWS for law in scene.joint_laws.values()):
+    analysis, stated_laws = scene.analysis, all(type(law) in LAWS for law in scene.joint_laws.values())
+    if stated_laws and scene.drives and not scene.freedoms:
         return rigid_by_poses(scene)
+    beside = analysis.lyapunov or analysis.poincare is not None or scene.impulses
+    goes_on = analysis.start == "periodic" or analysis.start not in STATED_STARTS
+    if stated_laws and analysis.method == "transient" and not beside and not goes_on:
+        return rigid_in_time(scene)
     return rigid_result(scene, state_to_go_on_from(scene, 0), stated)
 
 

@@ -22,11 +22,12 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import Given
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.machine import Machine
 from fenics_mech.machine.energy import energy_of_terms, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.led_from_scene import Led, comes_back, led_motion
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
+from fenics_mech.machine.rigid_from_scene import Places, links_of_poses, poses_of_links
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -67,8 +68,8 @@ def rigid_by_poses(scene: Scene) -> Result:
     require_positions(scene, count := _positions(scene))
     machine = LedMachine.of(scene)
     links = machine.links(_instants(scene, count))
-    found = machine.at(links)
-    data = _read_off(scene, found)
+    found = acting(machine.made, links)
+    data = read_off(scene, found)
     parts = [_powers(scene, found), _missed_by_positions(machine, links)]
     data = xr.merge([data, *parts], combine_attrs="no_conflicts")
     units = effort_units(scene.moved_joints, scene.joints)
@@ -151,42 +152,71 @@ class LedMachine:
         t
             Instants, ascending ``(instants,)`` (s).
         """
-        scene, bodies = self.made.scene, self.made.bodies
+        scene = self.made.scene
         clock, rate, change = _clock(scene, t)
         q, first, second = self.led.over_cycles(clock) if self.back else self.led.at(clock)
         v, a = rate[:, None] * first, rate[:, None] ** 2 * second + change[:, None] * first
-        n, shape = bodies.machine.n, (len(t), -1, 3)
-        place, velocity, acceleration = (x[:, :n].reshape(shape) for x in (q, v, a))
-        found = LinkMotion(
-            scene.cycle_rate * clock,
-            t,
-            tuple(scene.links),
-            place[..., :2] + np.array(bodies.machine.r)[1:],
-            velocity[..., :2],
-            acceleration[..., :2],
-            place[..., 2] + bodies.angles,
-            velocity[..., 2],
-            acceleration[..., 2],
-        )
+        found = motion_of(self.made, scene.cycle_rate * clock, t, (q, v, a))
         return found.held() if scene.analysis.method == "static" else found
 
-    def at(self, links: LinkMotion) -> OfRigid:
-        """Give what acts in a motion of the links.
 
-        Parameters
-        ----------
-        links
-            The motion, at ascending instants.
-        """
-        made, bodies, t = self.made, self.made.bodies, links.time
-        machine, still = copy(made.machine), np.zeros((len(t), made.machine.size))
-        place = links.position - np.array(bodies.machine.r)[1:], links.angle - bodies.angles
-        moved = place, (links.velocity, links.omega), (links.acceleration, links.alpha)
-        machine.chart = Given(t, poses_of_links(made, *(coordinates(*part) for part in moved)))
-        moving, near = made.scene.analysis.method != "static", _near(made, links.angle)
-        by_rows = held(machine, t, angles=near, moving=moving)
-        motion = Motion(machine, t, still, still, by_rows.accelerations, moving, angles=near)
-        return OfRigid(replace(made, machine=machine), motion, links, by_rows)
+def motion_of(made: SceneMachine, theta: Array, t: Array, moved: Places) -> LinkMotion:
+    """Give the motion of the links' frames by coordinates, rates and accelerations of the links as bodies.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    theta, t
+        Drive angles (rad) and instants (s), ``(instants,)`` each.
+    moved
+        ``(instants, size)`` each.
+    """
+    bodies = made.bodies
+    place, velocity, acceleration = (x[:, : bodies.machine.n].reshape(len(t), -1, 3) for x in moved)
+    return LinkMotion(
+        theta,
+        t,
+        tuple(made.scene.links),
+        place[..., :2] + np.array(bodies.machine.r)[1:],
+        velocity[..., :2],
+        acceleration[..., :2],
+        place[..., 2] + bodies.angles,
+        velocity[..., 2],
+        acceleration[..., 2],
+    )
+
+
+def acting(made: SceneMachine, links: LinkMotion) -> OfRigid:
+    """Give what acts in a motion of rigid links.
+
+    Parameters
+    ----------
+    made
+        A machine whose rows hold all coordinates.
+    links
+        The motion, at ascending instants.
+    """
+    (machine, near), t = carried(made, links), links.time
+    still, moving = np.zeros((len(t), machine.size)), made.scene.analysis.method != "static"
+    by_rows = held(machine, t, angles=near, moving=moving)
+    motion = Motion(machine, t, still, still, by_rows.accelerations, moving, angles=near)
+    return OfRigid(replace(made, machine=machine), motion, links, by_rows)
+
+
+def carried(made: SceneMachine, links: LinkMotion) -> tuple[Machine, list[Array]]:
+    """Give the machine with a motion of its links as chart, and the angles of every term with their whole turns.
+
+    Parameters
+    ----------
+    made, links
+        As of `acting`.
+    """
+    bodies, machine = made.bodies, copy(made.machine)
+    place = links.position - np.array(bodies.machine.r)[1:], links.angle - bodies.angles
+    moved = place, (links.velocity, links.omega), (links.acceleration, links.alpha)
+    machine.chart = Given(links.time, poses_of_links(made, *(coordinates(*part) for part in moved)))
+    return machine, _near(made, links.angle)
 
 
 def _clock(scene: Scene, t: Array) -> tuple[Array, Array, Array]:
@@ -208,8 +238,16 @@ def _near(made: SceneMachine, angle: Array) -> list[Array]:
     return found
 
 
-def _read_off(scene: Scene, found: OfRigid) -> xr.Dataset:
-    """Label the motion, and forces and efforts in it."""
+def read_off(scene: Scene, found: OfRigid) -> xr.Dataset:
+    """Label the motion, and forces and efforts in it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    found
+        What acts at its positions.
+    """
     links, forces, efforts, moments = found.links(), found.joint_forces, found.efforts(), found.joint_moments()
     variables: dict[str, Any] = {
         "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
@@ -294,7 +332,7 @@ class _Between(OverCycle):
         """Give the quantities in a motion."""
         together = max(1, TOGETHER // (3 * len(self.scene.links)) ** 2)
         parts = [motion.part(slice(k, k + together)) for k in range(0, len(motion.theta), together)]
-        found = [self.machine.at(part) for part in parts]
+        found = [acting(self.machine.made, part) for part in parts]
         forces = [np.stack(list(part.joint_forces.values()), axis=1) for part in found]
         efforts = [np.stack(list(part.efforts().values()), axis=1) for part in found]
         return {

@@ -22,6 +22,16 @@ Places = tuple[Array, Array, Array]  # of freedoms, and two derivatives by time 
 def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None) -> Given:
     """Give the motion of all poses as if each were fixed to its link, and links did not bend.
 
+    Parameters and errors are those of `motion_of_bodies`.
+    """
+    return Given(t, poses_of_links(made, *motion_of_bodies(made, t, near, freedoms, drives)))
+
+
+def motion_of_bodies(
+    made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None
+) -> Places:
+    """Give coordinates, rates and accelerations of the links as bodies ``(instants, size)`` each.
+
     Parameters
     ----------
     made
@@ -53,7 +63,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, dr
     if (gaps > COARSELY_MET).any():
         raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
     rates = (np.pad(x, ((0, 0), (len(still), 0))) for x in (first, second))
-    return Given(t, poses_of_links(made, q, *rates_of(machine, t, q, *rates)))
+    return q, *rates_of(machine, t, q, *rates)
 
 
 def values_at(t: Array, values: Array) -> Law:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array, solved
-from fenics_mech.machine import Machine
+from fenics_mech.machine import Evaluation, Machine
 
 
 @dataclass(frozen=True)
@@ -68,6 +68,44 @@ def held(machine: Machine, t: Array, *, angles: Sequence[Array] | None = None, m
     ValueError
         When rows and coordinates are not as many.
     """
+    return _balanced(machine, t, angles, moving)[0]
+
+
+def freed(machine: Machine, t: Array, rows: Sequence[int], *, angles: Sequence[Array] | None = None) -> Array:
+    """Give how much faster the values of some rows change than in the motion of the chart, where these rows are free.
+
+    They need no force then: with ways W in which the coordinates go with the values of the rows, and their multipliers
+    L in the chart's motion, W^T M W a = L.
+
+    Parameters
+    ----------
+    machine, t, angles
+        As of `held`.
+    rows
+        Numbers of the rows.
+
+    Returns
+    -------
+    numpy.ndarray
+        Accelerations a ``(instants, rows)``.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        When nothing has mass that goes with the rows.
+    """
+    by_rows, found = _balanced(machine, t, angles, True)
+    n, pattern = machine.n, machine.pattern
+    row, column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
+    of = (row < n) & (column < n)
+    mass = np.zeros((len(t), n, n))
+    mass[:, row[of], column[of]] = found.M[:, of]
+    unit = np.broadcast_to(np.eye(n)[:, list(rows)], (len(t), n, len(rows)))
+    ways = np.linalg.solve(np.swapaxes(by_rows.gradients, 1, 2), unit)
+    return solved(np.swapaxes(ways, 1, 2) @ mass @ ways, by_rows.multipliers[:, list(rows)])
+
+
+def _balanced(machine: Machine, t: Array, angles: Sequence[Array] | None, moving: bool) -> tuple[Held, Evaluation]:
     n, pattern, still = machine.n, machine.pattern, np.zeros((len(t), machine.size))
     if machine.size != 2 * n:
         raise ValueError(f"{machine.size - n} rows do not hold {n} coordinates")
@@ -76,4 +114,4 @@ def held(machine: Machine, t: Array, *, angles: Sequence[Array] | None = None, m
     on = (row < n) & (column >= n)
     gradients = np.zeros((len(t), n, n))
     gradients[:, row[on], column[on] - n] = found.M[:, on]
-    return Held(machine, solved(gradients, -found.force[:, :n]), gradients)
+    return Held(machine, solved(gradients, -found.force[:, :n]), gradients), found

@@ -123,13 +123,12 @@ class Step:
         machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
         a, size, stages = self.a, machine.size, len(tableau.c)
         instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
-        near = None if self.angles is None else [np.broadcast_to(x, (stages, *x.shape[1:])) for x in self.angles]
         measures: list[Array] = []
 
         def step() -> float:
             nonlocal stresses, a
             q, v, _ = replace(self, a=a).at(tableau.c)
-            found = machine.residual(instants, q, v, a, predicted=stresses, angles=near)
+            found = machine.residual(instants, q, v, a, predicted=stresses, angles=self._near(q))
             measures[:] = [term.x for term in found.terms]
             matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
             da = Factors(blocks, matrix, f"step at {self.t:.6g} s").solve(-found.force.T.ravel())
@@ -142,6 +141,23 @@ class Step:
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
+
+    def _near(self, q: Array) -> list[Array] | None:
+        """Give angles near those of every term at some coordinates: in the plane those at the start, and the turns."""
+        if self.angles is None:
+            return None
+        g, found = self.machine.geometry, []
+        turns = np.append(q, np.zeros((len(q), 1)), axis=1)[:, self.machine.places[:, g.d]] * (g.turns == 1)
+        for group, angles in zip(self.machine.groups, self.angles):
+            turned = turns[:, group.pose[:, 1]] - turns[:, group.pose[:, 0]]
+            found.append(angles + (turned[..., None] if turned.shape[1] == angles.shape[1] else 0 * q[:, :1, None]))
+        return found
+
+    def within(self, s: Array) -> States:
+        """Give the poses at shares of the step, by the polynomial through its stages ``(shares,)``."""
+        q, v, a = self.at(s)
+        near = self._near(q) or [np.repeat(x[:1], len(s), axis=0) for x in self.measures]
+        return self._states(self.h * s, q, v, a, near)
 
     def at_stages(self) -> States:
         """Give the poses at its stages."""
