@@ -12,18 +12,21 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import brentq
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
 from fenics_mech.effects.causes import Cause
-from fenics_mech.errors import SceneError, SolverError, shortened
+from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, Rest
 from fenics_mech.machine import Machine
+from fenics_mech.machine.assembly import left_open
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
+from fenics_mech.machine.led_from_scene import MOVED
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import motion_of_bodies, near_links
 from fenics_mech.recovery.balance import balance_of
@@ -37,9 +40,10 @@ from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.transient.course import TRANSIENT, refuse_rough
 from fenics_mech.rigid_by_poses import acting, carried, motion_of, read_off
 from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.solve import States, steps_in_time
+from fenics_mech.solve import States, Step, steps_in_time
 from fenics_mech.solve.held import freed
 
+IN_TWO_WAYS = 1e-5  # singular value of the joints' rows at a position that is found: below it links go on in two ways
 STAGES = 7  # of a step, at least: rates, and so forces, are of that order, and places of order 13 at its end
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 LEAST = 1e-10  # of what a step may miss by: Newton's method ends at a thousandth of it, above rounding
@@ -99,10 +103,13 @@ class FreeMachine:
         The machine.
     holding
         The same, where rows lead the freedoms. They are the last rows.
+    bodies
+        The links as bodies with rows of joints, drives and freedoms, whose determinant has one sign all along.
     """
 
     made: SceneMachine
     holding: SceneMachine
+    bodies: Machine
 
     @classmethod
     def of(cls, scene: Scene) -> FreeMachine:
@@ -113,7 +120,11 @@ class FreeMachine:
         holding = replace(made, machine=machine)
         for name in scene.freedoms:
             lead(holding, name, np.zeros_like)
-        return cls(made, holding)
+        bodies, rows = copy(made.bodies.machine), made.bodies.machine.rows
+        still = [row for row in rows if not row.leads and row.name not in scene.open_joints]
+        bodies.rows = [*still, *(replace(row, value=np.zeros_like) for row in rows if row.leads)]
+        bodies.forget_plan()
+        return cls(made, holding, bodies)
 
     def at(self, t: Array, near: Array, place: Array, rate: Array) -> OfRigid:
         """Give the motion and what acts in it by places and rates of the freedoms ``(instants, freedoms)``.
@@ -167,14 +178,42 @@ class FreeMachine:
             Angles of the links, whole turns and all ``(instants, links)`` (rad).
         """
         made, machine = self.made, copy(self.made.machine)
-        machine.chart = Given(states.t, states.motion)
+        near, machine.chart = self.near(states, angle), Given(states.t, states.motion)
         still = np.zeros((len(states.t), machine.size))
         alone = Motion(machine, states.t, still, still, still, angles=states.measures)
         jets = [alone.jet(made.acting[f"freedoms.{name}"]) for name in made.scene.freedoms]
         place, rate = (np.stack([jet[k] for jet in jets], axis=1) for k in (0, 1))
-        near = near_links(made, states.motion)
-        near[:, 2 : made.bodies.machine.n : 3] = angle - made.bodies.angles
         return near, place, rate
+
+    def near(self, states: States, angle: Array) -> Array:
+        """Give coordinates of the links as bodies near to some states; arguments as of `places`."""
+        found = near_links(self.made, states.motion)
+        found[:, 2 : self.bodies.n : 3] = angle - self.made.bodies.angles
+        return found
+
+    def determinants(self, q: Array) -> Array:
+        """Give the determinant of the derivatives of all rows at coordinates of the bodies ``(instants,)``."""
+        return np.asarray(np.linalg.det(left_open(self.bodies, 0.0, q)[1]))
+
+    def refusal(self, t: float, q: Array) -> AssemblyError:
+        """Say that the freedoms do not tell at an instant how links move, whose coordinates as bodies are given.
+
+        Where the joints' own rows are singular, those with a freedom at any joint are too.
+        """
+        scene, J = self.made.scene, left_open(self.bodies, 0.0, q[None])[1][0]
+        motion, count = np.abs(np.linalg.svd(J)[2][-1, 2::3]), len(scene.moved_joints)
+        moved = ", ".join(list(scene.links)[k] for k in np.argsort(-motion) if motion[k] > MOVED * motion.max())
+        kind, advice = "dead centre", "State the freedom at another joint, such as that of a link that can turn fully"
+        if np.linalg.svd(J[:-count], compute_uv=False).min(initial=1.0) < IN_TWO_WAYS:
+            kind = "change point"
+            advice = (
+                "No other joint says it either, as the links can go on in two ways. Take other lengths, or stops that "
+                "keep the links away from it"
+            )
+        return AssemblyError(
+            f"at {t:.6g} s the linkage comes to a {kind}: the motion of joint {', '.join(scene.moved_joints)} does not "
+            f"say how {moved} moves. {advice}"
+        )
 
 
 @dataclass(frozen=True)
@@ -223,6 +262,7 @@ class Course:
         at_positions = list[tuple[States, Array]]()
         for step in steps_in_time(machine, v, times[[0, -1]], tolerance=allowed, stages=stages, longest=longest):
             reached(end := step.t + step.h, 0.0, float(times[-1]))
+            _refuse_singular(free, step, angle, poses)
             shares = (times[(times > step.t) & (times <= end)] - step.t) / step.h
             own = machine.places[poses, 2]
             if len(shares):
@@ -236,6 +276,20 @@ class Course:
         within = free.at(states.t, *free.places(states, angles))
         positions = free.at(times, near, place, rate)
         return cls(positions, (place, rate), within, np.concatenate(weights), len(inside))
+
+
+def _refuse_singular(free: FreeMachine, step: Step, angle: Array, poses: list[int]) -> None:
+    """Raise `AssemblyError` where the determinant of the rows changes its sign in a step, and tell the instant."""
+
+    def at(s: Array) -> Array:
+        """Give coordinates of the links as bodies at shares of the step."""
+        return free.near(step.within(s), angle + step.at(s)[0][:, step.machine.places[poses, 2]])
+
+    shares = np.append(0.0, step.tableau.c)
+    sizes = free.determinants(at(shares))
+    for k in np.flatnonzero(sizes[1:] * sizes[0] <= 0)[:1]:
+        share = brentq(lambda s: free.determinants(at(np.array([s])))[0], *shares[k : k + 2], xtol=1e-12)
+        raise free.refusal(step.t + share * step.h, at(np.array([share]))[0])
 
 
 def _joined(parts: list[tuple[States, Array]]) -> tuple[States, Array]:
