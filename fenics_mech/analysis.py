@@ -42,6 +42,7 @@ from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
+from fenics_mech.rigid_at_rest import rigid_at_rest
 from fenics_mech.rigid_by_poses import rigid_by_poses
 from fenics_mech.rigid_in_time import rigid_in_time
 from fenics_mech.safety.load_cases import of_cases
@@ -136,6 +137,8 @@ def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     goes_on = analysis.start == "periodic" or analysis.start not in STATED_STARTS
     if stated_laws and analysis.method == "transient" and not beside and not goes_on:
         return rigid_in_time(scene)
+    if stated_laws and analysis.method == "static":
+        return rigid_at_rest(scene)
     return rigid_result(scene, state_to_go_on_from(scene, 0), stated)
 
 

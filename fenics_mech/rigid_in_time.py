@@ -147,10 +147,16 @@ class FreeMachine:
             names = ", ".join(self.made.scene.freedoms)
             raise SolverError(f"a freedom at joint {names} moves no mass: give its links mass or inertia") from error
         moved = motion_of_bodies(self.made, t, moved[0], (place, rate, second))
-        return acting(self.holding, motion_of(self.made, self._theta(t, place), t, moved))
+        return acting(self.holding, motion_of(self.made, self.theta(t, place), t, moved))
 
-    def _theta(self, t: Array, place: Array) -> Array:
-        """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
+    def theta(self, t: Array, place: Array) -> Array:
+        """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase.
+
+        Parameters
+        ----------
+        t, place
+            As of `at`.
+        """
         scene = self.made.scene
         if scene.drives:
             return scene.coordinate(t).value

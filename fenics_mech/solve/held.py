@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array, solved
-from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.machine import Machine
 
 
 @dataclass(frozen=True)
@@ -68,44 +68,6 @@ def held(machine: Machine, t: Array, *, angles: Sequence[Array] | None = None, m
     ValueError
         When rows and coordinates are not as many.
     """
-    return _balanced(machine, t, angles, moving)[0]
-
-
-def freed(machine: Machine, t: Array, rows: Sequence[int], *, angles: Sequence[Array] | None = None) -> Array:
-    """Give how much faster the values of some rows change than in the motion of the chart, where these rows are free.
-
-    They need no force then: with ways W in which the coordinates go with the values of the rows, and their multipliers
-    L in the chart's motion, W^T M W a = L.
-
-    Parameters
-    ----------
-    machine, t, angles
-        As of `held`.
-    rows
-        Numbers of the rows.
-
-    Returns
-    -------
-    numpy.ndarray
-        Accelerations a ``(instants, rows)``.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        When nothing has mass that goes with the rows.
-    """
-    by_rows, found = _balanced(machine, t, angles, True)
-    n, pattern = machine.n, machine.pattern
-    row, column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
-    of = (row < n) & (column < n)
-    mass = np.zeros((len(t), n, n))
-    mass[:, row[of], column[of]] = found.M[:, of]
-    unit = np.broadcast_to(np.eye(n)[:, list(rows)], (len(t), n, len(rows)))
-    ways = np.linalg.solve(np.swapaxes(by_rows.gradients, 1, 2), unit)
-    return solved(np.swapaxes(ways, 1, 2) @ mass @ ways, by_rows.multipliers[:, list(rows)])
-
-
-def _balanced(machine: Machine, t: Array, angles: Sequence[Array] | None, moving: bool) -> tuple[Held, Evaluation]:
     n, pattern, still = machine.n, machine.pattern, np.zeros((len(t), machine.size))
     if machine.size != 2 * n:
         raise ValueError(f"{machine.size - n} rows do not hold {n} coordinates")
@@ -114,4 +76,63 @@ def _balanced(machine: Machine, t: Array, angles: Sequence[Array] | None, moving
     on = (row < n) & (column >= n)
     gradients = np.zeros((len(t), n, n))
     gradients[:, row[on], column[on] - n] = found.M[:, on]
-    return Held(machine, solved(gradients, -found.force[:, :n]), gradients), found
+    return Held(machine, solved(gradients, -found.force[:, :n]), gradients)
+
+
+def freed(machine: Machine, t: Array, rows: Sequence[int], *, angles: Sequence[Array] | None = None) -> Array:
+    """Give how much faster the values of some rows change than in the motion of the chart, where these rows are free.
+
+    Parameters
+    ----------
+    machine, t, rows, angles
+        As of `led_by`.
+
+    Returns
+    -------
+    numpy.ndarray
+        Accelerations a, with the mass m of the rows' values m a + f = 0 ``(instants, rows)``.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        When nothing has mass that goes with the rows.
+    """
+    force, (mass, _, _) = led_by(machine, t, rows, angles=angles)
+    return -solved(mass, force)
+
+
+def led_by(
+    machine: Machine, t: Array, rows: Sequence[int], *, angles: Sequence[Array] | None = None, moving: bool = True
+) -> tuple[Array, tuple[Array, Array, Array]]:
+    """Give the equation of motion in the values of some rows, which lead all of the machine with the others.
+
+    The coordinates go with the values in ways W, at which the other rows stay. Then forces and tangents of the values
+    are W^T F and W^T M W, and so on: their stiffness is that of the machine with the multipliers of all rows in it.
+
+    Parameters
+    ----------
+    machine, t, angles, moving
+        As of `held`.
+    rows
+        Numbers of the rows.
+
+    Returns
+    -------
+    tuple
+        What is left in the chart's motion, where no force acts in these rows ``(instants, rows)``, and its derivatives
+        by second rates, rates and values ``(instants, rows, rows)`` each.
+    """
+    n, pattern, own = machine.n, machine.pattern, list(rows)
+    by_rows = held(machine, t, angles=angles, moving=moving)
+    still, unit = np.zeros((len(t), machine.size)), np.broadcast_to(np.eye(n)[:, own], (len(t), n, len(own)))
+    found = machine.residual(t, still, still, by_rows.accelerations, angles=angles, moving=moving)
+    row, column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
+    of = (row < n) & (column < n)
+    ways = np.linalg.solve(np.swapaxes(by_rows.gradients, 1, 2), unit)
+
+    def reduced(values: Array) -> Array:
+        whole = np.zeros((len(t), n, n))
+        whole[:, row[of], column[of]] = values[:, of]
+        return np.asarray(np.swapaxes(ways, 1, 2) @ whole @ ways)
+
+    return -by_rows.multipliers[:, own], (reduced(found.M), reduced(found.C), reduced(found.K))
