@@ -47,7 +47,6 @@ from fenics_mech.rigid_by_poses import rigid_by_poses
 from fenics_mech.rigid_in_time import rigid_in_time
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Analysis, Scene
-from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
 
 logger = logging.getLogger(__name__)
@@ -130,16 +129,16 @@ def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
 
     By poses are those without friction and contacts, and without what is followed beside a motion in time.
     """
-    analysis, stated_laws = scene.analysis, all(type(law) in LAWS for law in scene.joint_laws.values())
-    if stated_laws and scene.drives and not scene.freedoms:
+    analysis, start = scene.analysis, state_to_go_on_from(scene, 0)
+    has_all_laws = all(type(law) in LAWS for law in scene.joint_laws.values())
+    beside = analysis.lyapunov or analysis.poincare is not None or scene.impulses or analysis.start == "periodic"
+    if has_all_laws and scene.drives and not scene.freedoms:
         return rigid_by_poses(scene)
-    beside = analysis.lyapunov or analysis.poincare is not None or scene.impulses
-    goes_on = analysis.start == "periodic" or analysis.start not in STATED_STARTS
-    if stated_laws and analysis.method == "transient" and not beside and not goes_on:
-        return rigid_in_time(scene)
-    if stated_laws and analysis.method == "static":
+    if has_all_laws and analysis.method == "static":
         return rigid_at_rest(scene)
-    return rigid_result(scene, state_to_go_on_from(scene, 0), stated)
+    if has_all_laws and not beside and start is None:
+        return rigid_in_time(scene)
+    return rigid_result(scene, start, stated)
 
 
 def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fenics_mech import AssemblyError, RigidBody, Scene, analyse
+from fenics_mech import AssemblyError, Result, RigidBody, Scene, analyse
 
 
 def loop(crank, coupler, follower, ground, **rest):
@@ -131,3 +131,13 @@ def test_links_that_come_back_after_two_turns_are_followed_through_both():
     angle = data["link_angle"].to_numpy()
     assert angle[:, 0] == pytest.approx(10 * data["time"].to_numpy())
     assert angle[:, 1] == pytest.approx(5 * data["time"].to_numpy())
+
+
+def test_a_result_with_a_law_on_the_ground_is_read_back(tmp_path):
+    """A support is named after the law: of a scene without drives no key is named so."""
+    law = {"kind": "joint-effort", "joint": "O", "effort": {"kind": "formula", "formula": "-0.2 * omega"}}
+    analysis = {"method": "transient", "duration": 0.2, "sub_intervals": 4}
+    scene = turning_arm(joint_laws={"drag": law}, analysis=analysis, drive=[])
+    result = analyse(scene)
+    assert "joint law drag" in result.data["support"]
+    assert "joint law drag" in Result.load(result.save(tmp_path / "arm.nc")).data["support"]
