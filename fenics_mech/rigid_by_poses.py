@@ -41,7 +41,6 @@ from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.scene import Scene
-from fenics_mech.scene.joint_laws import TOUCHING
 from fenics_mech.solve.held import held
 
 TOGETHER = 2_000_000  # entries of the rows' derivatives that are looked at together
@@ -83,13 +82,6 @@ def _refuse(scene: Scene) -> None:
     for name in scene.impulses:
         place = f"impulses.{name}"
         raise SceneError("drives lead all rigid links, and an impulse does not change their motion", place=place)
-    for name, law in scene.joint_laws.items():
-        if isinstance(law, TOUCHING):
-            raise SceneError(
-                f"drives lead all links, and what touches at joint {law.joint!r} cannot move them",
-                place=f"joint_laws.{name}",
-                hint="Give a freedom with an effort in place of a drive",
-            )
 
 
 def _positions(scene: Scene) -> int:
