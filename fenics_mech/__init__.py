@@ -45,9 +45,9 @@ if TYPE_CHECKING:
     from fenics_mech.studies.design.optimise import Optimum, optimise
     from fenics_mech.studies.design.spread import Spread, spread
     from fenics_mech.studies.follow import Branch, follow
+    from fenics_mech.studies.gauge import Gauge
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
     from fenics_mech.studies.sweep import Sweep, sweep
-    from fenics_mech.studies.sweep_points import Gauge
     from fenics_mech.studies.synthesis.balancing import balance
     from fenics_mech.studies.synthesis.synthesise import Synthesised, four_bars, synthesise
     from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
@@ -225,7 +225,7 @@ __all__ = [
 ]
 NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Branch": "studies.follow",
-    "Gauge": "studies.sweep_points",
+    "Gauge": "studies.gauge",
     "Identified": "studies.design.identify",
     "NaturalFrequencies": "studies.natural_frequencies",
     "Observation": "studies.design.measured_values",

@@ -111,8 +111,11 @@ def analyse(
         progress("response")
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
     elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
-        by_itself = scene.tolerance is None
-        result = fine_enough(scene, by_poses) if by_itself else within(scene, RefinedByPoses(scene.effects == "auto"))
+        if scene.tolerance is None:
+            last = common.last
+            result = fine_enough(scene, lambda finer: by_poses(finer, last))
+        else:
+            result = within(scene, RefinedByPoses())
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
     elif scene.tolerance is not None:

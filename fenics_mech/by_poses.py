@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,18 +15,18 @@ from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
+from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.effects import EFFECTS, active
-from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.effect import Choice
 from fenics_mech.eigenmodes import modes_kept
-from fenics_mech.errors import SceneError, SolverError, UnstableError
+from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import Motion
-from fenics_mech.planning.effect_choice import CHOICE, Rung
+from fenics_mech.planning.effect_choice import Rung
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
@@ -39,14 +40,16 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.solve import followed_modes, held_modes, quasi_static, running_modes
-from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Solved
+from fenics_mech.solve import followed_modes, held_modes, quasi_static
+from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Run, Solved
+from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
 BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
     "time": 5.0,
+    "harmonics": 8.0,
     "mesh": 4.0,
     BETWEEN: 2.0,
     "stations": 2.0,
@@ -54,13 +57,15 @@ ORDERS = {
 }  # of errors, in the numbers that they fall by
 
 
-def by_poses(scene: Scene) -> Result:
+def by_poses(scene: Scene, run: Run | None = None) -> Result:
     """Analyse a driven machine over its cycle, or at rest.
 
     Parameters
     ----------
     scene
         The scene.
+    run
+        Motions before it, from which its own is sought under exact strains, and which that is added to.
 
     Raises
     ------
@@ -71,44 +76,63 @@ def by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    solved = solution(planned(scene), choosing=scene.effects == "auto")
-    stability = xr.Dataset()
-    if isinstance(solved, Solved) and scene.analysis.stability:
-        stability = _stability(solved)
-    errors = estimated(solved) if scene.analysis.error_estimates else None
-    return collected(solved, errors, stability)
+    return answered(scene, run=run)[1]
+
+
+def answered(
+    scene: Scene, names: Collection[str] | None = None, run: Run | None = None
+) -> tuple[Solved | AtRest, Result]:
+    """Give what `by_poses` gives, and before it the answer that it is read off; `names` are those of `collected`."""
+    solved = solution(planned(scene), run)
+    return solved, result_of(solved, names)
+
+
+def result_of(solved: Solved | AtRest, names: Collection[str] | None = None) -> Result:
+    """Judge an answer as its scene asks, estimate its errors, and collect both with it.
+
+    Parameters
+    ----------
+    solved
+        The answer.
+    names
+        As of `collected`.
+
+    Raises
+    ------
+    SolverError
+        When a motion is unstable, and may not be so.
+    UnresolvedError
+        When an error is too large.
+    """
+    stability = stability_of(solved)
+    errors = estimated(solved) if solved.scene.analysis.error_estimates else None
+    return collected(solved, errors, stability, names)
 
 
 @dataclass
 class RefinedByPoses:
-    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`.
+    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`."""
 
-    Parameters
-    ----------
-    choosing
-        Whether a linear theory may answer.
-    """
-
-    choosing: bool
     _last: tuple[Solved | AtRest, Errors] | None = None
     _stability: xr.Dataset = field(default_factory=xr.Dataset)
 
     def theories(self, scene: Scene) -> list[Rung]:
-        """Give a scene with its effects: `solution` finds out whether a linear theory suffices."""
+        """Give a scene with its effects: where the program chooses them, strains are exact."""
         return [(planned(scene), ())]
 
     def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
         """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
-        solved = solution(trial, self.choosing)
+        solved = solution(trial)
         errors = estimated(solved)
         self._last = solved, errors
-        return Result.with_scene(solved.scene, joined(read_off(solved.positions, errors), of_errors(errors).dataset()))
+        told = read_off(solved.positions, _by_exact_strains(solved, errors)), of_errors(errors).dataset()
+        return Result.with_scene(solved.scene, joined(*told))
 
     def judge(self, allow_unstable: bool) -> None:
         """Raise `SolverError` where the last motion is unstable and may not be so."""
         assert self._last is not None
         if isinstance(solved := self._last[0], Solved):
-            self._stability = _stability(solved)
+            self._stability = stability_of(solved)
 
     def refuse_missed(self, allow_coarse: bool) -> None:
         """Let the last trial pass: what its positions miss is in the errors that it was chosen by."""
@@ -171,49 +195,44 @@ def planned(scene: Scene) -> Scene:
     return scene
 
 
-def solution(scene: Scene, choosing: bool) -> Solved | AtRest:
-    """Solve for the answer to a scene in the theory of its effects.
+def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
+    """Solve for the answer to a scene in the theory of its effects, and keep an exact motion in its run.
 
     Parameters
     ----------
     scene
         The scene, with its effects.
-    choosing
-        Whether a linear theory may answer, where Newton's next correction is below what the scene may neglect.
+    run
+        As of `by_poses`.
 
     Raises
     ------
     SolverError
         When there is none.
     """
-    periodic = scene.analysis.method == "periodic"
-    linear: type[LinearCycle | AtRest] = LinearCycle if periodic else AtRest
-    if choosing and not any(drive.motor for drive in scene.drives):
-        effects = tuple(STIFFENED if name == EXACT else name for name in scene.effects)
-        try:
-            found = linear.of(scene.changed(effects=effects))
-            return found if _suffices(found) else found.exact(scene)
-        except SolverError as error:  # linear strains may buckle, or meet a resonance, where exact ones do not
-            logger.info("no answer is found by way of linear strains: %s", error)
-    return Solved.of(scene) if periodic and EXACT in scene.named_effects else linear.of(scene)
+    if scene.analysis.method != "periodic":
+        return AtRest.of(scene)
+    series = scene.analysis.solver == "harmonic-balance"
+    if EXACT not in scene.named_effects:
+        return LinearBalanced.of(scene) if series else LinearCycle.of(scene)
+    found = Balanced.of(scene) if series else Solved.of(scene, run)
+    if run is not None:
+        run.keep(found.cycle.path)
+    return found
 
 
-def _suffices(solved: LinearCycle | AtRest) -> bool:
-    """Say whether what a linear theory leaves out is little enough for its scene."""
-    scene, here = solved.scene, quantities(solved.positions)
-    left_out, size = (quantities(solved.corrected) - here).largest, measures(scene, here.largest)
-    limits = {what: CHOICE.share * most for what, most in scene.tolerances.items()} or {
-        "strain": scene.neglected / 2,
-        "deflection": CHOICE.deflection,
-    }
-    return all(float((left_out[what] / size[what]).max(initial=0.0)) <= most for what, most in limits.items())
+def _by_exact_strains(solved: Solved | AtRest, errors: Errors | None) -> float | None:
+    """Give the share that exact strains change beside linear ones, where it is known."""
+    if solved.left_out is not None or errors is None:
+        return solved.left_out
+    return errors.relative("strain").get("theory")
 
 
-def _choices(scene: Scene, errors: Errors | None) -> tuple[Choice, ...]:
-    """Say which effects acted, what others lack, and what exact strains would change, where that is known."""
+def _choices(scene: Scene, by_exact_strains: float | None) -> tuple[Choice, ...]:
+    """Say which effects acted, what others lack, and what exact strains change, where that is known."""
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
-    sizes = {} if errors is None else {EXACT: errors.relative("strain").get("theory")}
+    sizes = {EXACT: by_exact_strains}
     return tuple(
         Choice(effect, sizes.get(name), name in acting, lacking.get(name, "")) for name, effect in EFFECTS.items()
     )
@@ -297,10 +316,23 @@ def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
     return {name: np.maximum(size - through[name].max(axis=0), 0.0) for name, size in most.items()}
 
 
-def _stability(solved: Solved) -> xr.Dataset:
-    """Give multipliers and frequencies of small disturbances, and refuse those that grow."""
-    scene, period = solved.scene, solved.scene.period
-    values, rates, modes = running_modes(solved.cycle, 2 * STABILITY.kept)
+def stability_of(solved: Solved | AtRest) -> xr.Dataset:
+    """Give what is known of small disturbances, where the scene asks for it.
+
+    Parameters
+    ----------
+    solved
+        The answer.
+
+    Raises
+    ------
+    UnstableError
+        When one grows, and the scene does not let that pass.
+    """
+    scene = solved.scene
+    if not (isinstance(solved, Solved) and scene.analysis.stability):
+        return xr.Dataset()
+    values, rates, modes = solved.running
     turning = np.repeat(np.arange(len(values)), np.where(values.imag != 0, 2, 1))[: STABILITY.kept]
     values, rates, modes = values[turning], rates[turning], modes[turning]  # both of a pair
     second = np.append(False, turning[1:] == turning[:-1])
@@ -319,7 +351,7 @@ def _stability(solved: Solved) -> xr.Dataset:
     return xr.Dataset(
         {
             "multiplier": ((*of_each, "part"), np.stack([values.real, values.imag], axis=1)),
-            "growth_rate": (of_each, np.log(np.abs(values)) / period),
+            "growth_rate": (of_each, rates.real),
             "multiplier_frequency": (of_each, rates.imag / (2 * np.pi)),
             "multiplier_link": (of_each, _links_of(solved, modes)),
             "multiplier_mode": (of_each, modes + 1),
@@ -339,25 +371,26 @@ def _links_of(solved: Solved, modes: Index) -> list[str]:
     return [list(made.scene.links)[i] for i in most]
 
 
-def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
+def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Collection[str] | None = None) -> xr.Dataset:
     """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided.
 
     Parameters
     ----------
     found
         The answer at the positions.
-    errors
-        Its errors; None where they are not estimated.
+    by_exact_strains
+        Share that exact strains change beside linear ones; None where it is not known.
+    names
+        Variables that are wanted: where members have all of them, nothing else is read. None for all.
     """
     scene, links = found.made.scene, found.links()
-    efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
-    variables: dict[str, Any] = {
-        **found.members(),
-        "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
-        **found.frame(),
-        **found.springs(),
-        **found.points(),
-    }
+    variables: dict[str, Any] = found.members()
+    efforts, forces, moments = dict[str, Array](), dict[str, Array](), dict[str, Array]()
+    if names is None or not variables.keys() >= set(names):
+        efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
+        along = ("theta", "joint", "component")
+        variables["joint_force"] = (along, np.stack(list(forces.values()), axis=1))
+        variables |= {**found.frame(), **found.springs(), **found.points()}
     if efforts:
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
@@ -374,18 +407,21 @@ def read_off(found: OfPoses, errors: Errors | None) -> xr.Dataset:
         "joint": list(forces),
         "component": ["x", "y"],
         "drive": list(efforts),
-        "support": list(found.supports),
+        "support": list(found.supports) if "support_force" in variables else [],
         "point": list(found.traced),
     }
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
-    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": "poses"}
-    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, errors))
+    solver = "harmonic-balance" if scene.analysis.solver == "harmonic-balance" else "poses"
+    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": solver}
+    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), _choices(scene, by_exact_strains))
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
     return joined(data, rigid_places(scene, links), motion_of_links(scene, links))
 
 
-def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset) -> Result:
+def collected(
+    solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset, names: Collection[str] | None = None
+) -> Result:
     """Label what was found.
 
     Parameters
@@ -396,23 +432,28 @@ def collected(solved: Solved | AtRest, errors: Errors | None, stability: xr.Data
         Its errors; None where they are not estimated.
     stability
         What is known of disturbances.
+    names
+        Variables that are wanted: what takes more time is left out when they are known. None for all.
     """
     scene, found = solved.scene, solved.positions
-    data = joined(read_off(found, errors), stability, mode_speeds(scene)).drop_vars(solved.untold, errors="ignore")
-    parts = []
-    if "drive_effort" in data and scene.analysis.method != "static":
-        parts.append(_power(solved, errors))
-    if SHAFT in found.made.acting:
-        parts.append(_shaft(found))
-    if isinstance(solved, Solved):
-        parts += [_modes(solved), _without_vibration(solved)]
-    if errors is not None:
-        parts.append(of_errors(errors).dataset())
-    data = joined(data, *parts)
+    data = read_off(found, _by_exact_strains(solved, errors), names)
+    data = joined(data, stability).drop_vars(solved.untold, errors="ignore")
     cycle = last_cycle(scene.analysis, scene.drives, data)
-    data = joined(data, stress_figures(scene, data, cycle))
+    parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
+    if SHAFT in found.made.acting:
+        parts.append(lambda data: _shaft(found))
+    if "drive_effort" in data and scene.analysis.method != "static":
+        parts.append(lambda data: _power(solved, errors))
+    if isinstance(solved, Solved):
+        parts += [lambda data: _modes(solved), lambda data: _without_vibration(solved)]
     if cycle is not None:
-        data = joined(data, of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
+        parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
+    parts.append(lambda data: mode_speeds(scene))
+    if errors is not None:
+        data = joined(data, of_errors(errors).dataset())
+    for part in parts:
+        if names is None or not data.variables.keys() >= set(names):
+            data = joined(data, part(data))
     units = effort_units(scene.moved_joints, scene.joints)
     return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
 
@@ -449,10 +490,10 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
     """Add what impulses give, and what drives give at them, to the mean powers; with the impulses of their efforts."""
     cycle, scene, n = solved.cycle, solved.scene, solved.made.machine.n
     efforts, works = np.zeros((len(scene.impulses), len(scene.drives))), 0.0
-    for k, blows in cycle.steps.blows.items():
+    for k, blows in cycle.blows.items():
         efforts[blows.numbers] = -blows.jumps[:, n + np.array(solved.made.driven)]
         works += float(blows.works.sum())
-        t = cycle.steps.ends[k : k + 1]
+        t = (cycle.path.starts + cycle.path.h)[k : k + 1]
         rates = OfPoses(solved.made, Motion(solved.made.machine, t, *cycle.path.when(t))).drive_rates()
         mean[next(iter(mean))] += float(np.sum(efforts[blows.numbers] @ rates[0])) / scene.period
     found = balance_of(mean | {Cause.IMPULSES: works / scene.period}, small, bound)

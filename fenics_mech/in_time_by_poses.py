@@ -18,11 +18,12 @@ from fenics_mech._arrays import Array
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
+from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.by_poses import planned, quantities, read_off, told
-from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
+from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine
 from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
@@ -34,7 +35,7 @@ from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.mode_speeds import mode_speeds
-from fenics_mech.recovery.of_poses import LAWS, OfPoses
+from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
@@ -46,8 +47,10 @@ from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.held_modes import POSITIONS
+from fenics_mech.terms.causes import Cause
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
+PEAKS = 20  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-3
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
@@ -81,13 +84,12 @@ def in_time_by_poses(scene: Scene) -> Result:
 def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
-    laws = "forces of joint laws such as friction, contact and clearance"
-    refused = [(f"joint_laws.{name}", laws) for name, law in scene.joint_laws.items() if type(law) not in LAWS]
-    riding = [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None]
-    refused += [(f"joints.{name}.member", "pins that ride along members") for name in riding]
+    riding = [name for name, joint in scene.constraints.items() if getattr(joint, "member", None) is not None]
+    refused = [(f"joints.{name}.member", "pins that ride along members") for name in riding]
     stated = (
         (analysis.lyapunov, "analysis.lyapunov", "Lyapunov exponents"),
         (analysis.poincare is not None, "analysis.poincare", "Poincare sections"),
+        (bool(scene.impulses), "impulses", "impulses"),
         (analysis.start == "periodic", "analysis.start", "motions that repeat"),
         (analysis.start not in STATED_STARTS, "analysis.start", "starts from a result"),
         (bool(scene.freedoms) and np.any(scene.damping.ratio), "damping.ratio", "ratios of modes where freedoms move"),
@@ -154,6 +156,8 @@ class InTime:
         Difference of the last two cycles relative to the largest coordinate; infinite where there is only one.
     steps
         Number of steps.
+    peaks
+        The most that each law of contact exerts, between the stages too (N or N m).
     """
 
     scene: Scene
@@ -163,6 +167,12 @@ class InTime:
     weights: Array
     change: float
     steps: int
+    peaks: dict[str, float]
+
+    @property
+    def closings(self) -> int:
+        """How often contacts closed."""
+        return sum(term.closings for term in self.inside.made.machine.terms if isinstance(term, LawTerm))
 
     @classmethod
     def of(cls, scene: Scene, times: Array, sharper: float = 1.0, settled: float | None = None) -> InTime:
@@ -181,10 +191,11 @@ class InTime:
         """
         made, tolerance = _built(scene)
         machine, analysis = made.machine, scene.analysis
-        tolerance = sharper * analysis.time_tolerance * tolerance
+        share = sharper * analysis.time_tolerance
         v = _start(made)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
-        steps = steps_in_time(machine, v, times, tolerance=tolerance, stages=analysis.stages, longest=longest)
+        chosen = {"tolerance": share * tolerance, "share": share, "stages": analysis.stages, "longest": longest}
+        steps = steps_in_time(machine, v, times, **chosen)
         taken = _Taken(made, times, analysis.settled if settled is None else settled)
         for step in steps:
             if taken.over(step):
@@ -311,6 +322,7 @@ class _Taken:
         self.positions: list[States] = []
         self.stages: list[States] = []
         self.weights: list[Array] = []
+        self.peaks: dict[str, float] = {}  # of what laws of contact exert
         self.cycle: Array | None = None  # coordinates of the last cycle that was compared
 
     def over(self, step: Step) -> bool:
@@ -321,11 +333,23 @@ class _Taken:
         reached(step.t + step.h, 0.0, float(self.times[-1]))
         self.stages.append(step.at_stages())
         self.weights.append(step.h * step.tableau.A[-1])
+        self._note_peaks(step)
         self.end = step.at_end()
         if self.end.t[0] < self.times[len(self.positions)] * (1 - 1e-12):
             return False
         self.positions.append(self.end)
         return self._is_settled()
+
+    def _note_peaks(self, step: Step) -> None:
+        """Note the most that contacts exert in a step, which places and rates tell between its stages too."""
+        scene, shares = self.made.scene, np.linspace(0, 1, PEAKS)
+        for k, term in enumerate(step.machine.terms):
+            if isinstance(term, LawTerm) and term.closed.any():
+                found = step.measured(k, shares)
+                size = term.size(
+                    step.t + step.h * shares, found.x, found.rate, term.law.joint.name in scene.open_joints
+                )
+                self.peaks[term.name] = max(self.peaks.get(term.name, 0.0), float(np.abs(size).max()))
 
     def _is_settled(self) -> bool:
         """Compare the last two cycles, where one is full."""
@@ -371,17 +395,24 @@ class _Taken:
             np.concatenate(self.weights),
             self.change,
             len(self.stages),
+            self.peaks,
         )
 
 
 def estimated(whole: InTime) -> Errors:
-    """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations."""
+    """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
+
+    Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
+    """
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
-    others = {
-        "time": InTime.of(scene, times, SHARPER, settled=0.0),
-        "mesh": InTime.of(with_halves(scene), times, settled=0.0),
-    }
-    return told(scene, here, {name: (quantities(other.positions) - here).largest for name, other in others.items()})
+    better, asked = {}, scene.analysis.error_estimates == "contacts"
+    if not whole.closings or asked:
+        better["time"] = InTime.of(scene, times, SHARPER, settled=0.0)
+    if not whole.closings:
+        better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
+    parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
+    errors = told(scene, here, parts)
+    return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
 
 
 def collected(whole: InTime, errors: Errors | None) -> Result:
@@ -395,7 +426,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
         Its errors; None where they are not estimated.
     """
     scene, found = whole.scene, whole.positions
-    data = read_off(found, errors).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
+    data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
     parts = [
         _power(whole, errors),
         _of_freedoms(found),
@@ -428,7 +459,9 @@ def _of_freedoms(found: OfTime) -> xr.Dataset:
 def _of_laws(whole: InTime) -> xr.Dataset:
     """Give what laws of joints exert, and the most of it at the stages of all steps."""
     inside = {name: float(np.abs(effort).max()) for name, effort in whole.inside.laws().items()}
-    return with_law_units(whole.scene, law_efforts(whole.positions.laws(), {}, inside, 0))
+    inside |= {name: max(size, inside[name]) for name, size in whole.peaks.items()}
+    found = law_efforts(whole.positions.laws(), whole.positions.depths(), inside, whole.closings)
+    return with_law_units(whole.scene, found)
 
 
 def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:

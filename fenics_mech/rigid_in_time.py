@@ -18,7 +18,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
-from fenics_mech.effects.causes import Cause
+from fenics_mech.terms.causes import Cause
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, Rest

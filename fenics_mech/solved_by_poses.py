@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import logging
+from collections.abc import Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.errors import SolverError
+from fenics_mech.errors import DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Machine
@@ -21,35 +22,49 @@ from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Drive, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import (
+    Beside,
     Cycle,
     Iteration,
     Path,
+    RunningModes,
     StaticIteration,
     axial_forces,
-    converged,
+    cycle_change,
     damp_modes,
     periodic,
     quasi_static,
+    rest_change,
     rigid_cycle,
+    running_change,
+    running_modes,
 )
+from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.solve.newton import newton
+from fenics_mech.solve.statics import stiffness
 
+logger = logging.getLogger(__name__)
 EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
+SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
 
 
-def built(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart: that of a coarse one if given."""
+def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
+    """Build a machine that is damped, with the motion of its rigid links as chart.
+
+    It is that of a machine with a coarser mesh, or found beside that of one which differs a little, if they are given.
+    """
     made = machine_of(scene)
     if coarse is not None and isinstance(coarse.chart, Fourier):
         made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
     elif scene.drives:
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
-        made.machine.chart = rigid_cycle(led.machine, scene.period)
+        known = None if near is None else near.chart
+        made.machine.chart = rigid_cycle(led.machine, scene.period, near=known if isinstance(known, Fourier) else None)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
@@ -79,6 +94,35 @@ def steps_of(scene: Scene) -> Array:
     return np.sort(cut) / abs(rate)
 
 
+Run = LastMotions[Path]  # motions before that of a scene, from which it is sought
+
+
+def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | None:
+    """Find the motion of a scene's machine from the last ones of a run; None where that leads to none."""
+    like = Path.of_rest(machine, scene.period, steps_of(scene), scene.analysis.stages)
+    near = None if run is None else run.near(lambda path: isinstance(path, Path) and like.alike(path))
+    if near is None:
+        return None
+    try:
+        return periodic(machine, scene.period, start=near.paced(scene.period))
+    except SolverError as error:
+        logger.info("no motion is found from the last one: %s", error)
+        return None
+
+
+def left_out_by_linear(changes: Sequence[float]) -> float | None:
+    """Give the share of the coordinates that linear strains leave out, by Newton's steps from the rigid motion.
+
+    The first step gives the linear answer. Where it changes nothing there is no second one, and None is given.
+
+    Parameters
+    ----------
+    changes
+        Sizes of the steps.
+    """
+    return changes[1] / changes[0] if len(changes) > 1 else None
+
+
 @dataclass(frozen=True)
 class Solved:
     """A periodic motion of a scene's machine.
@@ -91,16 +135,29 @@ class Solved:
         Its machine.
     cycle
         The motion.
+    disturbances
+        Small ones of it; None for those that its steps tell.
+    left_out
+        Share of the coordinates that linear strains leave out; None where it is not known.
     """
 
     scene: Scene
     made: SceneMachine
     cycle: Cycle
+    disturbances: RunningModes | None = field(default=None, kw_only=True)
+    left_out: float | None = field(default=None, kw_only=True)
     untold = ()  # variables that it has not
 
     @classmethod
-    def of(cls, scene: Scene) -> Solved:
+    def of(cls, scene: Scene, run: Run | None = None) -> Solved:
         """Build the machine of a scene, and find its periodic motion.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        run
+            Motions before it; None to begin from the rigid motion.
 
         Raises
         ------
@@ -108,7 +165,10 @@ class Solved:
             When there is none near the rigid motion.
         """
         made = built(scene)
-        return cls(scene, made, periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages))
+        if (beside := found_beside(scene, made.machine, run)) is not None:
+            return cls(scene, made, beside)
+        cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+        return cls(scene, made, cycle, left_out=left_out_by_linear(cycle.changes))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         motion = Motion(self.made.machine, t, q, v, a)
@@ -121,7 +181,7 @@ class Solved:
 
     def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
         """Give instants, coordinates, rates and accelerations at a share of every sub-interval."""
-        t = _instants(self.scene, share)
+        t = instants_of(self.scene, share)
         return t, *self.cycle.path.when(t)
 
     def at(self, share: float) -> OfPoses:
@@ -144,6 +204,48 @@ class Solved:
     def positions(self) -> OfPoses:
         """The motion at the positions of the result."""
         return self.at(0.0)
+
+    def _with(self, scene: Scene) -> tuple[SceneMachine, Beside]:
+        """Build the machine of a scene that differs a little."""
+        made = _alike(self.made, built(scene, near=self.made.machine))
+        path, pace = self.cycle.path, scene.cycle_rate / self.scene.cycle_rate
+        starts = steps_of(scene) * pace
+        if len(starts) != len(path.starts) or np.abs(starts - path.starts).max() > SAMPLING.same * path.period:
+            raise DerivativeError("a variable moves an instant at which a load jumps or an impulse acts")
+        return made, Beside(made.machine, pace)
+
+    def beside(self, *scenes: Scene) -> list[Solved]:
+        """Give the motions of two scenes that lie as far to both sides of this one, to first order.
+
+        Parameters
+        ----------
+        scenes
+            The two scenes.
+
+        Raises
+        ------
+        DerivativeError
+            When their motions have other coordinates or steps, or multipliers that are judged have no derivatives.
+        """
+        made, sides = zip(*map(self._with, scenes))
+        change, found = cycle_change(self.cycle, *sides), []
+        for scene, machine, other, sign in zip(scenes, made, sides, SIGNS):
+            path = other.path(self.cycle.path.moved(change, sign))
+            cycle = Cycle(other.machine, path, [], other.linear)
+            found.append(replace(self, scene=scene, made=machine, cycle=cycle))
+        if not self.scene.analysis.stability:
+            return found
+        log = running_change(self.cycle, self.running, *((other, one.cycle) for other, one in zip(sides, found)))
+        before = self.scene.period
+        return [
+            replace(one, disturbances=self.running.changed(sign * log, before, one.scene.period))
+            for one, sign in zip(found, SIGNS)
+        ]
+
+    @cached_property
+    def running(self) -> RunningModes:
+        """Small disturbances of the motion, the slowest to decay first."""
+        return running_modes(self.cycle, 2 * STABILITY.kept) if self.disturbances is None else self.disturbances
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
@@ -171,8 +273,10 @@ class LinearCycle(Solved):
     stresses: Stresses
 
     @classmethod
-    def of(cls, scene: Scene) -> LinearCycle:
+    def of(cls, scene: Scene, run: Run | None = None) -> LinearCycle:
         """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
+
+        It is the only one, so that motions before it tell nothing of it.
 
         Raises
         ------
@@ -186,9 +290,17 @@ class LinearCycle(Solved):
         path = Path.of_rest(made.machine, scene.period, steps_of(scene), stages)
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
         step = Iteration(made.machine, path, stiff)
-        step.step()
+        change = step.step()
         assert step.stresses is not None
-        return cls(scene, made, Cycle(made.machine, step.path, step.found, 1, step.size), list(step.stresses))
+        return cls(scene, made, Cycle(made.machine, step.path, [change], step.found), list(step.stresses))
+
+    def _with(self, scene: Scene) -> tuple[SceneMachine, Beside]:
+        made, other = super()._with(scene)
+        path, machine = other.path(self.cycle.path), other.machine
+        t = path.at(path.tableau.c)[0].ravel()
+        zero = np.zeros((len(t), machine.size))
+        found = machine.residual(t, zero, zero, zero, predicted=stiffening(scene, machine, t))
+        return made, replace(other, linear=found)
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
         rigid = Motion(self.made.machine, t, 0 * q, 0 * v, 0 * a)
@@ -210,21 +322,6 @@ class LinearCycle(Solved):
         last = len(path.tableau.c) * (ending + 1) - 1
         dq, dv, da, *stiff = (x[last] for x in (*self._next.change, *self.stresses))
         return OfLinear.by(self.made, LinearMotion(here, (dq, dv, da), stiff))
-
-    def exact(self, scene: Scene) -> Solved:
-        """Go on from here to the motion that leaves nothing out.
-
-        Parameters
-        ----------
-        scene
-            The same scene with exact strains.
-
-        Raises
-        ------
-        SolverError
-            When there is none near.
-        """
-        return Solved(scene, replace(self.made, scene=scene), converged(copy(self._next)))
 
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same at the positions without most of the error of a source, which is named."""
@@ -250,12 +347,15 @@ class AtRest:
         What is read off it.
     following
         Newton's method after the first step; None of an exact answer.
+    left_out
+        As of `Solved`.
     """
 
     scene: Scene
     made: SceneMachine
     positions: OfPoses
     following: StaticIteration | None
+    left_out: float | None = None
 
     @classmethod
     def of(cls, scene: Scene) -> AtRest:
@@ -266,42 +366,67 @@ class AtRest:
         SolverError
             When there is none near the rigid motion at a position.
         """
-        return cls._by(scene, _undamped(scene), _instants(scene))
+        return cls._by(scene, _undamped(scene), instants_of(scene))
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
         machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT in scene.named_effects
-        stiff = None
-        if STIFFENED in scene.named_effects:
-            first = StaticIteration(machine, t, moving)
-            first.step()
-            stiff = axial_forces(machine, first.iterate)
+        stiff = _stiffening_at_rest(scene, machine, t)
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
-            newton(steps.step, TIGHT, MOST, "the static answer")
+            changes = newton(steps.step, TIGHT, MOST, "the static answer")
             _refuse_buckled(scene, steps)
-            return cls(scene, made, OfPoses(made, Motion(machine, t, steps.q, still, steps.a, moving)), None)
+            motion = Motion(machine, t, steps.q, still, steps.a, moving)
+            return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes))
         steps.step()
         _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
         return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
 
-    def exact(self, scene: Scene) -> AtRest:
-        """Give the answers that leave nothing out.
+    def _with(self, scene: Scene) -> tuple[SceneMachine, Beside, Stresses | None]:
+        """Build the machine of a scene that differs a little, with the axial forces that act in its linear theory."""
+        made = _alike(self.made, _undamped(scene, near=self.made.machine))
+        machine, moving, t = made.machine, self.positions.motion.moving, instants_of(scene)
+        pace = scene.cycle_rate / self.scene.cycle_rate if scene.drives else 1.0
+        if self.following is None:
+            return made, Beside(machine, pace), None
+        zero, stiff = np.zeros((len(t), machine.size)), _stiffening_at_rest(scene, machine, t)
+        force = machine.residual(t, zero, zero, zero, moving=moving, tangents=False).force
+        held = machine.residual(t, zero, zero, zero, predicted=stiff, moving=False)
+        return made, Beside(machine, pace, replace(held, force=force)), stiff
+
+    def beside(self, *scenes: Scene) -> list[AtRest]:
+        """Give the answers of two scenes that lie as far to both sides of this one, to first order.
 
         Parameters
         ----------
-        scene
-            The same scene with exact strains.
+        scenes
+            The two scenes.
 
         Raises
         ------
-        SolverError
-            When there are none near.
+        DerivativeError
+            When their answers have other coordinates.
         """
-        made = replace(self.made, scene=self.made.scene.changed(effects=scene.effects))
-        return AtRest._by(scene, made, _instants(scene))
+        motion, sides = self.positions.motion, [self._with(scene) for scene in scenes]
+        t, q, a, moving = motion.t, motion.q, motion.a, motion.moving
+        if self.following is None:
+            values = stiffness(motion.machine, motion.found)
+        else:
+            (q, _, a), values = self.following.change, self.following.values
+        dq, da = rest_change(motion.machine, t, q, a, sides[0][1], sides[1][1], values, moving)
+        found = []
+        for scene, (made, other, stiff), sign in zip(scenes, sides, SIGNS):
+            at, still = instants_of(scene), np.zeros_like(q)
+            change = q + sign * dq, still, a + sign * da
+            if self.following is None:
+                positions = OfPoses(made, Motion(other.machine, at, *change, moving))
+            else:
+                rigid = Motion(other.machine, at, still, still, still, moving)
+                positions = OfLinear.by(made, LinearMotion(rigid, change, stiff, False))
+            found.append(replace(self, scene=scene, made=made, positions=positions))
+        return found
 
     @property
     def untold(self) -> tuple[str, ...]:
@@ -312,7 +437,7 @@ class AtRest:
 
     def at(self, share: float) -> OfPoses:
         """Give the answers at a share of the way from each position to the next."""
-        return AtRest._by(self.scene, self.made, _instants(self.scene, share)).positions
+        return AtRest._by(self.scene, self.made, instants_of(self.scene, share)).positions
 
     @property
     def weighed(self) -> tuple[OfPoses, Array]:
@@ -323,7 +448,7 @@ class AtRest:
     def better(self) -> Iterator[tuple[str, OfPoses]]:
         """Give the same without most of the error of a source, which is named."""
         finer = _undamped(with_halves(self.scene), self.made.machine)
-        yield "mesh", AtRest._by(self.scene, finer, _instants(self.scene)).positions
+        yield "mesh", AtRest._by(self.scene, finer, instants_of(self.scene)).positions
         if self.following is not None:
             yield "theory", self.corrected
 
@@ -338,9 +463,26 @@ class AtRest:
         return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
 
 
-def _undamped(scene: Scene, coarse: Machine | None = None) -> SceneMachine:
+def _undamped(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
     """Build a machine whose links are not damped."""
-    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}), coarse)
+    return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}), coarse, near)
+
+
+def _stiffening_at_rest(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
+    """Give the axial forces that act in the linear theory of static answers."""
+    if STIFFENED not in scene.named_effects:
+        return None
+    first = StaticIteration(machine, t, scene.analysis.method != "static")
+    first.step()
+    return axial_forces(machine, first.iterate)
+
+
+def _alike(known: SceneMachine, made: SceneMachine) -> SceneMachine:
+    """Give a machine, unless it has other coordinates or rows than a known one."""
+    one, other = known.machine, made.machine
+    if not (np.array_equal(one.places, other.places) and one.held == other.held):
+        raise DerivativeError("the coordinates change with a variable")
+    return made
 
 
 def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
@@ -356,8 +498,16 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
         )
 
 
-def _instants(scene: Scene, share: float = 0.0) -> Array:
-    """Give the instants at which the positions of a result are, or at a share of the way to the next (s)."""
+def instants_of(scene: Scene, share: float = 0.0) -> Array:
+    """Give the instants at which the positions of a result are, or at a share of the way to the next (s).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    share
+        Of the way.
+    """
     if scene.analysis.method == "static":
         return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
     return scene.period / scene.analysis.sub_intervals * (np.arange(scene.analysis.sub_intervals) + share)

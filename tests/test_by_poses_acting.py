@@ -203,13 +203,8 @@ def test_drives_and_damping_meet_impulses_as_in_closed_form(check, monkeypatch):
     [
         (
             "slider_crank",
-            {"joint_laws": {"rub": {"kind": "friction", "joint": "O", "coefficient": 0.1, "radius": 0.01}}},
-            "joint_laws.rub: no term states a law of the kind 'friction' yet",
-        ),
-        (
-            "slider_crank",
-            {"joint_laws": {"end": {"kind": "stop", "joint": "B", "upper": 1.0, "contact": {"stiffness": 1e6}}}},
-            "joint_laws.end: no term states a law of the kind 'stop' yet",
+            {"effects": ("coupling", "inextensible")},
+            "effects: no term states the effect 'inextensible' yet",
         ),
     ],
 )

@@ -179,7 +179,7 @@ def test_errors_of_steps_and_mesh_are_told():
         ({"analysis.lyapunov": True}, "Lyapunov"),
         ({"analysis.start": "other.nc"}, "starts from a result"),
         ({"analysis.start": "periodic"}, "motions that repeat"),
-        ({"joint_laws": {"f": {"kind": "friction", "joint": "J0", "coefficient": 0.1, "radius": 0.01}}}, "joint laws"),
+        ({"impulses": {"h": {"at": "bar0.A", "impulse": (0, 0.1), "time": 0.3}}}, "impulses"),
     ],
 )
 def test_what_poses_do_not_have_in_time_is_refused(changes, what):

@@ -20,11 +20,11 @@ if built_from is None or _compiled.ffi.string(built_from()).decode() != fingerpr
 KINDS = {np.dtype(np.float64): "double[]", np.dtype(np.int32): "int[]"}
 
 
-def call(name: str, *arguments: Any) -> None:
-    """Call a loop; arrays have to be contiguous, of doubles or of 32-bit integers, and None is no array."""
+def call(name: str, *arguments: Any) -> Any:
+    """Call a loop, and give its value; arrays are contiguous, of doubles or 32-bit integers, and None is no array."""
     ffi = _compiled.ffi
     given = [
         ffi.NULL if x is None else ffi.from_buffer(KINDS[x.dtype], x) if isinstance(x, np.ndarray) else x
         for x in arguments
     ]
-    getattr(_compiled.lib, name)(*given)
+    return getattr(_compiled.lib, name)(*given)

@@ -61,19 +61,51 @@ for inside in (1, 2, 3, 4):  # places inside an element: with 4, one element mak
         for name in ("spread", "conditions")
     }
 
+ORDER = "long N, long entries, const int *order, const int *first, const int *later, const int *to, const int *block"
+STEPS = (
+    "const int *row, const int *column, const double *h, const double *A, const double *AA, const double *c,"
+    " const double *M, const double *C, const double *K"
+)
+GIVEN = (
+    "march_of_steps::Order{N, entries, order, first, later, to, block},"
+    " march_of_steps::Steps{row, column, h, A, AA, c, M, C, K}"
+)
+MARCHES = {  # by name: what it gives, what it takes beside the stages and GIVEN, and what the template takes
+    "factor": ("long", "long steps, double *LU", "steps, LU"),
+    "missed": ("double", "long steps, const double *LU", "steps, LU"),
+    "march": (
+        "void",
+        "const double *LU, long n, double unit, long steps, long columns, const double *right, const double *gaps,"
+        " const int *blow, const double *by_q, double *state, double *a, double *after",
+        "LU, n, unit, steps, columns, right, gaps, blow, by_q, state, a, after",
+    ),
+}
+STAGES = range(1, 11)  # a scene may ask for 9, and one more tells the error of the steps
+DECLARED = {name: f"{gives} {name}_steps(int S, {ORDER}, {STEPS}, {own})" for name, (gives, own, _) in MARCHES.items()}
+
+
+def _by_stages(name: str) -> str:
+    """Give the function that calls the template of as many stages as are asked for."""
+    _, _, call = MARCHES[name]
+    cases = "\n".join(f"case {S}: return march_of_steps::{name}<{S}>({GIVEN}, {call});" for S in STAGES)
+    return f'static {DECLARED[name]} {{ switch (S) {{ {cases} }} throw "stages"; }}'
+
+
 builder = FFI()
 builder.cdef("const char *built_from(void);")  # the sources, compared on import
 builder.cdef("\n".join(f"void {own}{FUNCTIONS[name]};" for own, (name, _) in VARIANTS.items()))
+builder.cdef("\n".join(f"{declared};" for declared in DECLARED.values()))
 builder.set_source(
     "fenics_mech._kernels._compiled",
-    '#include "kernels.hpp"\n'
+    '#include "kernels.hpp"\n#include "march.hpp"\n'
     f'static const char *built_from(void) {{ return "{run_path(str(HERE / "sources.py"))["fingerprint"]()}"; }}\n'
     + "\n".join(
         f"static void {own}{FUNCTIONS[name]} {{ {name}<{of}>({CALLS[name]}); }}" for own, (name, of) in VARIANTS.items()
-    ),
+    )
+    + "\n".join(map(_by_stages, MARCHES)),
     source_extension=".cpp",
     include_dirs=[str(HERE)],
-    depends=[str(HERE / name) for name in ("jet.hpp", "rotations.hpp", "measures.hpp", "kernels.hpp")],
+    depends=[str(HERE / name) for name in ("jet.hpp", "rotations.hpp", "measures.hpp", "kernels.hpp", "march.hpp")],
     extra_compile_args=["-std=c++17", "-O3", "-fno-math-errno"],
 )
 

@@ -28,21 +28,23 @@ from fenics_mech.scene.sampling import SAMPLING
 LITTLE = 1e-3  # of an inertia or a displacement, below which what slopes change of it is not told
 NO_ESTIMATE = "all errors, as none is estimated there"  # of a point of a sweep without error estimates
 UNKNOWN_AFTER_CONTACT = "the error of the time steps, which contacts may make as large as the motion itself"
-HALVED_AFTER_CONTACT = (
-    "how far contacts let nearly the same motions part: the error of the time steps is the difference from half their "
+FINER_AFTER_CONTACT = (
+    "how far contacts let nearly the same motions part: the error of the time steps is the difference from {} their "
     "tolerance"
 )
 
 
-def after_contacts(analysis: Analysis) -> str:
+def after_contacts(analysis: Analysis, share: str = "half") -> str:
     """Say what is not known of the time steps of a motion whose contacts opened.
 
     Parameters
     ----------
     analysis
         What the scene asks for.
+    share
+        Of their tolerance, that of the steps which tell of the error.
     """
-    return HALVED_AFTER_CONTACT if analysis.error_estimates == "contacts" else UNKNOWN_AFTER_CONTACT
+    return FINER_AFTER_CONTACT.format(share) if analysis.error_estimates == "contacts" else UNKNOWN_AFTER_CONTACT
 
 
 def not_estimated(solution: Solution) -> list[str]:

@@ -10,11 +10,11 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, summed, turned
 from fenics_mech.beams.attachment import Attachment
-from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.rotation_forces import cosine, rotated
+from fenics_mech.joints.link_states import LinkStates, quarter
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.link_states import LinkStates, quarter
 from fenics_mech.scene import Scene
+from fenics_mech.terms.causes import Cause
 
 if TYPE_CHECKING:
     from fenics_mech.beams.mesh import BeamMesh

@@ -22,7 +22,7 @@ from fenics_mech.joints.dry_friction import DryFriction, line, next_held
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
 from fenics_mech.joints.laws import laws_of, rubbing_of
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
+from fenics_mech.joints.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 from fenics_mech.scene.paired_joints import PairedJoints

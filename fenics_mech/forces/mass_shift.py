@@ -21,8 +21,8 @@ from fenics_mech.beams.element_dofs import element_dofs, in_member_axes
 from fenics_mech.beams.nonlinear_stretching import half_square_in_time
 from fenics_mech.beams.shapes import AXIAL
 from fenics_mech.effects import Loads
-from fenics_mech.effects.causes import Cause
 from fenics_mech.mechanism import System
+from fenics_mech.terms.causes import Cause
 
 if TYPE_CHECKING:
     from fenics_mech.forces.rates import Acceleration, Rates

@@ -16,7 +16,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import NOTHING, UNLOADED, Loads, Situation, Terms, active, dampers
-from fenics_mech.effects.causes import Cause
 from fenics_mech.effects.loads import terms as load_terms
 from fenics_mech.effects.loads import turned_back
 from fenics_mech.effects.offsets import terms as offset_terms
@@ -33,6 +32,7 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.influence import drive_influences
 from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)

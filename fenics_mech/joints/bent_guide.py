@@ -13,7 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.joints.joint_state import JointPlace, JointState, Wrench
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross, quarter
+from fenics_mech.joints.link_states import BodyForces, LinkStates, cross, quarter
 from fenics_mech.scene import Scene
 
 if TYPE_CHECKING:

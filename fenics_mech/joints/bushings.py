@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
-from fenics_mech.kinematics.link_states import quarter
+from fenics_mech.joints.link_states import quarter
 from fenics_mech.scene import Bushing
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import Friction, Scene
+from fenics_mech.terms.causes import Cause
 
 TOLD = 1e-4  # m: creep in a motion, above which it is told
 
@@ -155,6 +155,26 @@ def next_held(held: Array, speed: Array) -> Array:
     inside = np.abs(found) < 1
     back = np.arctanh(np.where(inside, found, 0.0))
     return np.where(inside, back, np.where(held * speed < 0, 0.0, speed))
+
+
+def held_at(share: Array, speed: Array) -> Array:
+    """Give where friction is held next, ``(states,)``, by the share of its limit that a step of Newton's predicts.
+
+    It is held where its law gives that share. Beyond its limits it slides, and so it does where the speed is larger
+    than the tangents of the law let it be at that share. Where it would slide the other way, it is held at rest first.
+
+    Parameters
+    ----------
+    share
+        Friction over its limit, ``(states,)``.
+    speed
+        Sliding speed over the width, ``(states,)``.
+    """
+    inside = np.abs(share) < 1
+    back = np.arctanh(np.where(inside, share, 0.0))
+    slides = share * speed > 0
+    stays = inside & ~(slides & (np.abs(speed) > np.abs(back) + 1))
+    return np.where(stays, back, np.where(slides, speed, 0.0))
 
 
 def coefficient(stated: Friction, speed: Array) -> Array:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import JointEffort
 from fenics_mech.scene.joint_laws import PluggedEffort
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
+from fenics_mech.joints.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ from fenics_mech.joints.gears import both_sides
 from fenics_mech.joints.given_efforts import GivenEffort
 from fenics_mech.joints.guide_clearance import SliderContact
 from fenics_mech.joints.joint_state import JointLaw, JointPlace
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.joints.pin_clearance import JournalContact
 from fenics_mech.joints.side_contact import OneSide
 from fenics_mech.joints.stops import StopContact
-from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.scene import (
     Bushing,
     Cam,

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.contact_force import contact_force
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, Wrench
 from fenics_mech.scene import Stop
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)

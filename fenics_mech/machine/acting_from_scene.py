@@ -88,7 +88,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
         end = at.end(_place(scene, impulse.at))
         size = impulse.impulse, impulse.angular_impulse
         machine.blows.append((float(t), PointLoad(machine.at_ground(), end, *size, np.ones_like)))
-    acting |= add_laws(scene, machine, at.end, bodies)
+    acting |= add_laws(scene, machine, at.end, bodies, links)
     damping = scene.damping
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:

@@ -19,7 +19,7 @@ from fenics_mech.joints import Ride
 from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_of, law_of
 from fenics_mech.machine.machine import Machine
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
@@ -69,6 +69,11 @@ class SceneMachine:
     bodies: Bodies
     driven: list[int] = field(default_factory=list)
     acting: dict[str, Term] = field(default_factory=dict)
+
+    @property
+    def period(self) -> float:
+        """Duration of its cycle (s)."""
+        return self.scene.period
 
 
 def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
@@ -182,11 +187,18 @@ class _Nodes:
         return carried
 
     def _pinned(self) -> tuple[set[str], dict[str, str]]:
-        """Give the points of bending links that pins hold at the ground, and by other points the one they share."""
+        """Give the points of bending links that pins hold at the ground, and by other points the one they share.
+
+        Pins that rub have rows, which tell their forces.
+        """
+        rub = set()
+        for law in self.scene.joint_laws.values():
+            if isinstance(law, Friction):
+                rub.add(law.joint)
         fixed: set[str] = set()
         shared: dict[str, str] = {}
-        for joint in self.scene.constraints.values():
-            if not isinstance(joint, Revolute):
+        for name, joint in self.scene.constraints.items():
+            if not isinstance(joint, Revolute) or name in rub:
                 continue
             bending = [point for point in joint.connect if self.stiffness(point) == BENDING]
             if min(map(self.stiffness, joint.connect)) == RESTING:
@@ -308,7 +320,7 @@ def _with_places(scene: Scene, links: LinkMatrices, e: int, inner: int) -> Eleme
 def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
     """Let pins ride along the bent axes of members."""
     mesh = links.mesh
-    for name, label in members_under_pins(made.scene.joints, made.scene.members()).items():
+    for name, label in members_under_pins(made.scene.constraints, made.scene.members()).items():
         member = list(mesh.members).index(label)
         elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
         made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))

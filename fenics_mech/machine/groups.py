@@ -228,10 +228,17 @@ class Group:
             (found.gradient, on, (F, M, C, C)),
             (found.rate_by_variables, np.full_like(on, -1), (F, M, C, K)),
         ):
-            g = np.einsum("temn,temk->tekn", variables, E)
+            g = np.swapaxes(E, -1, -2) @ variables
             shape = len(g), E.shape[3] * len(self.dof), np.ascontiguousarray(g), by, np.ascontiguousarray(where)
             call(f"conditions_{self.kernels}", *shape, F.shape[1], K.shape[1], *to)
         M[:, pattern.at(numbers[:, None], numbers[:, None])[:, 0, 0]] -= 1.0
+
+    def add_pulls(self, found: Measured, by_pulls: Array, numbers: Places, pattern: Pattern, M: Array) -> None:
+        """Add derivatives of forces by multipliers, whose numbers among the unknowns are ``(rows,)``."""
+        on = self._on_coordinates(found.gradient, self.dof.shape[1])
+        entries, values = pattern.at(self.dof, numbers), np.einsum("tema,temr->tear", on, by_pulls)
+        for place in np.argwhere(entries >= 0):
+            M[:, entries[tuple(place)]] += values[:, *place]
 
     def entries(self, pattern: Pattern) -> Places:
         """Give the places of the entries between the coordinates of each element."""

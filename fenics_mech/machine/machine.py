@@ -280,10 +280,10 @@ class Machine:
     def pattern(self) -> Pattern:
         """Where tangents have entries."""
         of_rows = np.concatenate([self.row_group.dof, self._row_numbers], axis=1)
-        of_terms = [
-            np.hstack([group.block, np.broadcast_to(own, (len(group.block), len(own)))])
-            for group, own in zip(self.groups, self.mode_numbers)
-        ]
+        of_terms = []
+        for group, own, term in zip(self.groups, self.mode_numbers, self.terms):
+            beside = np.array([*own, *(self.n + np.array(term.rows, dtype=int))], dtype=np.int32)
+            of_terms.append(np.hstack([group.block, np.broadcast_to(beside, (len(group.block), len(beside)))]))
         of_rides = [self.riders.block] if self.rides else []
         return Pattern.of(self.size, [*of_terms, of_rows, *of_rides, self.inertia.dof, self.places])
 
@@ -413,13 +413,17 @@ class Machine:
         measured: list[Measured] = []
         for k, (term, group) in enumerate(zip(self.terms, self.groups)):
             found = group.measure(at, term.near(t) if angles is None else angles[k])
-            response = term.respond(t, found.x, found.rate)
+            rows = self.n + np.array(term.rows, dtype=np.int32)
+            pulls = (a[:, rows], None if predicted is None else predicted[k]) if term.rows else ()
+            response = term.respond(t, found.x, found.rate, *pulls)
             own = self.mode_numbers[k]
             if response.modes is not None:
                 sizes = np.einsum("temk,tem->tk", response.modes, found.rate) if known else a[:, own]
                 response = response.under(sizes)
             found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
+            if tangents and found.response.by_pulls is not None:
+                group.add_pulls(found, found.response.by_pulls, rows, self.pattern, M)
             if response.modes is not None:
                 group.add_modes(found, sizes, own, self.pattern, target)
             measured.append(found)

@@ -51,8 +51,8 @@ class Measured:
         at[i, j] = at[j, i] = np.arange(len(i))
         return np.einsum("temab,teb->tema", np.take(self.hessian, at, axis=-1), self.ways)
 
-    def predicted(self, change: Array, change_of_ways: Array, change_of_modes: Array) -> Array:
-        """Give the stresses after a change of the variables, their rates and the modes, to first order."""
+    def predicted(self, change: Array, change_of_ways: Array, change_of_modes: Array, change_of_pulls: Array) -> Array:
+        """Give the stresses after a change of the variables, their rates, the modes and multipliers, to first order."""
         stress = self.response.stress.copy()
         x = np.einsum("temn,ten->tem", self.gradient, change)
         if self.response.by_measure is not None:
@@ -69,4 +69,6 @@ class Measured:
                 stress += np.einsum("tsij,tsj->tsi", derivative, y).reshape(stress.shape)
         if self.response.modes is not None:
             stress += np.einsum("temk,tk->tem", self.response.modes, change_of_modes)
+        if self.response.by_pulls is not None:
+            stress += np.einsum("temr,tr->tem", self.response.by_pulls, change_of_pulls)
         return stress

@@ -263,8 +263,8 @@ def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: in
         np.array([[getattr(end, name) for end in beams.pairs[e]] for e in elements]) for name in ("offset", "turn")
     )
     columns = np.swapaxes(rates[:, :, 1:], -1, -2)[:, pose]
-    place = rates[:, pose, 0] + np.einsum("tskij,skj->tski", columns, offset)
-    return place, np.einsum("tskij,skj->tski", columns, turn[..., axis])
+    place = rates[:, pose, 0] + (columns @ offset[..., None])[..., 0]
+    return place, (columns @ turn[..., axis, None])[..., 0]
 
 
 def _vectors(length: Array, place: Array, axis: Array, inside: Array) -> Array:
@@ -274,7 +274,7 @@ def _vectors(length: Array, place: Array, axis: Array, inside: Array) -> Array:
 
 
 def _between_all(shapes: Array, vectors: Array) -> Array:
-    return np.einsum("si,tsid->tsd", shapes, vectors)
+    return np.asarray((shapes[:, None] @ vectors)[:, :, 0])
 
 
 def _between(x: Array, values: Array) -> Array:

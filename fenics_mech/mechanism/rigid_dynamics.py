@@ -16,15 +16,15 @@ from functools import cached_property, partial
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.effects.causes import Cause
 from fenics_mech.joints.dry_friction import DryFriction
 from fenics_mech.joints.friction_balance import FrictionBalance
 from fenics_mech.joints.joint_state import JointLaw, JointPlace, JointState, Touching, Wrench
 from fenics_mech.joints.laws import laws_of, rubbing_of
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross
+from fenics_mech.joints.link_states import BodyForces, LinkStates, cross
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.mechanism.rigid_loads import RigidLoads
 from fenics_mech.scene import Scene
+from fenics_mech.terms.causes import Cause
 
 FROM_OUTSIDE = (Cause.WEIGHT, Cause.LOADS, Cause.EXTERNAL_DRAG)  # what acts on links and not on the frame
 Contacts = Mapping[str, Touching]  # by law

@@ -10,11 +10,11 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.effects.causes import Cause
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, quarter
+from fenics_mech.joints.link_states import BodyForces, LinkStates, quarter
 from fenics_mech.kinematics.load_factors import load_factor
 from fenics_mech.scene import HingeDamper, HingeSpring, LineDamper, LineSpring, Load, Scene
 from fenics_mech.scene.springs_dampers import Hinge
+from fenics_mech.terms.causes import Cause
 
 Pull = Callable[[Array, Array], Array]  # tension or moment by the length or angle (m, rad) and its rate, ``(states,)``
 

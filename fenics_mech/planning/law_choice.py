@@ -20,7 +20,7 @@ from fenics_mech.forces.joint_forces import joint_forces, joint_names, nodal_for
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.joints.dry_friction import DryFriction, coefficient
 from fenics_mech.joints.joint_state import JointPlace
-from fenics_mech.kinematics.link_states import LinkStates
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.response.setup import mechanism

@@ -10,12 +10,12 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.accuracy.quantities import MEASURE
-from fenics_mech.effects.causes import LOSSES, OF_JOINT_LAWS, Cause, cause_of_efforts
 from fenics_mech.effects.springs import spring_energy
 from fenics_mech.forces.impulse_work import ImpulseWork
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.influence import drive_rates
 from fenics_mech.response.solution import CollocationSolution, FreeSolution, InTime, MotorSolution, Solution
+from fenics_mech.terms.causes import LOSSES, OF_JOINT_LAWS, Cause, cause_of_efforts
 
 
 def energy_balance(solution: Solution, forces: Forces, efforts: dict[str, Array], errors: Array) -> xr.Dataset:

@@ -10,7 +10,7 @@ import xarray as xr
 
 from fenics_mech._arrays import turned
 from fenics_mech.errors import ResultError
-from fenics_mech.kinematics.link_states import quarter
+from fenics_mech.joints.link_states import quarter
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.section_stress import shear_stress, von_mises
 from fenics_mech.scene import Scene

@@ -18,7 +18,7 @@ from fenics_mech.effects.separations import Separation
 from fenics_mech.forces.joint_forces import Reactions
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.joints.laws import law_names
-from fenics_mech.kinematics.link_states import cross
+from fenics_mech.joints.link_states import cross
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.scene import Prismatic, Scene, Slot, Weld

@@ -14,8 +14,8 @@ from fenics_mech.beams.attachment import Attachment
 from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.forces.places_on_axes import AtNode, BentLinks, InElement
 from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.joints.link_states import quarter
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.link_states import quarter
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.kinematics.transmission import transmission_angles

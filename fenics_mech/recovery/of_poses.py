@@ -10,10 +10,10 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.effects.causes import Cause, cause_of_efforts
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import PLANE, End
+from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
@@ -23,11 +23,12 @@ from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
-from fenics_mech.machine.without_modes import without_modes
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.scene import Bushing, JointEffort
+from fenics_mech.recovery.without_modes import without_modes
+from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.terms import Beams, Term
+from fenics_mech.terms.causes import Cause, cause_of_efforts
 
 GROUND = "ground"
 Variables = dict[str, tuple[tuple[str, ...], Array]]
@@ -171,22 +172,34 @@ class OfPoses:
     def joint_forces(self) -> dict[str, Array]:
         """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N).
 
-        What a law exerts in a joint beside its rows is part of it.
+        What laws exert beside what holds the joint is a part of it.
         """
         found: dict[str, Array] = {}
-        scene, exerted = self.made.scene, dict[str, Array]()
-        for name, law in scene.joint_laws.items():
-            if law.joint not in scene.open_joints:
-                force = self._on_end(self.made.acting[f"joint_laws.{name}"], 1)[:, :2]
-                exerted[law.joint] = exerted.get(law.joint, 0.0) + force
-        for name, joint in scene.joints.items():
+        for name, joint in self.made.scene.joints.items():
             others = joint.connect[1:]
             for point in others:
                 body = point.split(".")[0]
-                force = self.held(name, joint, body)[:, :2]
-                force = force + exerted[name] if name in exerted and point == others[0] else force
-                found[name if len(others) == 1 else f"{name}:{body}"] = force
+                found[name if len(others) == 1 else f"{name}:{body}"] = self.held(name, joint, body)[:, :2]
+            if name not in self.made.scene.open_joints:
+                for term in self._laws_at(name):
+                    found[name] = found[name] + self._on_second(term)[:, :2]
         return found
+
+    def _laws_at(self, joint: str) -> list[Term]:
+        """Give the terms of laws at a joint of two bodies, whose first one takes the opposite of what they exert."""
+        found = []
+        for name, term in self._laws.items():
+            stated, _, driven = name.partition(":")
+            apart = isinstance(term, LawTerm) and term.law.joint.elsewhere
+            if not apart and joint == (driven or self.made.scene.joint_laws[stated].joint):
+                found.append(term)
+        return found
+
+    def _on_second(self, term: Term) -> Array:
+        """Give force and moment of a law on the second body of its joint, about its point ``(instants, 3)``."""
+        if isinstance(term, LawTerm):
+            return np.asarray(-self.motion.of_term(term).response.stress[:, term.law.joint.bodies[1]])
+        return self._on_end(term, 1)
 
     @cached_property
     def _reactions(self) -> Reactions:
@@ -199,6 +212,8 @@ class OfPoses:
             return -np.sum([self.held(name, joint, other) for other in bodies if other != GROUND], axis=0)
         if name in self.made.scene.open_joints:
             law = next(key for key, law in self.made.scene.joint_laws.items() if law.joint == name)
+            if isinstance(term := self.made.acting[f"joint_laws.{law}"], LawTerm):
+                return self._on_second(term) if list(bodies).index(body) == 1 else -self._on_second(term)
             return self._on_end(self.made.acting[f"joint_laws.{law}"], list(bodies).index(body))
         end = self.made.end(bodies[body])
         if joint.member is not None:
@@ -355,8 +370,7 @@ class OfPoses:
             given = given + efforts[joint] * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
-        laws = self.made.scene.joint_laws
-        causes |= {id(self.made.acting[f"joint_laws.{name}"]): LAWS[type(law)] for name, law in laws.items()}
+        causes |= {id(term): _cause_of(self.made.scene, name, term) for name, term in self._laws.items()}
         taken: list[tuple[str | None, Array]] = []
         if self.made.links is not None:
             taken += _of_beams(machine.beams, self.measured[0])
@@ -391,10 +405,26 @@ class OfPoses:
     def laws(self) -> dict[str, Array]:
         """Give what each law exerts on the second body of its joint ``(instants,)``: of a bushing the force's size."""
         found = {}
-        for name in self.made.scene.joint_laws:
-            stress = self.motion.of_term(self.made.acting[f"joint_laws.{name}"]).response.stress[:, 0]
-            found[name] = -stress[:, 0] if stress.shape[1] == 1 else norms(stress[:, :2])
+        for name, term in self._laws.items():
+            if isinstance(term, LawTerm):
+                here, alone = self.motion.of_term(term), term.law.joint.name in self.made.scene.open_joints
+                found[name] = term.size(self.motion.t, here.x, here.rate, alone)
+            else:
+                stress = self.motion.of_term(term).response.stress[:, 0]
+                found[name] = -stress[:, 0] if stress.shape[1] == 1 else norms(stress[:, :2])
         return found
+
+    def depths(self) -> dict[str, Array]:
+        """Give the largest indentation of each law of contact ``(instants,)`` (m or rad), negative where it is open."""
+        terms = {name: term for name, term in self._laws.items() if isinstance(term, LawTerm) and term.contacts}
+        found = {name: (term, self.motion.of_term(term)) for name, term in terms.items()}
+        return {name: term.depths(here.x, here.rate)[0].max(axis=0) for name, (term, here) in found.items()}
+
+    @property
+    def _laws(self) -> dict[str, Term]:
+        """Terms of laws of joints: those of gears and cams have one for each of both joints."""
+        own = ((place.partition("."), term) for place, term in self.made.acting.items())
+        return {name: term for (table, _, name), term in own if table == "joint_laws"}
 
     def _of_springs(self) -> Iterator[tuple[str, Array, Array]]:
         """Give springs and dampers on the ground: force and couple on it ``(instants, 3)``, and where they act."""
@@ -403,6 +433,12 @@ class OfPoses:
             place = next((place for place, own in self.made.acting.items() if own is term), "")
             kind, _, name = place.partition(".")
             if kind not in SUPPORTING or machine.ground not in group.pose[0]:
+                continue
+            if isinstance(term, LawTerm):
+                if -1 in term.law.joint.bodies and not term.law.joint.elsewhere:
+                    body = max(term.law.joint.bodies)
+                    on = self.motion.of_term(term).response.stress[:, body]
+                    yield f"{SUPPORTING[kind]} {name}", on, self.motion.of_end(term.pairs[body][1])[0]
                 continue
             side = int(group.pose[0, 1] == machine.ground)
             yield f"{SUPPORTING[kind]} {name}", self._on_end(term, side), self.motion.of_end(term.pairs[0][side])[0]
@@ -419,8 +455,17 @@ class OfPoses:
 
 
 SUPPORTING = {"springs": "spring", "dampers": "damper", "joint_laws": "joint law"}  # names of supports, by table
-LAWS = {JointEffort: Cause.EFFORTS, Bushing: Cause.BUSHINGS}  # laws of joints that terms state
+LAWS = {
+    Friction: Cause.FRICTION,
+    JointEffort: Cause.EFFORTS,
+    Bushing: Cause.BUSHINGS,
+}  # of laws
 CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
+
+
+def _cause_of(scene: Scene, name: str, term: Term) -> Cause:
+    """Give under which cause the power of a law's term is listed."""
+    return term.law.cause if isinstance(term, LawTerm) else LAWS[type(scene.joint_laws[name])]
 
 
 def _of_beams(beams: Beams, here: Measured) -> Iterator[tuple[str, Array]]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError
-from fenics_mech.kinematics.link_states import quarter
+from fenics_mech.joints.link_states import quarter
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.signal import harmonics, last_cycle

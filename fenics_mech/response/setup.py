@@ -33,14 +33,12 @@ from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Link, Scene
 from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.springs_dampers import Hinge
+from fenics_mech.solve.last_motions import LastMotions
 
 if TYPE_CHECKING:
     from fenics_mech.effects.effect import Choice
     from fenics_mech.response.periodic.known_motion import KnownMotion
     from fenics_mech.response.solution import Solution
-
-
-FARTHEST = 1.5  # share of the way between two motions, by which the next is sought beyond them
 
 
 class CommonParts:
@@ -59,9 +57,7 @@ class CommonParts:
     """
 
     def __init__(self, begin_from_last: bool = False) -> None:
-        self._begin_from_last = begin_from_last
-        self._place = 0.0
-        self._motions: list[tuple[float, KnownMotion]] = []  # the last two, and where in a run they are
+        self.last: LastMotions[Any] | None = LastMotions() if begin_from_last else None
         self._meshes, self._links = LastMade(CACHE.most_shared), LastMade(CACHE.most_shared)
         self._linkages: list[Linkage] = []
 
@@ -93,18 +89,6 @@ class CommonParts:
             self._linkages = [*self._linkages, found][-CACHE.most_shared :]
         return found
 
-    def go_to(self, place: float | None) -> None:
-        """Go to the next motion of a run.
-
-        Parameters
-        ----------
-        place
-            Its place in the run, such as a speed; None lets it begin from nothing.
-        """
-        if place is None:
-            self._motions = []
-        self._place = place or 0.0
-
     def near(self, beams: Beams) -> KnownMotion | None:
         """Give a motion on the mesh of links from which the next is to begin, if it is to.
 
@@ -113,12 +97,9 @@ class CommonParts:
         beams
             The links.
         """
-        known = [(place, motion) for place, motion in self._motions if motion.mesh is beams.mesh]
-        if not known:
+        if self.last is None:
             return None
-        (before, first), (last, motion) = known[0], known[-1]
-        share = (self._place - last) / (last - before) if last != before else 0.0
-        return motion.beyond(first, share) if 0 < share <= FARTHEST else motion
+        return self.last.near(lambda motion: getattr(motion, "mesh", None) is beams.mesh)
 
     def keep(self, motion: KnownMotion) -> None:
         """Keep a motion for the next to begin from, if it does.
@@ -128,8 +109,8 @@ class CommonParts:
         motion
             The motion.
         """
-        if self._begin_from_last:
-            self._motions = [*self._motions[-1:], (self._place, motion)]
+        if self.last is not None:
+            self.last.keep(motion)
 
     def answered(self, solution: Solution, fields: Any, choices: Sequence[Choice]) -> None:
         """Take note of the answer of each analysis: studies that need it do, here nothing is done.
@@ -141,11 +122,6 @@ class CommonParts:
         choices
             What was decided about each effect.
         """
-
-    @property
-    def found(self) -> KnownMotion | None:
-        """The motion at the place, where it was kept."""
-        return next((motion for place, motion in self._motions[-1:] if place == self._place), None)
 
     def motion(self, scene: Scene, theta: Array) -> Motion:
         """Give the motion of a scene's links at drive angles; without a drive, the linkage at rest.

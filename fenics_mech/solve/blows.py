@@ -10,18 +10,15 @@ by Lagrange's equations integrated over the instant (Goldsmith, Impact (1960), c
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Machine
 from fenics_mech.machine.groups import Group
-from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.compiled_steps import accelerated
+from fenics_mech.solve.path import SAME, Path
 from fenics_mech.terms import Response
-
-if TYPE_CHECKING:
-    from fenics_mech.solve.periodic import Path
 
 STEP = 1e-6  # of the extent: of central differences, whose error is its square, and rounding over it
 
@@ -71,7 +68,22 @@ def blows_of(machine: Machine, path: Path) -> dict[int, Blows]:
     return {k: _struck(machine, numbers, float(ends[k]), q[k], v[k]) for k, numbers in at_step.items()}
 
 
-SAME = 1e-9  # of a period between instants that are one
+def gaps_between(path: Path, blows: dict[int, Blows]) -> Array:
+    """Give by how much steps miss the next one: coordinates, and rates times the mean step ``(steps, 2 n)``.
+
+    Parameters
+    ----------
+    path
+        The motion.
+    blows
+        Impulses by the step at whose end they act.
+    """
+    n, (_, q, v, _) = path.n, path.at(np.ones(1))
+    end_q, end_v = q[:, 0, :n], v[:, 0, :n]
+    for k, struck in blows.items():
+        end_v[k] += struck.jumps[:, :n].sum(axis=0)
+    q, v = end_q - np.roll(path.q0, -1, axis=0)[:, :n], end_v - np.roll(path.v0, -1, axis=0)[:, :n]
+    return np.concatenate([q, path.period / len(path.starts) * v], axis=1)
 
 
 def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) -> Blows:
@@ -92,20 +104,38 @@ def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) 
 
 def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
     """Give jumps of rates and impulses of multipliers at some coordinates ``(places, impulses, size)``."""
-    n, kept, pattern, zero = machine.n, machine.n + machine.held, machine.pattern, np.zeros_like(q)
-    time, blocks = np.full(len(q), t), blocks_of(pattern, 1)
+    zero, time, jumps = np.zeros_like(q), np.full(len(q), t), []
     found = machine.residual(time, q, zero, zero, loads=0.0, moving=False)
-    rows = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr))
-    of_gaps, of_modes = (rows >= n) & (pattern.indices < n), (rows >= kept) != (pattern.indices >= kept)
-    values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
-    impulses = np.zeros((len(q), pattern.size, len(numbers)))
-    for column, number in enumerate(numbers):
+    for number in numbers:
         load = machine.blows[number][1]
         group = Group.of(machine.geometry, machine.places, load)
         measured = group.measure(found.at, None)
         stress = load.respond(time, measured.x, measured.rate).stress
         force, none = np.zeros_like(q), np.zeros_like(found.M)
-        group.spread(measured.with_response(Response(stress)), None, pattern, False, (force, none, none, none))
-        impulses[:, :, column] = -force
-    solved = [Factors(blocks, x[:, None, None], "an impulse").solve(y) for x, y in zip(values, impulses)]
-    return np.swapaxes(np.array(solved), 1, 2)
+        group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
+        jumps.append(accelerated(machine, found, -force))
+    return np.stack(jumps, axis=1)
+
+
+def with_rows(machine: Machine, t: float, v: Array) -> Array:
+    """Give rates that fulfil the rows of joints, by an impulse of these, where steps have left them off ``(size,)``.
+
+    Those of drives stay. Rates beside a row, which a step corrects, would be accelerations as large as it is short.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart rests.
+    t
+        Instant (s).
+    v
+        Rates ``(size,)``.
+    """
+    zero, rows, n = np.zeros((1, machine.size)), len(machine.rows), machine.n
+    found = machine.residual(np.array([t]), zero, zero, zero, loads=0.0, moving=False)
+    off = machine.pattern.times(found.K, v[None])
+    off[:, :n], off[:, n + machine.held :] = 0.0, 0.0
+    off[:, n : n + rows][:, [row.leads for row in machine.rows]] = 0.0
+    jump = accelerated(machine, found, -off)[0]
+    jump[n:] = 0.0
+    return np.asarray(v + jump)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,15 +12,14 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine import Machine
-from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.sparse import Factors, blocks_of
-from fenics_mech.solve.stages import Tableau, radau, stage_matrix
+from fenics_mech.solve.blows import with_rows
+from fenics_mech.solve.contacts import Contacts
+from fenics_mech.solve.stages import radau
+from fenics_mech.solve.step import SHORT, Step, now
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 4.0  # of a step's change: Hairer and Wanner, Solving ODE II, chapter IV.8
-CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
 FIXED = 1e-9  # tolerance of steps of a stated length (m, rad), which only Newton's method has
 ROUNDING = 1e-9  # of a step, by which the last of even ones may be too short
-SHORT = 1e-2  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
 
 
 @dataclass
@@ -42,151 +41,6 @@ class Course:
     multipliers: Array
 
 
-@dataclass(frozen=True)
-class States:
-    """Poses of a machine at some instants, and what stands with their accelerations.
-
-    Parameters
-    ----------
-    t
-        Instants ``(instants,)`` (s).
-    motion
-        All poses there.
-    others
-        Multipliers, and sizes of modes of stress ``(instants, others)``.
-    measures
-        Of every term ``(instants, elements, measures)``: whole turns are counted.
-    """
-
-    t: Array
-    motion: PoseMotion
-    others: Array
-    measures: Sequence[Array]
-
-    @classmethod
-    def joined(cls, parts: Sequence[States]) -> States:
-        """Put states one after the other."""
-        motion = PoseMotion.joined([x.motion for x in parts])
-        t, others = np.concatenate([x.t for x in parts]), np.concatenate([x.others for x in parts])
-        return cls(t, motion, others, [np.concatenate(of_term) for of_term in zip(*(x.measures for x in parts))])
-
-
-@dataclass(frozen=True)
-class Step:
-    """A step in time from the poses of the machine's chart, which rests.
-
-    Parameters
-    ----------
-    machine, tableau
-        The machine, and the stages.
-    t, h
-        Start and length (s).
-    v
-        Rates at the start ``(size,)``.
-    tolerance
-        Of every coordinate ``(coordinates,)`` (m, rad).
-    angles
-        Measures of every term at the start; None where the terms know.
-    a
-        Accelerations at the stages ``(stages, size)``.
-    measures
-        Measures of every term at the stages.
-    """
-
-    machine: Machine
-    tableau: Tableau
-    t: float
-    h: float
-    v: Array
-    tolerance: Array
-    angles: Sequence[Array] | None
-    a: Array
-    measures: Sequence[Array] = ()
-
-    def at(self, s: Array) -> tuple[Array, Array, Array]:
-        """Give coordinates, rates and accelerations at shares of the step ``(shares, size)`` each."""
-        tableau, h, n = self.tableau, self.h, self.machine.n
-        values, integrals = tableau.at(s)
-        q = h * s[:, None] * self.v + h * h * integrals @ (tableau.A @ self.a)
-        v = self.v + h * integrals @ self.a
-        q[:, n:] = v[:, n:] = 0.0
-        return q, v, values @ self.a
-
-    def solved(self) -> Step:
-        """Solve it by Newton's method from the accelerations that it has.
-
-        Raises
-        ------
-        SolverError
-            When it has no solution.
-        """
-        machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
-        a, size, stages = self.a, machine.size, len(tableau.c)
-        instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
-        measures: list[Array] = []
-
-        def step() -> float:
-            nonlocal stresses, a
-            q, v, _ = replace(self, a=a).at(tableau.c)
-            found = machine.residual(instants, q, v, a, predicted=stresses, angles=self._near(q))
-            measures[:] = [term.x for term in found.terms]
-            matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
-            da = Factors(blocks, matrix, f"step at {self.t:.6g} s").solve(-found.force.T.ravel())
-            da = da.reshape(size, stages).T
-            a = a + da
-            dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
-            dq[:, n:] = dv[:, n:] = 0.0
-            stresses = predicted(machine, found, dq, dv, da)
-            return float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0))
-
-        newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
-        return replace(self, a=a, measures=measures)
-
-    def _near(self, q: Array) -> list[Array] | None:
-        """Give angles near those of every term at some coordinates: in the plane those at the start, and the turns."""
-        if self.angles is None:
-            return None
-        g, found = self.machine.geometry, []
-        turns = np.append(q, np.zeros((len(q), 1)), axis=1)[:, self.machine.places[:, g.d]] * (g.turns == 1)
-        for group, angles in zip(self.machine.groups, self.angles):
-            turned = turns[:, group.pose[:, 1]] - turns[:, group.pose[:, 0]]
-            found.append(angles + (turned[..., None] if turned.shape[1] == angles.shape[1] else 0 * q[:, :1, None]))
-        return found
-
-    def within(self, s: Array) -> States:
-        """Give the poses at shares of the step, by the polynomial through its stages ``(shares,)``."""
-        q, v, a = self.at(s)
-        near = self._near(q) or [np.repeat(x[:1], len(s), axis=0) for x in self.measures]
-        return self._states(self.h * s, q, v, a, near)
-
-    def at_stages(self) -> States:
-        """Give the poses at its stages."""
-        return self._states(self.h * self.tableau.c, *self.at(self.tableau.c), self.measures)
-
-    def at_end(self) -> States:
-        """Give the poses at its end."""
-        return self._states(np.array([self.h]), *self.at(np.ones(1)), [x[-1:] for x in self.measures])
-
-    def at_start(self) -> States:
-        """Give the poses at its start, with the accelerations and multipliers that a short step leads back to."""
-        still, back = np.zeros((1, self.machine.size)), self.tableau.back
-        short = replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
-        return self._states(np.zeros(1), still, self.v[None], (back @ short.a)[None], short.measures)
-
-    def _states(self, after: Array, q: Array, v: Array, a: Array, measures: Sequence[Array]) -> States:
-        machine, chart, poses = self.machine, self.machine.chart, []
-        for k, t in enumerate(self.t + after):
-            poses.append(_now(machine, t, *machine.rebase(q[k], v[k], a[k])))
-            machine.chart = chart
-        return States(self.t + after, PoseMotion.joined(poses), a[:, machine.n :], [x[: len(after)] for x in measures])
-
-    def error(self, before: Array) -> float:
-        """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
-        n, tableau = self.machine.n, self.tableau
-        missed = (tableau.back @ self.a - before)[:n] / self.tolerance
-        return float(tableau.inside * self.h**2 * np.abs(missed).max(initial=0.0))
-
-
 def steps_in_time(
     machine: Machine,
     v: Array,
@@ -194,12 +48,14 @@ def steps_in_time(
     *,
     h: float | None = None,
     tolerance: Array | float = 1e-6,
+    share: float = 1e-4,
     stages: int = 3,
     longest: float = np.inf,
 ) -> Iterator[Step]:
     """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
 
-    A step ends at each of the stated instants. There the equation is fulfilled, and between the stages it is not.
+    A step ends at each of the stated instants, and where a contact closes or opens. There the equation is fulfilled,
+    and between the stages it is not.
 
     Parameters
     ----------
@@ -213,6 +69,8 @@ def steps_in_time(
         Longest step (s), where steps are not chosen; None to choose them.
     tolerance
         Largest error of a coordinate in a step (m, rad), of all or of each ``(coordinates,)``, where steps are chosen.
+    share
+        Largest error of a rate of indentation in a step, of that at which the contact began.
     stages
         Stages of a step.
     longest
@@ -226,26 +84,33 @@ def steps_in_time(
     tableau, fixed, duration, exponent = radau(stages), h is not None, times[-1] - times[0], 1 / (stages + 2)
     t, step = float(times[0]), h or min(1e-3 * duration, longest)
     allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
-    a, angles = np.zeros((stages, machine.size)), None
+    a, angles, contacts = np.zeros((stages, machine.size)), None, Contacts(machine, share)
+    contacts.begin(t, v)
     if not fixed:
         short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
         a = np.tile(tableau.back @ short.a, (stages, 1))
     for stop in times[1:]:
         while t < stop:
             parts = math.ceil((stop - t) / min(step, longest) - ROUNDING)
-            step, error = (stop - t) / parts, np.inf
+            step = (stop - t) / parts
             try:
                 made = Step(machine, tableau, t, step, v, allowed, angles, a).solved()
-                error = 0.0 if fixed else made.error(a[0])
+                error = 0.0 if fixed else max(made.error(a[0]), contacts.error(made, a[0]))
+                made, event = contacts.up_to_event(made) if error <= 1 else (made, None)
             except SolverError:
                 if fixed or step < 1e-9 * duration:
                     raise
+                error = np.inf
             if error > 1:
                 step *= max(LEAST, SAFETY * error**-exponent)
                 continue
             yield made
-            t, angles = float(stop) if parts == 1 else t + step, [x[-1:] for x in made.measures]
+            if event is not None:
+                contacts.pass_event(made, event)
+            t = float(stop) if parts == 1 and made.h == step else t + made.h
+            angles = [x[-1:] for x in made.measures]
             v, last = machine.rebase(*(x[-1] for x in made.at(np.ones(1))))
+            v = with_rows(machine, t, v) if contacts.terms else v
             a = np.tile(last, (stages, 1))
             step = h or step * min(MOST, SAFETY * max(error, 1e-300) ** -exponent)
 
@@ -285,15 +150,10 @@ def march(
         When a step has no solution.
     """
     rows = len(machine.rows)
-    times, motions, multipliers = [start], [_now(machine, start, v, np.zeros_like(v)).part(0)], [np.zeros(rows)]
+    times, motions, multipliers = [start], [now(machine, start, v, np.zeros_like(v)).part(0)], [np.zeros(rows)]
     for step in steps_in_time(machine, v, np.array([start, start + duration]), h=h, tolerance=tolerance, stages=stages):
         state = step.at_end()
         times.append(float(state.t[0]))
         motions.append(state.motion.part(0))
         multipliers.append(state.others[0, :rows])
     return Course(np.array(times), motions, np.array(multipliers))
-
-
-def _now(machine: Machine, t: float, v: Array, a: Array) -> PoseMotion:
-    """Give the motion of the poses of the chart at an instant, with rates and accelerations ``(size,)``."""
-    return machine.with_rates(machine.known.at(np.array([t])), v[None], a[None])

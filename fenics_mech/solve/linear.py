@@ -10,8 +10,10 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import predicted
-from fenics_mech.solve.periodic import Iteration, Path
+from fenics_mech.solve.path import Path
+from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
+from fenics_mech.solve.statics import stiffness
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ class StaticIteration:
         machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
         self.found = machine.residual(self.t, self.q, zero, self.a, moving=self.moving, tangents=False)
         held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False)
-        self.values = np.where(machine.pattern.indices >= n, held.M, held.K)
+        self.values = stiffness(machine, held)
         blocks = blocks_of(machine.pattern, 1)
         x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")
         dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)

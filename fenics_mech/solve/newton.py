@@ -11,8 +11,8 @@ from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
 
 
-def newton(step: Callable[[], float], tolerance: float, most: int, what: str) -> int:
-    """Step until the change is small, and give the number of steps.
+def newton(step: Callable[[], float], tolerance: float, most: int, what: str) -> list[float]:
+    """Step until the change is small, and give the sizes of all changes.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def newton(step: Callable[[], float], tolerance: float, most: int, what: str) ->
         if not np.isfinite(changes[-1]):
             break
         if changes[-1] < tolerance:
-            return len(changes)
+            return changes
     last = ", ".join(f"{change:.1e}" for change in changes[-3:])
     raise SolverError(f"{what}: Newton's method has not converged in {len(changes)} steps (changes {last})")
 
@@ -47,6 +47,8 @@ def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array, da: Arr
     That is Newton's method with the stresses as unknowns, condensed. `dq`, `dv` and `da` are ``(instants, size)``.
     """
     return [
-        measured.predicted(group.variables(dq), group.variables(dv), da[:, modes])
-        for measured, group, modes in zip(found.terms, machine.groups, machine.mode_numbers)
+        measured.predicted(
+            group.variables(dq), group.variables(dv), da[:, modes], da[:, machine.n :][:, list(term.rows)]
+        )
+        for measured, group, modes, term in zip(found.terms, machine.groups, machine.mode_numbers, machine.terms)
     ]

@@ -6,8 +6,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import numpy as np
+
 from fenics_mech._arrays import Array
-from fenics_mech._petsc import PETSc
+from fenics_mech._petsc import PETSc, configured
+from fenics_mech.errors import SolverError
 
 
 class _Operator:
@@ -39,3 +42,43 @@ def shell(size: int, apply: Callable[[Array], Array]) -> Iterator[tuple[Any, Any
     finally:
         for thing in (right, left, matrix):
             thing.destroy()
+
+
+def by_gmres(apply: Callable[[Array], Array], right: Array, rtol: float, most: int, prefix: str, failure: str) -> Array:
+    """Solve a linear system whose matrix a function knows, by a KSP.
+
+    Its directions are made orthogonal twice: once leaves rounding of the stiff ones, by which it stops at 1e-8.
+
+    Parameters
+    ----------
+    apply
+        Gives the product of the matrix with a vector.
+    right
+        Right-hand side.
+    rtol
+        Of it, what may be left.
+    most
+        Directions that are kept, and steps at most.
+    prefix
+        Of the KSP's options.
+    failure
+        What to say where it does not converge.
+
+    Raises
+    ------
+    SolverError
+        When it does not converge.
+    """
+    ksp = PETSc.KSP().create(PETSc.COMM_SELF)
+    ksp.setType("gmres")
+    ksp.setGMRESRestart(most)
+    ksp.getPC().setType("none")
+    ksp.setTolerances(rtol=rtol, atol=1e-300, max_it=most + 10)
+    with shell(len(right), apply) as (operator, b, x):
+        ksp.setOperators(operator)
+        b.setArray(right)
+        with configured(ksp, prefix, {"ksp_gmres_cgs_refinement_type": "refine_always"}, {}):
+            ksp.solve(b, x)
+            if ksp.getConvergedReason() < 0:
+                raise SolverError(failure)
+        return np.array(x.getArray())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -13,87 +14,15 @@ from fenics_mech._petsc import PETSc, SLEPc, configured
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.blows import blows_of
+from fenics_mech.solve.blows import Blows, blows_of, gaps_between
+from fenics_mech.solve.compiled_steps import CompiledSteps, order_of
 from fenics_mech.solve.newton import newton, predicted
-from fenics_mech.solve.operators import shell
-from fenics_mech.solve.sparse import SMALL, Factors, blocks_of, inverses
-from fenics_mech.solve.stages import Tableau, radau, stage_matrix
+from fenics_mech.solve.operators import by_gmres, shell
+from fenics_mech.solve.path import Path
+from fenics_mech.solve.sparse import Factors, blocks_of
+from fenics_mech.solve.stages import stage_matrix
 
-
-@dataclass
-class Path:
-    """A periodic motion by steps: where each begins, and the accelerations at its stages.
-
-    Parameters
-    ----------
-    tableau
-        Of a step.
-    starts
-        Instants at which the steps begin, ascending ``(steps,)`` (s).
-    period
-        s.
-    n
-        Coordinates; what follows them are multipliers.
-    q0, v0
-        Coordinates and rates at the start of every step ``(steps, size)``.
-    a
-        Accelerations with multipliers ``(steps, stages, size)``.
-    """
-
-    tableau: Tableau
-    starts: Array
-    period: float
-    n: int
-    q0: Array
-    v0: Array
-    a: Array
-
-    @classmethod
-    def of_rest(cls, machine: Machine, period: float, steps: int | Array, stages: int) -> Path:
-        """Give the path of the chart, by so many even steps or by the instants at which they begin (s)."""
-        starts = period / steps * np.arange(steps) if isinstance(steps, int) else np.asarray(steps, dtype=float)
-        zero, a = np.zeros((len(starts), machine.size)), np.zeros((len(starts), stages, machine.size))
-        return cls(radau(stages), starts, period, machine.n, zero, zero.copy(), a)
-
-    @property
-    def h(self) -> Array:
-        """Length of every step ``(steps,)`` (s)."""
-        return np.diff(self.starts, append=self.starts[0] + self.period)
-
-    def when(self, t: Array) -> tuple[Array, Array, Array]:
-        """Give coordinates, rates and accelerations at instants of the cycle ``(instants, size)`` each.
-
-        Where two steps meet it is the end of the first, in which accelerations are of the order of the steps.
-        """
-        since = np.mod(t - self.starts[0] - MEETING * self.period, self.period) + MEETING * self.period
-        step = np.searchsorted(self.starts - self.starts[0], since - MEETING * self.period, side="right") - 1
-        h = self.h[step]
-        values, integrals = self.tableau.at((since - (self.starts - self.starts[0])[step]) / h)
-        a = self.a[step]
-        at_stages = self.v0[step, None] + h[:, None, None] * np.einsum("ij,kjn->kin", self.tableau.A, a)
-        q = self.q0[step] + h[:, None] * np.einsum("kj,kjn->kn", integrals, at_stages)
-        v = self.v0[step] + h[:, None] * np.einsum("kj,kjn->kn", integrals, a)
-        q[:, self.n :] = v[:, self.n :] = 0.0
-        return q, v, np.einsum("kj,kjn->kn", values, a)
-
-    def at(self, s: Array) -> tuple[Array, Array, Array, Array]:
-        """Give instants ``(steps, shares)`` (s), coordinates, rates and accelerations at shares of every step."""
-        values, integrals = self.tableau.at(s)
-        h = self.h[:, None, None]
-        t = self.starts[:, None] + h[:, 0] * s
-        at_stages = self.v0[:, None] + h * np.einsum("ij,kjn->kin", self.tableau.A, self.a)
-        q = self.q0[:, None] + h * np.einsum("ij,kjn->kin", integrals, at_stages)
-        v = self.v0[:, None] + h * np.einsum("ij,kjn->kin", integrals, self.a)
-        q[..., self.n :] = v[..., self.n :] = 0.0
-        return t, q, v, np.einsum("ij,kjn->kin", values, self.a)
-
-    def with_stages(self, stages: int) -> Path:
-        """Give the same path by other stages of the same steps."""
-        tableau = radau(stages)
-        return Path(tableau, self.starts, self.period, self.n, self.q0.copy(), self.v0.copy(), self.at(tableau.c)[3])
-
-
-MEETING = 1e-12  # of a period: instants of steps that meet are one within it
+logger = logging.getLogger(__name__)
 
 
 @dataclass
@@ -106,28 +35,38 @@ class Cycle:
         Its machine, whose chart is a cycle.
     path
         The motion beside the chart.
-    evaluation
-        The residual at the stages of the path.
-    iterations
-        Newton steps.
-    change
-        The last Newton correction of the coordinates, relative to the largest.
+    changes
+        Newton corrections of the coordinates, relative to the largest. From the motion of a chart, the first gives the
+        linear answer, and the second is what that leaves out.
+    linear
+        The residual of the motion beside which this one is linear; None of an exact one.
     """
 
     machine: Machine
     path: Path
-    evaluation: Evaluation
-    iterations: int
-    change: float
+    changes: list[float]
+    linear: Evaluation | None = None
 
     def __post_init__(self) -> None:
         self.tableau = self.path.tableau
         self.t, self.q, self.v, self.a = self.path.at(self.tableau.c)
 
     @cached_property
+    def evaluation(self) -> Evaluation:
+        """The residual at the stages, with the tangents by which small disturbances go."""
+        if self.linear is not None:
+            return self.linear
+        return Iteration(self.machine, self.path).evaluated()
+
+    @cached_property
     def steps(self) -> LinearSteps:
-        """Linear steps of the converged cycle: made where multipliers are asked for, as their factors take memory."""
-        return LinearSteps(self.machine, self.path, self.evaluation)
+        """Linear steps of the converged cycle: made where they are asked for, as their factors take memory."""
+        return LinearSteps(self.machine, self.path if self.linear is None else self.path.resting, self.evaluation)
+
+    @cached_property
+    def blows(self) -> dict[int, Blows]:
+        """The impulses, by the step at whose end they act."""
+        return blows_of(self.machine, self.path)
 
     def multipliers(self, count: int = 6) -> Array:
         """Give the largest Floquet multipliers: factors on a small disturbance in one cycle.
@@ -141,63 +80,63 @@ class Cycle:
 
 
 class LinearSteps:
-    """The linearised steps of a cycle: factors of every step, and how a state goes through them.
+    """The linearised steps of a cycle: factors of every step, and how states go through them.
 
     A state is (coordinates, rates times the mean step), ``(2 n,)``.
     """
 
     def __init__(self, machine: Machine, path: Path, found: Evaluation) -> None:
-        tableau = self.tableau = path.tableau
-        self.n, self.size, self.h, self.period = machine.n, machine.size, path.h, path.period
+        self.tableau, self.pattern = path.tableau, machine.pattern
+        self.path, self.n, self.h, self.period = path, machine.n, path.h, path.period
         self.unit, self.ends = path.period / len(path.starts), path.starts + path.h
         self.blows = blows_of(machine, path)
-        self.stages = len(tableau.c)
-        self.count = len(found.force) // self.stages
-        self.pattern = machine.pattern
-        M, self.C, self.K = (x.reshape(self.count, self.stages, -1) for x in (found.M, found.C, found.K))
-        blocks = blocks_of(machine.pattern, self.stages)
-        matrices = [stage_matrix(tableau, *of_step) for of_step in zip(self.h, M, self.C, self.K)]
-        self.small = blocks.size <= SMALL
-        if self.small:
-            self.inverse = inverses(blocks, np.array(matrices), "a step of the cycle")
-            self.by_state, self.maps = self._maps()
-        else:
+        M, self.C, self.K = (x.reshape(*path.a.shape[:2], -1) for x in (found.M, found.C, found.K))
+        march = CompiledSteps(order_of(self.pattern, self.n), self.n, self.tableau, self.h, M, self.C, self.K)
+        self.march = march if march.holds else None
+        if self.march is None:
+            blocks = blocks_of(self.pattern, path.a.shape[1])
+            matrices = (stage_matrix(self.tableau, *of_step) for of_step in zip(self.h, M, self.C, self.K))
             self.factors = [Factors(blocks, x, f"step {k + 1} of the cycle") for k, x in enumerate(matrices)]
 
-    def _maps(self) -> tuple[Array, Array]:
-        """Give what states make of accelerations ``(steps, unknowns, 2 n)``, and of states ``(steps, 2 n, 2 n)``."""
-        n, tableau, N = self.n, self.tableau, self.size * self.stages
-        share, scale = (x[:, None, None, None] for x in (self.h / self.unit, self.h**2))
-        C, K = (self.pattern.dense(x)[..., :n] for x in (self.C, self.K))  # (steps, stages, size, n)
-        forces = np.concatenate([K, share * tableau.c[:, None, None] * K + C / self.unit], axis=-1)
-        by_state = -self.inverse @ np.swapaxes(forces, 1, 2).reshape(self.count, N, 2 * n)  # stages side by side
-        stages = by_state.reshape(self.count, self.size, self.stages, 2 * n)[:, :n]
-        of_ends = (scale, tableau.square[-1]), (scale / share, tableau.A[-1])
-        ends = [by[..., 0] * np.einsum("j,kijm->kim", row, stages) for by, row in of_ends]
-        zero, one = np.zeros((n, n)), np.eye(n)
-        still = np.block([[one, zero], [zero, one]]) + share[..., 0] * np.block([[zero, one], [zero, zero]])
-        maps = still + np.concatenate(ends, axis=1)
-        for k, blows in self.blows.items():
-            maps[k, n:] += self.unit * blows.by_q @ maps[k, :n]
-        return by_state, maps
+    def through(
+        self, states: Array, right: Array | None = None, gaps: Array | None = None, along: bool = False
+    ) -> tuple[Array, Array | None, Array | None]:
+        """Take states through all steps.
 
-    def through(self, k: int, state: Array, right: Array | None = None) -> tuple[Array, Array]:
+        Parameters
+        ----------
+        states
+            Each a row ``(states, 2 n)``.
+        right, gaps
+            Forces ``(steps, stages, size)``, and what is added after each step ``(steps, 2 n)``; None for none.
+        along
+            Whether to give more than the ends.
+
+        Returns
+        -------
+        tuple
+            The ends ``(states, 2 n)``, accelerations of the first ``(steps, stages, size)``, and all states after
+            each step ``(steps, states, 2 n)``.
+        """
+        if self.march is not None:
+            return self.march.through(states, self.unit, self.blows, right, gaps, along)
+        a, after, ends = [], [], states
+        for k in range(len(self.h)):
+            steps = [self._through(k, state, None if right is None else right[k]) for state in ends]
+            ends = np.array([end if gaps is None else end + gaps[k] for _, end in steps])
+            a.append(steps[0][0])
+            after.append(ends)
+        return ends, np.array(a), np.array(after)
+
+    def _through(self, k: int, state: Array, right: Array | None) -> tuple[Array, Array]:
         """Take a state through step `k` under forces ``(stages, size)``: accelerations, and the state after it."""
         n, h, unit, tableau = self.n, self.h[k], self.unit, self.tableau
-        if self.small:
-            flat = self.by_state[k] @ state
-            if right is not None:
-                flat += self.inverse[k] @ right.T.ravel()
-        else:
-            x, y = np.zeros(self.size), np.zeros(self.size)
-            x[:n], y[:n] = state[:n], state[n:]
-            force = np.zeros((self.stages, self.size)) if right is None else right.copy()
-            at_stages = x + h / unit * tableau.c[:, None] * y
-            force -= self.pattern.times(self.K[k], at_stages)
-            force -= self.pattern.times(self.C[k], np.broadcast_to(y / unit, at_stages.shape))
-            flat = self.factors[k].solve(force.T.ravel())
-        a = flat.reshape(self.size, self.stages).T
         x, y = state[:n], state[n:]
+        at_stages = np.zeros((2, len(tableau.c), self.pattern.size))
+        at_stages[0, :, :n], at_stages[1, :, :n] = x + h / unit * tableau.c[:, None] * y, y / unit
+        force = -self.pattern.times(self.K[k], at_stages[0]) - self.pattern.times(self.C[k], at_stages[1])
+        force += 0.0 if right is None else right
+        a = self.factors[k].solve(force.T.ravel()).reshape(-1, len(tableau.c)).T
         end = [x + h / unit * y + h * h * (tableau.square[-1] @ a)[:n], y + h * unit * (tableau.A[-1] @ a)[:n]]
         if k in self.blows:
             end[1] = end[1] + unit * self.blows[k].by_q @ end[0]
@@ -205,46 +144,47 @@ class LinearSteps:
 
     def cycle(self, state: Array) -> Array:
         """Take a state through the whole cycle."""
-        for k in range(self.count):
-            state = self.maps[k] @ state if self.small else self.through(k, state)[1]
-        return state
+        return self.through(state[None])[0][0]
 
-    def closed(self, right: Array, gaps: Array) -> tuple[Array, Array]:
-        """Solve for periodic states under forces ``(steps, stages, size)`` and gaps between steps ``(steps, 2 n)``."""
-        state = np.zeros(2 * self.n)
-        for k in range(self.count):
-            state = self.through(k, state, right[k])[1] + gaps[k]
-        start = self._ksp(state)
-        states, accelerations = [start], []
-        for k in range(self.count):
-            a, end = self.through(k, states[-1], right[k])
-            accelerations.append(a)
-            states.append(end + gaps[k])
-        return np.array(states[:-1]), np.array(accelerations)
+    @cached_property
+    def whole(self) -> Array:
+        """The matrix that takes a state through the cycle ``(2 n, 2 n)``."""
+        return self.through(np.eye(2 * self.n))[0].T
 
-    def _ksp(self, right: Array) -> Array:
-        """Solve (1 - cycle) x = right by GMRES."""
-        ksp = PETSc.KSP().create(PETSc.COMM_SELF)
-        ksp.setType("gmres")
-        ksp.setGMRESRestart(len(right))
-        ksp.getPC().setType("none")
-        ksp.setTolerances(rtol=1e-11, atol=1e-300, max_it=len(right) + 10)
-        with shell(len(right), lambda x: x - self.cycle(x)) as (operator, b, x):
-            ksp.setOperators(operator)
-            b.setArray(right)
-            with configured(ksp, "fenics_mech_closing_", {}, {}):
-                ksp.solve(b, x)
-                if ksp.getConvergedReason() < 0:
-                    raise SolverError(
-                        "the cycle does not close: the linearised motion is at a resonance that nothing damps"
-                    )
-            return np.array(x.getArray())
+    def change(self, right: Array, gaps: Array) -> Path:
+        """Give by what the path changes, periodic again.
+
+        GMRES solves (1 - cycle) x = b for the state at the start.
+
+        Parameters
+        ----------
+        right, gaps
+            Forces ``(steps, stages, size)``, and what is missing between steps ``(steps, 2 n)``.
+
+        Raises
+        ------
+        SolverError
+            When the linearised motion is at a resonance that nothing damps.
+        """
+        b = self.through(np.zeros((1, 2 * self.n)), right, gaps)[0][0]
+        resonant = "the cycle does not close: the linearised motion is at a resonance that nothing damps"
+        start = by_gmres(lambda x: x - self.cycle(x), b, 1e-11, len(b), "fenics_mech_closing_", resonant)
+        return self.along(start, right, gaps)
+
+    def along(self, start: Array, right: Array | None = None, gaps: Array | None = None) -> Path:
+        """Give what a state at the start of the cycle becomes, as a change of the path; arguments as of `change`."""
+        _, a, after = self.through(start[None], right, gaps, along=True)
+        assert a is not None
+        assert after is not None
+        states, path, n = np.concatenate([start[None], after[:-1, 0]]), self.path, self.n
+        q0, v0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
+        q0[:, :n], v0[:, :n] = states[:, :n], states[:, n:] / self.unit
+        return replace(path, q0=q0, v0=v0, a=a)
 
     def multipliers(self, count: int) -> tuple[Array, Array]:
         """Give the largest multipliers, and the states that they multiply ``(2 n, multipliers)``."""
         if 2 * self.n <= 60:  # a dense matrix costs no more marches than Arnoldi's method takes
-            whole = np.array([self.cycle(column) for column in np.eye(2 * self.n)]).T
-            values, vectors = np.linalg.eig(whole)
+            values, vectors = np.linalg.eig(self.whole)
         else:
             eps = SLEPc.EPS().create(PETSc.COMM_SELF)
             eps.setProblemType(SLEPc.EPS.ProblemType.NHEP)
@@ -315,8 +255,9 @@ def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> 
     tolerance, most
         As of `periodic`.
     """
-    iterations = newton(iteration.step, tolerance, most, "the periodic motion")
-    return Cycle(iteration.machine, iteration.path, iteration.evaluated(), iterations, iteration.size)
+    changes = newton(iteration.step, tolerance, most, "the periodic motion")
+    logger.debug("Newton %d iterations", len(changes))
+    return Cycle(iteration.machine, iteration.path, changes)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
@@ -337,33 +278,34 @@ class Iteration:
 
     found: Evaluation
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
-    size: float  # of the change, relative to the largest coordinate
 
     def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array] | None = None) -> None:
         self.machine, self.path, self.stresses = machine, path, stresses
 
-    def evaluated(self, predicted: Sequence[Array] | None = None) -> Evaluation:
-        """Give the residual at the stages of the path."""
-        t, *states = self.path.at(self.path.tableau.c)
-        flat = (x.reshape(-1, self.machine.size) for x in states)
-        return self.machine.residual(t.ravel(), *flat, predicted=predicted)
+    def evaluated(self, predicted: Sequence[Array] | None = None, tangents: bool = True) -> Evaluation:
+        """Give the residual at the stages of the path, with modes of stress as large as the rates say."""
+        t, q, v, a = self.path.at(self.path.tableau.c)
+        size = self.machine.size
+        flat = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
+        return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents, known=True)
+
+    def linearised(self) -> LinearSteps:
+        """Give the steps linearised about the path, whose residual is then `found`."""
+        self.found = self.evaluated(self.stresses)
+        return LinearSteps(self.machine, self.path, self.found)
+
+    def predict(self, change: Path) -> None:
+        """Predict the stresses after a change of the path, for the next step."""
+        _, q, v, a = change.at(self.path.tableau.c)
+        size = self.machine.size
+        self.change = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
+        self.stresses = predicted(self.machine, self.found, *self.change)
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""
-        machine, path, n = self.machine, self.path, self.machine.n
-        self.found = self.evaluated(self.stresses)
-        linear = LinearSteps(machine, path, self.found)
-        end_q, end_v = (x[:, 0, :n] for x in path.at(np.ones(1))[1:3])
-        for k, blows in linear.blows.items():
-            end_v[k] += blows.jumps[:, :n].sum(axis=0)
-        gaps = end_q - np.roll(path.q0, -1, axis=0)[:, :n], linear.unit * (end_v - np.roll(path.v0, -1, axis=0)[:, :n])
-        states, da = linear.closed(-self.found.force.reshape(path.a.shape), np.concatenate(gaps, axis=1))
-        dq0, dv0 = np.zeros_like(path.q0), np.zeros_like(path.v0)
-        dq0[:, :n], dv0[:, :n] = states[:, :n], states[:, n:] / linear.unit
-        changed = replace(path, q0=dq0, v0=dv0, a=da).at(path.tableau.c)[1:]
-        self.change = tuple(x.reshape(-1, machine.size) for x in changed)  # type: ignore[assignment]
-        self.stresses = predicted(machine, self.found, *self.change)
-        self.path = replace(path, q0=path.q0 + dq0, v0=path.v0 + dv0, a=path.a + da)
-        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * machine.extent)
-        self.size = float(np.abs(changed[0]).max() / largest)
-        return self.size
+        path, linear = self.path, self.linearised()
+        change = linear.change(-self.found.force.reshape(path.a.shape), gaps_between(path, linear.blows))
+        self.predict(change)
+        self.path = path.moved(change)
+        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * self.machine.extent)
+        return float(np.abs(self.change[0]).max() / largest)

@@ -15,7 +15,7 @@ FOUND = 1e-12  # Newton's change of coordinates (m, rad), where a position is fo
 LEFT_OUT = 1e-11  # of the machine's extent, that harmonics of the highest quarter may have: rounding is 1e-12
 
 
-def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -> Fourier:
+def rigid_cycle(machine: Machine, period: float, positions: int | None = None, near: Fourier | None = None) -> Fourier:
     """Give the periodic motion of the machine whose members do not bend, as a chart.
 
     Parameters
@@ -26,12 +26,16 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -
         s.
     positions
         Even positions; harmonics up to half of them are kept. None for as many as there are harmonics.
+    near
+        The rigid motion of a like machine, which may have another period: the one beside it is found, at its positions.
 
     Raises
     ------
     SolverError
         When the machine cannot be assembled at a position, which is named, or does not come back after the period.
     """
+    if near is not None:
+        return _near(machine, period, near)
     if positions is None:
         chart = rigid_cycle(machine, period, FEWEST)
         while len(chart.r) < MOST and _highest(chart) > LEFT_OUT * machine.extent:
@@ -55,20 +59,35 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None) -
     return Fourier(machine.geometry, period, np.array(places[:-1]), np.array(rotations[:-1]))
 
 
+def _near(machine: Machine, period: float, chart: Fourier) -> Fourier:
+    """Give a rigid motion at the positions of that of a machine which differs a little."""
+    t, d = period / len(chart.r) * np.arange(len(chart.r)), machine.geometry.d
+    machine.chart = None
+    drawn, rest = machine.known.at(t), machine.places < 0  # what has no coordinates is where this machine has it
+    r = np.where(rest[:, :d], drawn.r, chart.r)
+    R = np.where(rest[:, d:, None], drawn.R, chart.R)
+    r, R = _beside(machine, Fourier(machine.geometry, period, r, R), t)
+    return Fourier(machine.geometry, period, r, R)
+
+
 def _doubled(machine: Machine, chart: Fourier) -> Fourier:
     """Give a rigid motion at twice as many positions: those between are near to its Fourier series."""
     count = len(chart.r)
-    t = chart.period / count * (np.arange(count) + 0.5)
+    r, R = np.repeat(chart.r, 2, axis=0), np.repeat(chart.R, 2, axis=0)
+    r[1::2], R[1::2] = _beside(machine, chart, chart.period / count * (np.arange(count) + 0.5))
+    return Fourier(machine.geometry, chart.period, r, R)
+
+
+def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
+    """Give rigid places and rotations at some instants (s), near to a motion."""
     machine.chart = chart
-    zero = np.zeros((count, machine.size))
+    zero = np.zeros((len(t), machine.size))
     q, a = equilibria(machine, t, zero, loads=0.0, moving=False, tolerance=FOUND, most=20, what="rigid positions")
     for at, held in zip(t, a):
         _refuse_gaps(machine, held, 360 * at / chart.period)
-    between = machine.moved(t, q, zero, zero, moving=False)
+    found = machine.moved(t, q, zero, zero, moving=False)
     machine.chart = None
-    r, R = np.repeat(chart.r, 2, axis=0), np.repeat(chart.R, 2, axis=0)
-    r[1::2], R[1::2] = between.r, between.R
-    return Fourier(machine.geometry, chart.period, r, R)
+    return found.r, found.R
 
 
 def _highest(chart: Fourier) -> float:

@@ -30,6 +30,21 @@ class RunningModes(NamedTuple):
     rates: Array
     modes: Index
 
+    def changed(self, change: Array, before: float, after: float) -> RunningModes:
+        """Give the vibrations beside another motion.
+
+        Parameters
+        ----------
+        change
+            What changes in log(multiplier) ``(multipliers,)``.
+        before, after
+            Periods of both motions (s).
+        """
+        told = np.exp(1j * before * self.rates.imag) * np.abs(self.multipliers)
+        turned = np.abs(told - self.multipliers) > np.abs(told - self.multipliers.conj())
+        rates = (before * self.rates + np.where(turned, change.conj(), change)) / after
+        return RunningModes(self.multipliers * np.exp(change), rates, self.modes)
+
 
 def running_modes(cycle: Cycle, count: int = 6) -> RunningModes:
     """Give the largest multipliers and the rates of their vibrations, whose frequencies do not alias.
@@ -57,13 +72,13 @@ def running_modes(cycle: Cycle, count: int = 6) -> RunningModes:
     rates = np.log(values) / period
     if not len(values):
         return RunningModes(values, rates, np.zeros(0, dtype=int))
-    coordinates = []
-    followed = followed_modes(machine, steps.ends)
-    for k, momenta in enumerate(followed.momenta):
-        states = np.array([steps.through(k, x.real)[1] + 1j * steps.through(k, x.imag)[1] for x in states.T]).T
-        beside = states[:n] * np.exp(-rates * (steps.ends[k] - steps.ends[-1] + period))
-        coordinates.append(momenta.T @ beside)
-    moving = np.array(coordinates)  # (steps, modes, multipliers)
+    after = steps.through(np.concatenate([states.real, states.imag], axis=1).T.copy(), along=True)[2]
+    assert after is not None
+    real, imaginary = np.split(after[..., :n], 2, axis=1)
+    since = steps.ends - steps.ends[-1] + period
+    beside = (real + 1j * imaginary) * np.exp(-rates[:, None] * since[:, None, None])  # (steps, multipliers, n)
+    momenta = followed_modes(machine, steps.ends).momenta
+    moving = np.array([own.T @ x.T for own, x in zip(momenta, beside)])  # (steps, modes, multipliers)
     largest = np.argmax(np.sum(np.abs(moving) ** 2, axis=0), axis=0)
     led = moving[:, largest, np.arange(len(values))]
     turns = np.round(np.angle(np.roll(led, -1, axis=0) / led).sum(axis=0) / (2 * np.pi))

@@ -28,6 +28,8 @@ class Tableau:
     inside
         Largest error of a coordinate inside the step, by the difference between the acceleration at its start and the
         stages' polynomial there; from the remainder of interpolation, whose zeros are the stages.
+    inside_rate
+        The same of a rate.
     """
 
     c: Array
@@ -35,6 +37,7 @@ class Tableau:
     square: Array
     back: Array
     inside: float
+    inside_rate: float
 
     def at(self, s: Array) -> tuple[Array, Array]:
         """Give values and integrals from 0 of the stages' polynomial at shares of a step: ``(shares, stages)`` each."""
@@ -54,9 +57,8 @@ def radau(stages: int) -> Tableau:
     integrals = np.array([[x ** (k + 1) / (k + 1) for k in range(stages)] for x in c])
     A = integrals @ inverse
     product = Polynomial.fromroots(c)
-    twice = product.integ(2, [0, 0])
-    inside = np.abs(twice(np.linspace(0, 1, 201))).max() / abs(product(0.0))
-    return Tableau(c, A, A @ A, inverse[0], float(inside))
+    bounds = (np.abs(product.integ(m, [0] * m)(np.linspace(0, 1, 201))).max() / abs(product(0.0)) for m in (2, 1))
+    return Tableau(c, A, A @ A, inverse[0], *map(float, bounds))
 
 
 def stage_matrix(tableau: Tableau, h: float, M: Array, C: Array, K: Array) -> Array:

@@ -5,9 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.machine import Machine
+from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.newton import newton, predicted
 from fenics_mech.solve.sparse import blocks_of, solutions
+
+
+def stiffness(machine: Machine, found: Evaluation) -> Array:
+    """Give the stiffness with the rows, by the tangents of a residual ``(instants, entries)``."""
+    return np.where(machine.pattern.indices >= machine.n, found.M, found.K)
 
 
 def equilibrium(
@@ -90,13 +95,11 @@ def equilibria(
     """
     n, q, a, zero = machine.n, q.copy(), np.zeros_like(q), np.zeros_like(q)
     blocks, stresses = blocks_of(machine.pattern, 1), None
-    is_multiplier = machine.pattern.indices >= n
 
     def step() -> float:
         nonlocal stresses
         found = machine.residual(t, q, zero, a, predicted=stresses, loads=loads, moving=moving)
-        values = np.where(is_multiplier, found.M, found.K)
-        x = solutions(blocks, values[..., None, None], -found.force, what)
+        x = solutions(blocks, stiffness(machine, found)[..., None, None], -found.force, what)
         change = np.where(np.arange(machine.size) < n, x, 0.0)
         stresses = predicted(machine, found, change, zero, x)
         q[:] += change

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import logging
 import math
-from collections.abc import Callable
-from dataclasses import asdict, dataclass
-from functools import lru_cache
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, replace
+from functools import lru_cache, partial
 from typing import ClassVar
 
 import numpy as np
@@ -16,8 +17,10 @@ from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import collected
+from fenics_mech.by_poses import result_of
 from fenics_mech.effects.springs import refuse_too_stiff
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError, SolverError, UnresolvedError
+from fenics_mech.followed_by_poses import followable, followed
 from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.of_scene import OfScene
@@ -28,10 +31,14 @@ from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
+from fenics_mech.solve.continuation import FOLD
+from fenics_mech.solved_by_poses import Solved
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_points import KEPT, Record
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of
-from fenics_mech.studies.sweep_points import Gauge, reduced, tabulated
+from fenics_mech.studies.sweep_points import reduced, tabulated
 
+logger = logging.getLogger(__name__)
 OWN = {  # by variable, beside those of a sweep: dimensions, unit, meaning
     "strain_highest": (("member",), "1", "highest strain of the outer fibres over the cycle"),
     "strain_lowest": (("member",), "1", "lowest strain of the outer fibres over the cycle"),
@@ -181,28 +188,22 @@ def follow(
     if not (1 <= points < math.inf and most_points >= 2):
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
-    refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
-    refuse_too_stiff(scene)
-    common = CommonParts()
-    first, choices = choose(Scene.read(placed(scene_data(scene), {path: range_si[0]})), common)
-    data = scene_data(first)
-    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
-    family = family_of(at, path, range_si, common)
+    at_start = Scene.read(placed(scene_data(scene), {path: range_si[0]}))
+    motions_of = _by_poses if scene.analysis.solver == "poses" else _by_collocation
+    first, motions = motions_of(at_start, path, range_si, points)
     records: list[Record] = []
     values: list[float] = []
     ended = END
-    start = first_motion(first, family)
 
     def found() -> Branch:
         attributes = {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
         return Branch(_dataset(first, path, values, records, attributes))
 
     try:
-        for point in continued(family, start, points):
-            progress(point.value)
-            solution = solution_at(at(point.value), point, common)
-            records.append(_record(collected(solution, choices), point, gauge or Gauge()))
-            values.append(point.value)
+        for motion in motions:
+            progress(motion.value)
+            records.append(_record(motion, gauge or Gauge()))
+            values.append(motion.value)
             if len(values) >= most_points:
                 ended = f"{most_points} points, and the branch has not left the range: follow it over a smaller one"
                 break
@@ -218,8 +219,68 @@ def follow(
     return found()
 
 
-def _record(result: Result, point: Point, gauge: Gauge) -> Record:
-    """Keep of a point what a sweep keeps, and what `OWN` lists."""
+@dataclass(frozen=True)
+class _Motion:
+    """A motion of a branch: its number, whether it is at a fold, Newton's steps, and what gives its result."""
+
+    value: float
+    fold: bool
+    iterations: int
+    result: Callable[[], Result]
+
+
+Motions = tuple[Scene, Iterator[_Motion]]  # the scene at the start with its effects, and the motions of its branch
+
+
+def _by_poses(scene: Scene, path: str, ends: tuple[float, float], points: int) -> Motions:
+    """Follow the motions of the equation of poses."""
+    first = followable(scene)
+    data = scene_data(first)
+    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
+
+    def motions() -> Iterator[_Motion]:
+        for point, solved in followed(at, path, ends, points):
+            yield _Motion(point.value, point.kind == FOLD, len(point.cycle.changes), partial(_result, solved))
+
+    return first, motions()
+
+
+def _result(solved: Solved) -> Result:
+    """Give the result of a motion, without its errors where none is near by: at a fold finer meshes have none there."""
+    try:
+        return result_of(solved)
+    except UnresolvedError:
+        raise
+    except SolverError as error:
+        logger.info("no errors are estimated: %s", error)
+    return result_of(replace(solved, scene=solved.scene.changed({"analysis.error_estimates": False})))
+
+
+def _by_collocation(scene: Scene, path: str, ends: tuple[float, float], points: int) -> Motions:
+    """Follow the motions of the equation of link frames."""
+    refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
+    refuse_too_stiff(scene)
+    common = CommonParts()
+    first, choices = choose(scene, common)
+    data = scene_data(first)
+    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
+    family = family_of(at, path, ends, common)
+    start = first_motion(first, family)
+
+    def motions() -> Iterator[_Motion]:
+        for point in continued(family, start, points):
+
+            def result(point: Point = point) -> Result:
+                return collected(solution_at(at(point.value), point, common), choices)
+
+            yield _Motion(point.value, point.fold, point.iterations, result)
+
+    return first, motions()
+
+
+def _record(motion: _Motion, gauge: Gauge) -> Record:
+    """Keep of a motion what a sweep keeps, and what `OWN` lists."""
+    result = motion.result()
     record, data, strain = reduced(result, gauge), result.data, curves_of(result, "strain")
     multiplier = np.zeros((0, 2))  # no vibration is slow enough for the steps
     if "multiplier" in data:
@@ -231,8 +292,8 @@ def _record(result: Result, point: Point, gauge: Gauge) -> Record:
         "strain_lowest": strain.lowest()[1].min(axis=(1, 2)),
         "multiplier": multiplier,
         "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + STABILITY.tolerance,
-        "fold": point.fold,
-        "iterations": point.iterations,
+        "fold": motion.fold,
+        "iterations": motion.iterations,
     }
     return record
 

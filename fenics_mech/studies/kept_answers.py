@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from fenics_mech.recovery.labelled import errors_of
 from fenics_mech.response.few_nodes import FEW_NODES
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
+from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.studies.running_ranges import running_ranges
 
 KEPT_ANSWERS = 2  # a point is known as a peak when the next one is computed
@@ -29,7 +30,8 @@ class PointParts(CommonParts):
     """What points of a sweep have in common, and the answers of the last ones."""
 
     def __init__(self) -> None:
-        super().__init__(begin_from_last=True)
+        super().__init__()
+        self.last: LastMotions[Any] = LastMotions()
         self._answer: Answer | None = None
         self._answers: dict[Path, Answer] = {}
         self.running: dict[str, Array] = {}

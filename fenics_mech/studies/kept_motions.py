@@ -9,13 +9,17 @@ import numpy as np
 from fenics_mech._files import read_bounded, write_whole
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.solve import Path as Steps
+from fenics_mech.solve.stages import radau
 
 MOST = 1_000_000  # numbers of a motion that is kept: a larger one is found again as fast as it is written and read
 # Numbers alone, as their meaning follows from the mesh: archives and headers would have to be trusted.
+LEADING = 3  # numbers before the motion of poses: coordinates, stages of a step, and unknowns
+MOST_STAGES = 10
 PARTS = ("turned", "displacement", "velocity", "tension")
 
 
-def write_motion(path: Path, motion: KnownMotion) -> None:
+def write_motion(path: Path, motion: KnownMotion | Steps) -> None:
     """Write a motion, if it is not large.
 
     Parameters
@@ -30,7 +34,13 @@ def write_motion(path: Path, motion: KnownMotion) -> None:
     ResultError
         When the file cannot be written.
     """
-    parts = [getattr(motion, name).ravel() for name in PARTS]
+    if isinstance(motion, Steps):
+        shares = motion.starts / motion.period
+        paced = motion.paced(1.0)
+        sizes = np.array([motion.n, *motion.a.shape[1:]], dtype=float)
+        parts = [sizes, shares, *(x.ravel() for x in (paced.q0, paced.v0, paced.a))]
+    else:
+        parts = [getattr(motion, name).ravel() for name in PARTS]
     if sum(part.size for part in parts) <= MOST:
         numbers = np.concatenate(parts).astype(float)
         write_whole(path, lambda temporary: temporary.write_bytes(numbers.tobytes()))
@@ -56,3 +66,27 @@ def read_motion(path: Path, mesh: BeamMesh) -> KnownMotion | None:
         return None
     turned, *others = np.split(numbers, positions * np.cumsum(widths)[:-1])
     return KnownMotion(mesh, turned, *(part.reshape(positions, -1) for part in others))
+
+
+def read_steps(path: Path) -> Steps | None:
+    """Read a motion of poses in a period of 1 s; None where there is none.
+
+    Parameters
+    ----------
+    path
+        The file.
+    """
+    try:
+        numbers = np.frombuffer(read_bounded(path, 8 * MOST))
+    except (OSError, ValueError):
+        return None
+    if len(numbers) < LEADING or not np.isfinite(numbers).all() or (numbers[:LEADING] < 0).any():
+        return None
+    n, stages, size = (int(number) for number in numbers[:LEADING])
+    steps, rest = divmod(len(numbers) - LEADING, 1 + (2 + stages) * size)
+    if rest or not (steps and 0 < n <= size and 0 < stages <= MOST_STAGES):
+        return None
+    shares, *states = np.split(numbers[LEADING:], np.cumsum([steps, steps * size, steps * size]))
+    shapes = (steps, size), (steps, size), (steps, stages, size)
+    q0, v0, a = (part.reshape(shape) for part, shape in zip(states, shapes))
+    return Steps(radau(stages), shares, 1.0, n, q0, v0, a)

@@ -18,10 +18,10 @@ from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
 from fenics_mech.forces.joint_forces import joint_names
+from fenics_mech.studies.gauge import Gauge
 
 if TYPE_CHECKING:
     from fenics_mech.scene import Scene
-    from fenics_mech.studies.sweep_points import Gauge
 
 Record = dict[str, Any]
 Variables = Mapping[str, tuple[tuple[str, ...], str, str]]

@@ -22,13 +22,13 @@ from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.one_equation import OneEquation
 from fenics_mech.studies.peak_between import largest_between
 from fenics_mech.studies.saved_sweep import refuse_unlike
 from fenics_mech.studies.sweep_axes import Axis, axes_of, stated_data
 from fenics_mech.studies.sweep_gaps import fill_gaps
 from fenics_mech.studies.sweep_peaks import Estimates, at_peaks_alone
-from fenics_mech.studies.sweep_points import Gauge
 from fenics_mech.studies.sweep_run import SweepRun, grid
 from fenics_mech.studies.worker_processes import Workers
 

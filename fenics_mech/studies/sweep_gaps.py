@@ -8,21 +8,24 @@ the rest it is told where the stable motions end, and how.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fenics_mech._guard import guarded
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.followed_by_poses import AtValue, followed
+from fenics_mech.followed_by_poses import followable as by_poses
 from fenics_mech.response.continuation.arc_length import continued
 from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
 from fenics_mech.response.periodic.known_motion import KnownMotion
-from fenics_mech.response.solution import CollocationSolution
 from fenics_mech.scene import Scene
+from fenics_mech.solve import Path as Steps
+from fenics_mech.solve.continuation import FOLD
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import Record, read_point, write_point
 from fenics_mech.studies.one_equation import numbers_of, scene_with, union
@@ -60,7 +63,17 @@ class Ahead:
     ended: float
     beyond: float
     how: str
-    reached: dict[float, tuple[bool, KnownMotion]] = field(default_factory=dict)
+    reached: dict[float, tuple[bool, KnownMotion | Steps]] = field(default_factory=dict)
+
+
+class _Passed(NamedTuple):
+    """A motion that is passed: its value, leading multiplier, whether it is stable and at a fold, and the motion."""
+
+    value: float
+    leading: complex
+    stable: bool
+    fold: bool
+    motion: KnownMotion | Steps
 
 
 def gaps_of(records: Sequence[Record]) -> list[range]:
@@ -93,7 +106,10 @@ def followable(record: Record, scene: Scene) -> bool:
     if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
         return False
     try:
-        refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
+        if scene.analysis.solver == "poses":
+            by_poses(scene)
+        else:
+            refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
     except SceneError:
         return False
     return True
@@ -101,7 +117,7 @@ def followable(record: Record, scene: Scene) -> bool:
 
 @guarded()
 def ahead(
-    at: Callable[[float], Scene], path: str, ends: tuple[float, float], values: Sequence[float], common: PointParts
+    at: AtValue, path: str, ends: tuple[float, float], values: Sequence[float], common: PointParts
 ) -> Ahead | None:
     """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with.
 
@@ -118,43 +134,56 @@ def ahead(
     common
         What the scenes have in common.
     """
-    found: list[tuple[float, CollocationSolution, bool, KnownMotion]] = []
+    found: list[_Passed] = []
     how = f"followed through {MOST} motions"
+    poses = at(ends[0]).analysis.solver == "poses"
     try:
-        family = family_of(at, path, ends, common)
-        for point in islice(continued(family, first_motion(at(ends[0]), family), POINTS), MOST):
-            solution = solution_at(at(point.value), point, common)
-            motion = KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit)
-            if motion is None or solution.stability is None:
-                return None
-            found.append((point.value, solution, point.fold, motion))
-            logger.info("followed to %.6g: stable %s", point.value, solution.stability.stable)
+        passed = _by_poses(at, path, ends) if poses else _by_collocation(at, path, ends, common)
+        for one in islice(passed, MOST):
+            found.append(one)
+            logger.info("followed to %.6g: stable %s", one.value, one.stable)
     except (SolverError, SceneError) as error:
         logger.info("the branch from %.6g ends: %s", ends[0], error)
         how = "Newton's method does not go on"
     if not found:
         return None
-    stable = [solution.stability is not None and solution.stability.stable for _, solution, _, _ in found]
+    stable = [one.stable for one in found]
     last = stable.index(False) if False in stable else len(stable)
     if last < len(stable):
-        how = _kind(found[last][1], [fold for *_, fold, _ in found[max(last - 1, 0) : last + 3]])
-    reached: dict[float, tuple[bool, KnownMotion]] = {}
-    for k in range(1, len(found)):
-        (before, *_), (after, *_, motion) = found[k - 1], found[k]
-        both = stable[k - 1] and stable[k]
+        how = _kind(found[last].leading, [one.fold for one in found[max(last - 1, 0) : last + 3]])
+    reached: dict[float, tuple[bool, KnownMotion | Steps]] = {}
+    for before, after in pairwise(found):
+        both = before.stable and after.stable
         for value in values:
-            if (before - value) * (after - value) <= 0 and (value not in reached or (both and not reached[value][0])):
-                reached[value] = both, motion
-    if last == len(stable) and found[-1][0] == ends[1]:
+            passes = (before.value - value) * (after.value - value) <= 0
+            if passes and (value not in reached or (both and not reached[value][0])):
+                reached[value] = both, after.motion
+    if last == len(stable) and found[-1].value == ends[1]:
         how = ""
-    ended, beyond = (found[min(max(k, 0), len(found) - 1)][0] for k in (last - 1, last))
+    ended, beyond = (found[min(max(k, 0), len(found) - 1)].value for k in (last - 1, last))
     return Ahead(ends[0], ended, beyond, how, reached)
 
 
-def _kind(solution: CollocationSolution, folds: Sequence[bool]) -> str:
+def _by_poses(at: AtValue, path: str, ends: tuple[float, float]) -> Iterator[_Passed]:
+    """Follow the motions of the equation of poses."""
+    for point, _ in followed(at, path, ends, POINTS):
+        yield _Passed(point.value, point.leading, point.stable, point.kind == FOLD, point.cycle.path)
+
+
+def _by_collocation(at: AtValue, path: str, ends: tuple[float, float], common: PointParts) -> Iterator[_Passed]:
+    """Follow the motions of the equation of link frames, as long as their steps tell of stability."""
+    family = family_of(at, path, ends, common)
+    for point in continued(family, first_motion(at(ends[0]), family), POINTS):
+        solution = solution_at(at(point.value), point, common)
+        motion = KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit)
+        if motion is None or solution.stability is None:
+            return
+        leading = complex(solution.stability.multipliers[0])
+        yield _Passed(point.value, leading, solution.stability.stable, point.fold, motion)
+
+
+def _kind(leading: complex, folds: Sequence[bool]) -> str:
     """Name how a motion has become unstable: by its leading multiplier."""
-    assert solution.stability is not None
-    leading = complex(solution.stability.multipliers[0])
     if abs(leading.imag) > REAL:
         return "a vibration of another frequency grows (Neimark-Sacker)"
     if leading.real < 0:
@@ -267,8 +296,8 @@ def _passed(run: SweepRun, value: float, before: Record, followed: Sequence[_Fol
     if not passing or not (before["error"] or passing[0].ahead.reached[value][0]):
         return dict(before)
     one, scene, common = passing[0]
-    common.go_to(None)
-    common.keep(one.reached[value][1])
+    common.last.go_to(None)
+    common.last.keep(one.reached[value][1])
     estimates = not run.at_peaks_alone and run.any_scene.analysis.error_estimates
     data = placed(scene, {run.axes[0].path: value, "analysis.error_estimates": estimates})
     compute_point(Task(path, data, run.gauge, 0.0, None, run.keeps_curves), common)

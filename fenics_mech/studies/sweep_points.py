@@ -8,7 +8,6 @@ import math
 import re
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,10 +26,13 @@ from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
+from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
+from fenics_mech.solve import Path as Steps
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_answers import PointParts
-from fenics_mech.studies.kept_motions import read_motion, write_motion
+from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
 from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
 from fenics_mech.studies.point_curves import packed_curves
 
@@ -45,34 +47,6 @@ READ = (  # variables of a result, from which they are made
 def _kept_unit(name: str, scene: Scene) -> str:
     """Give the unit of a variable of `KEPT`; that of a drive's effort depends on whether the first drive slides."""
     return effort_units(scene.moved_joints, scene.joints)[0] if name == "peak_input_torque" else KEPT[name][1]
-
-
-@dataclass(frozen=True)
-class Gauge:
-    """The place whose strain is split into harmonics.
-
-    Parameters
-    ----------
-    s
-        Place along every member, 0..1.
-    fibre
-        "+" or "-".
-    harmonics
-        Number of harmonics kept, beside the mean.
-
-    Examples
-    --------
-    >>> fm.Gauge(s=0.3, fibre="-").harmonics
-    20
-    """
-
-    s: float = 0.5
-    fibre: str = "+"
-    harmonics: int = 20
-
-    def __post_init__(self) -> None:
-        if not (0 <= self.s <= 1 and self.fibre in ("+", "-") and self.harmonics >= 1):
-            raise MechanismError(f"a gauge needs s from 0 to 1, fibre + or -, and 1 harmonic or more; found {self}")
 
 
 class Task(NamedTuple):
@@ -145,12 +119,12 @@ def compute_point(task: Task, common: PointParts) -> None:
 def _analysed(task: Task, common: PointParts) -> Record:
     """Analyse a point and give what is kept of it."""
     _, data, gauge, place, motion, curves, _ = task
-    common.go_to(place)
+    common.last.go_to(place)
     scene = Scene.read(data)
     estimated = scene.analysis.error_estimates
-    if motion is not None and estimated and (known := read_motion(motion, common.links(scene).mesh)) is not None:
-        common.go_to(None)
-        common.keep(known)
+    if motion is not None and estimated and (known := _known(motion, scene, common)) is not None:
+        common.last.go_to(None)
+        common.last.keep(known)
     multipliers = _examined(motion, scene) if estimated else {}
     unstable = _unstable_before(motion, scene) if multipliers else ""
     try:
@@ -160,14 +134,21 @@ def _analysed(task: Task, common: PointParts) -> Record:
         result = analyse(scene.changed(analysis__allow_unstable=True), common=common, names=READ)
     if motion is not None and not estimated:
         common.keep_answer(motion)
-        if common.found is not None:
-            write_motion(motion, common.found)
+        if common.last.found is not None:
+            write_motion(motion, common.last.found)
     record = reduced(result, gauge) | {"unstable": unstable}
     record |= {CURVES_TEXT: packed_curves(result)} if curves else {}
     record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")
     return record
+
+
+def _known(motion: Path, scene: Scene, common: PointParts) -> KnownMotion | Steps | None:
+    """Read the motion of a point that was found without estimates."""
+    if scene.analysis.solver == "poses":
+        return read_steps(motion)
+    return read_motion(motion, common.links(scene).mesh)
 
 
 def _with_errors(task: Task, common: PointParts) -> Record | None:

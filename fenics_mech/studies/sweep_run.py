@@ -20,6 +20,7 @@ from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, UnresolvedError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.scene import Scene
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import (
     CURVES_TEXT,
@@ -35,7 +36,7 @@ from fenics_mech.studies.point_curves import MOST_POINTS, with_curves
 from fenics_mech.studies.same_sweep import plan_before, refuse_other
 from fenics_mech.studies.sweep_axes import Axis, placed
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
-from fenics_mech.studies.sweep_points import Gauge, Task, compute_here, compute_point, stacked, tabulated
+from fenics_mech.studies.sweep_points import Task, compute_here, compute_point, stacked, tabulated
 from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs, with_peaks
 from fenics_mech.studies.worker_processes import Workers
 

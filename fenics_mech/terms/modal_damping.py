@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.beams.made_once import LastMade
 from fenics_mech.geometry import harmonics
 from fenics_mech.geometry.charts import Complex
 
@@ -37,6 +38,7 @@ class ModalDamping:
     coefficients: Complex
     modes: int
     clock: Callable[[Array], Array] | None = None
+    _last: LastMade = field(default_factory=lambda: LastMade(4), repr=False, compare=False)
 
     @classmethod
     def of(cls, stiffness: Array, strains: Sequence[Array], lags: Sequence[Array], period: float) -> ModalDamping:
@@ -67,12 +69,19 @@ class ModalDamping:
         return cls(half @ left.reshape(*shape, -1), exponents, coefficients, modes)
 
     def at(self, t: Array) -> Array:
-        """Give E, with E E^T = P, at some instants: ``(instants, elements, strains, modes)``."""
+        """Give E, with E E^T = P, at some instants: ``(instants, elements, strains, modes)``.
+
+        Every step of Newton's method asks for the same instants.
+        """
+        return self._last.once(t.tobytes(), self._at, t)
+
+    def _at(self, t: Array) -> Array:
         t = t if self.clock is None else self.clock(t)
         between = np.tensordot(np.exp(np.outer(t, self.exponents)), self.coefficients, 1).real
         values, vectors = np.linalg.eigh(between)
         roots = vectors[..., -self.modes :] * np.sqrt(np.maximum(values[:, None, -self.modes :], 0.0))
-        return np.einsum("emp,tpk->temk", self.patterns, roots)
+        flat = self.patterns.reshape(-1, self.patterns.shape[-1]) @ roots
+        return flat.reshape(len(t), *self.patterns.shape[:2], self.modes)
 
 
 NEGLIGIBLE = 1e-7  # of the largest pattern: its square is the share of P that is left out

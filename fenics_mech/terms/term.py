@@ -55,6 +55,10 @@ class Response:
     across
         Where elements respond together, derivatives of their stresses by all of their measures, and by the rates of
         these: ``(2, instants, sets, stresses of a set, measures of a set)``. The others are then None.
+    by_pulls
+        Derivatives by the multipliers that the term looks at ``(instants, elements, measures, rows)``.
+    off
+        How far what Newton's method holds is from the term's law, without units.
     """
 
     stress: Array
@@ -62,10 +66,12 @@ class Response:
     by_rate: Array | None = None
     modes: Array | None = None
     across: Array | None = None
+    by_pulls: Array | None = None
+    off: float = 0.0
 
     def times(self, share: float) -> Response:
         """Give a share of the stresses."""
-        parts = (self.stress, self.by_measure, self.by_rate, None, self.across)
+        parts = (self.stress, self.by_measure, self.by_rate, None, self.across, self.by_pulls)
         return Response(*(None if x is None else share * x for x in parts))  # type: ignore[arg-type]
 
     def under(self, sizes: Array) -> Response:
@@ -88,6 +94,8 @@ class Term:
 
     measures: tuple[Measure, ...] = ()  # of each element; beams have their strains
     modes = 0  # patterns of stress over all elements, each an unknown of the machine
+    contacts = 0  # places at which bodies may touch: steps in time end where one closes or opens
+    rows: Sequence[int] = ()  # whose multipliers it looks at: `respond` takes them, and the stress that was predicted
     together = 1  # so many elements, one after the other, answer with stresses the measures of all of them
 
     def __init__(self, pairs: Sequence[tuple[End, End]]) -> None:

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, remedy
 from fenics_mech.recovery.result import Result
 from fenics_mech.safety import buckled_sideways
+from fenics_mech.views.judgement import Judgement
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.words import sentence, share, short
-
-if TYPE_CHECKING:
-    from fenics_mech.views.judgements import Judgement
 
 MOST_NAMED = 3  # members that are named in a sentence
 Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`

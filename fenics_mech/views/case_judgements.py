@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from fenics_mech.safety.load_cases import most_stressed
+from fenics_mech.views.judgement import Judgement
 from fenics_mech.views.reading import ForceReading, reading_of
-
-if TYPE_CHECKING:
-    from fenics_mech.views.judgements import Judgement
 
 
 def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str, levels: Sequence[str]) -> list[Judgement]:

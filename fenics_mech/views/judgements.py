@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
@@ -23,13 +22,13 @@ from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
 from fenics_mech.views.beyond_theory import and_beyond
 from fenics_mech.views.case_judgements import of_most_stressed, worst_of_cases
+from fenics_mech.views.judgement import Judgement, Level
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.remedies import advice, remedy
 from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
-Level = Literal["bad", "warn", "good", "note"]
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
 ROUGH = "Estimates that large are rough: 0.3 to 3.4 of the truth."
 SERIOUS = 0.25  # of a strain, or of the Euler load: beyond it a result without the effect is of no use
@@ -49,28 +48,6 @@ WORDS = {
     "warn": "Use the numbers with care",
     "bad": "Do not use these numbers",
 }
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """One reason why numbers may be used, or not.
-
-    Parameters
-    ----------
-    level
-        "good", "note" (not examined), "warn" (use with care) or "bad" (do not use).
-    title
-        The reason in a few words, without a capital letter.
-    text
-        Sentences with numbers, and with what to change.
-    about
-        What is judged: "theory", "stability" or "error".
-    """
-
-    level: Level
-    title: str
-    text: str
-    about: str = "theory"
 
 
 @kept

@@ -161,6 +161,7 @@ def test_a_slider_crank_that_bends_is_held_by_its_guide():
     scene = bending(slider_crank(True, joint_laws={"rub": {"kind": "friction", "joint": "G", "coefficient": 0.4}}))
     turned = G * np.array([-np.sin(np.radians(15)), -np.cos(np.radians(15))])
     light = {"materials.steel.density": 1.0, "materials.stiff": fm.Material(modulus=2.1e11, density=1.0)}
+    light["analysis.solver"] = "auto"  # poses have no ratios of modes where freedoms move
     steps = {"analysis.duration": 2.0, "analysis.sub_intervals": 10, "freedoms": {"O": {"start": 1.0}}}
     place = fm.analyse(scene.changed(light | steps | {"gravity": tuple(turned)})).data["freedom_place"][:, 0].to_numpy()
     assert np.ptp(place[5:]) < 1e-6  # rad, of a crank of 50 mm

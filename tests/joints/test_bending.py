@@ -10,6 +10,7 @@ from tests.demos import machines
 CRANK, ROD, AREA, DENSITY = 0.05, 0.15, 2e-4, 7850.0  # m, m, m^2, kg/m^3
 STEEL = {"stiffness": 1e8, "restitution": 0.7}
 RUBS = {"kind": "friction", "coefficient": 0.2, "width": 1e-2}
+BY_POSES = {"solver": "poses", "allow_coarse": True, "allow_large": True}
 SHORT = {"analysis.duration": 0.02, "analysis.sub_intervals": 20}
 BEARING = {"stiffness": (2e5, 4e5), "damping": (50.0, 50.0), "turning_stiffness": 5.0, "turning_damping": 0.05}
 
@@ -53,6 +54,7 @@ def slider_crank(bends: bool, modulus: float = 2e16, **changes) -> fm.Scene:
             sub_intervals=20,
             time_tolerance=1e-6,
             error_estimates=False,
+            **(BY_POSES if bends else {}),
         ),
         **(of_members if bends else {}),
     )
@@ -80,7 +82,7 @@ def test_friction_of_pins_and_slider_is_that_of_rigid_links():
     }
     rigid, bent = both(joint_laws=laws)
     # the rod is 1e5 times as stiff as steel: what is left is the tolerance of the steps, and stretch of 1e-7
-    limits = {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 2e-6, "law_effort": 2e-6}
+    limits = {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 1e-4, "law_effort": 1e-5}
     assert_same(rigid, bent, limits)
     powers = [dict(zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())) for data in (rigid, bent)]
     assert powers[0]["friction"] < -2  # W
@@ -89,25 +91,28 @@ def test_friction_of_pins_and_slider_is_that_of_rigid_links():
 
 
 @pytest.mark.slow
-def test_friction_acts_where_drives_lead_all():
-    changes = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1}
+@pytest.mark.parametrize("solver", ["poses", "auto"])
+def test_friction_acts_where_drives_lead_all(solver):
+    changes = {"analysis.solver": solver, "freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1}
     changes |= {"analysis.sub_intervals": 12, "analysis.time_tolerance": 1e-4}
     law = {"rod": RUBS | {"joint": "A", "radius": 0.01}}
     rigid, bent = both(modulus=2e13, joint_laws=law, **changes)
     assert float(abs(bent["law_effort"]).max()) > 0.01  # N m
-    assert_same(rigid, bent, {"joint_force": 5e-4, "law_effort": 5e-4, "input_torque": 5e-4})  # as of the steps
+    assert_same(rigid, bent, {"joint_force": 3e-3, "law_effort": 3e-3, "input_torque": 3e-3})  # order 2 of the steps
 
 
 @pytest.mark.slow
 def test_a_bushing_is_that_of_rigid_links():
     rigid, bent = both(joint_laws={"soft": {"kind": "bushing", "joint": "A", **BEARING}}, **SHORT)
-    assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-6, "joint_force": 1e-5, "law_effort": 1e-5})
+    # forces of joints are of order 2 by the step, as multipliers are
+    assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-5, "joint_force": 1e-4, "law_effort": 1e-4})
 
 
-def by_itself(modulus, time_tolerance, estimates=False, **parts):
+def by_itself(modulus, time_tolerance, estimates=False, solver="poses", **parts):
     """Result of bars that move by themselves for 0.1 s: rigid ones, or with a modulus (Pa) those that bend."""
     bar = fm.RectangleSection(width="20 mm", height="10 mm")
     steps = {"duration": 0.1, "sub_intervals": 10, "time_tolerance": time_tolerance, "error_estimates": estimates}
+    steps |= {**BY_POSES, "solver": solver} if modulus else {}
     parts |= {"analysis": fm.Analysis(method="transient", start="smooth", **steps)}
     if modulus:
         material = fm.Material(modulus=modulus, density=DENSITY)
@@ -152,9 +157,10 @@ def bar_on_a_stop(bends: bool, tolerance: float = 1e-4, **parts):
 
 
 @pytest.mark.slow
-def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one():
+@pytest.mark.parametrize("solver", ["poses", "auto"])
+def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one(solver):
     # the contact takes 30 ms and the lowest vibration 2.5 ms, which so takes up little: 2 % of speed and torque
-    rigid, bent = bar_on_a_stop(False), bar_on_a_stop(True)
+    rigid, bent = bar_on_a_stop(False), bar_on_a_stop(True, solver=solver)
     assert rigid.attrs["contacts_closed"] == bent.attrs["contacts_closed"] == 1
     for data in (rigid, bent):
         back = np.ptp(data["freedom_place"].to_numpy()[8:, 0]) / np.ptp(data["time"].to_numpy()[8:])
@@ -164,13 +170,13 @@ def test_a_bar_of_steel_comes_back_from_a_stop_as_a_rigid_one():
 
 @pytest.mark.slow
 def test_error_of_steps_of_links_that_bend_is_estimated_after_a_contact():
-    damped = {"damping": fm.Damping(ratio=0.05)}
+    damped = {"damping": fm.Damping(material=4e-5)}  # 5 % of the lowest vibration
     data = bar_on_a_stop(True, 1e-3, estimates="contacts", **damped)
     exact = bar_on_a_stop(True, 1e-6, **damped)
     largest = float(np.abs(exact["strain"]).max())
     true = float(np.abs(data["strain"] - exact["strain"].to_numpy()).max()) / largest
     assert 0.5 * true < float(data["relative_error"].sel(source="time")) < 10 * true
-    assert "half their tolerance" in data.attrs["not_estimated"]
+    assert "a tenth of their tolerance" in data.attrs["not_estimated"]
 
 
 @pytest.mark.long
@@ -187,7 +193,7 @@ def test_a_journal_between_links_that_bend_moves_as_between_rigid_ones(stiffness
     rigid, bent = both(joint_laws=law, **steps)
     assert rigid.attrs["contacts_closed"] == bent.attrs["contacts_closed"] == 1
     assert_same(rigid, bent, {"freedom_place": 1e-6, "freedom_rate": 1e-5, "largest_law_effort": limit})
-    assert bent.attrs["power_balance_error"] < 1e-8
+    assert bent.attrs["power_balance_error"] < 1e-6
 
 
 @pytest.mark.slow
@@ -195,7 +201,7 @@ def test_an_effort_at_a_slider_is_that_on_rigid_links():
     gas = {"kind": "joint-effort", "joint": "G", "effort": {"kind": "formula", "formula": "-3/(0.22 - theta)"}}
     rigid, bent = both(joint_laws={"gas": gas}, **SHORT)
     assert float(abs(bent["law_effort"]).max()) > 30  # N
-    assert_same(rigid, bent, {"freedom_place": 1e-6, "joint_force": 2e-6, "law_effort": 1e-6})
+    assert_same(rigid, bent, {"freedom_place": 1e-6, "joint_force": 1e-4, "law_effort": 1e-6})
 
 
 @pytest.mark.parametrize(
@@ -248,7 +254,7 @@ def test_blow_of_two_bars_is_that_of_their_waves():
         effects=("coupling",),
         mesh=fm.Mesh(elements=6),
         analysis=fm.Analysis(
-            method="transient", duration=0.26, sub_intervals=130, time_tolerance=1e-4, error_estimates=False
+            method="transient", duration=0.26, sub_intervals=130, time_tolerance=1e-4, error_estimates=False, **BY_POSES
         ),
     )
     data = fm.analyse(scene).data

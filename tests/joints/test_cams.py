@@ -6,6 +6,7 @@ import pytest
 import fenics_mech as fm
 from tests.documents import DOCS, blocks
 from tests.joints.scenes import bar
+from tests.joints.test_bending import BY_POSES
 
 MASS, SPRING, PRELOAD, LIFT, STIFFNESS = 0.3, 2e4, 200.0, 10e-3, 1e8  # kg, N/m, N, m, N/m
 HARMONIC = fm.Harmonics(mean=LIFT / 2, cosine=(-LIFT / 2,))
@@ -100,6 +101,7 @@ def test_a_cam_of_a_member_rubs_as_a_rigid_one():
         "analysis.time_tolerance": 1e-4,
         "analysis.sub_intervals": 12,
         "analysis.start": "smooth",
+        **{f"analysis.{name}": value for name, value in BY_POSES.items()},
     }
     data = fm.analyse(valve(speed, **RUBBING, **bends)).data
     push, friction, torque = rubs(data, speed)

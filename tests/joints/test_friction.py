@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.joints.dry_friction import line, next_held
+from fenics_mech.joints.dry_friction import held_at, line, next_held
 from tests.joints.scenes import G, bar, block
 
 RUBS = {"kind": "friction", "coefficient": 0.2}
@@ -134,3 +134,17 @@ def test_a_tangent_of_friction_touches_its_law():
     at = np.array([-2.0, 0.0, 0.3])
     np.testing.assert_allclose(line(at, at), np.tanh(at))
     np.testing.assert_allclose((line(at, at + 1e-6) - line(at, at)) / 1e-6, 1 / np.cosh(at) ** 2, rtol=1e-6)
+
+
+@pytest.mark.parametrize("needed", [0.5, -0.999, 0.999999])
+@pytest.mark.parametrize("before", [0.0, 3e7, -3e7, 0.5])
+def test_friction_that_is_predicted_comes_to_what_a_body_at_rest_needs(needed, before):
+    """As above, by the share of the limit that a step predicts; the forces that a share is of are off by 1e-4."""
+    rate = -1e5 / 1e8
+    held, speed = np.array([before]), np.array([-1e5])
+    for step in range(8):
+        at = np.tanh(held)
+        slope = 1 - at**2
+        speed = (rate + needed - at + slope * held) / (1e-8 + slope)
+        held = held_at(line(held, speed) * (1 + (1e-4 if step < 3 else 0.0)), speed)
+    assert np.tanh(held).item() == pytest.approx(needed + rate if abs(needed + rate) < 1 else -1, abs=1e-6)

@@ -6,10 +6,10 @@ import pytest
 import fenics_mech as fm
 from fenics_mech.joints.bent_guide import BentGuide
 from fenics_mech.joints.joint_state import Wrench
+from fenics_mech.joints.link_states import BodyForces, LinkStates, cross, quarter
 from fenics_mech.joints.side_contact import OneSide
-from fenics_mech.kinematics.link_states import BodyForces, LinkStates, cross, quarter
 from fenics_mech.kinematics.linkage import start_motion
-from tests.joints.test_bending import link
+from tests.joints.test_bending import BY_POSES, link
 
 INERTIA = 0.02  # of the anvil (kg m^2): so light that the hammer goes on, and its friction keeps its sense
 LENGTH, TO, GAP = 0.5, 1.0, 0.05  # of the hammer, place of its pin, height of its tip (m)
@@ -40,7 +40,12 @@ def anvil_and_hammer(bends: bool = False, **changes) -> fm.Scene:
         freedoms={"O": fm.Freedom(start=0.0), "C": fm.Freedom(start=np.pi, speed=4.0)},
         joint_laws={"touch": fm.SideContact(joint="S", contact=CONTACT)},
         analysis=fm.Analysis(
-            method="transient", duration=0.05, sub_intervals=20, time_tolerance=1e-6, error_estimates=False
+            method="transient",
+            duration=0.05,
+            sub_intervals=20,
+            time_tolerance=1e-6,
+            error_estimates=False,
+            **(BY_POSES if bends else {}),
         ),
         **(of_members if bends else {}),
     )
@@ -150,7 +155,7 @@ def test_a_hammer_strikes_a_member_as_it_does_a_rigid_anvil():
     assert rigid["freedom_rate"].to_numpy()[-1, 0] < -1  # the anvil turns away
     np.testing.assert_allclose(bent["freedom_place"], rigid["freedom_place"], atol=2e-5)
     assert float(bent["largest_law_effort"][0]) == pytest.approx(float(rigid["largest_law_effort"][0]), rel=2e-3)
-    assert bent.attrs["power_balance_error"] < 1e-5
+    assert bent.attrs["power_balance_error"] < 3e-5
 
 
 def bent_guide(seed: int = 0) -> tuple[BentGuide, LinkStates]:

@@ -100,7 +100,7 @@ def test_an_elastic_rssr_moves_as_by_another_program(speed, count, coupler, rock
     machine, period = made.machine, 2 * np.pi / speed
     machine.chart = rigid_cycle(machine, period)
     cycle = periodic(machine, period, steps, tolerance=1e-6)
-    assert cycle.iterations <= 6
+    assert len(cycle.changes) <= 6
     reference = np.load(DATA / f"rssr_reference_{speed}.npz")
     at = (np.arange(steps) + 1) * 120 // steps - 1
     for name, bound in (("coupler", coupler), ("rocker", rocker)):
@@ -144,7 +144,7 @@ def test_a_four_bar_with_a_leaning_hinge_bends_and_twists_as_by_another_program(
     machine, before = skew_four_bar(count, 5.0, speed)
     machine.chart = rigid_cycle(machine, 2 * np.pi / speed)  # without load, but not without strain
     cycle = periodic(machine, 2 * np.pi / speed, steps, tolerance=1e-6)
-    assert cycle.iterations <= 4
+    assert len(cycle.changes) <= 4
     strains = cycle.evaluation.terms[0].x.reshape(steps, 3, -1, 6)[:, -1]
     reference = np.load(DATA / "fourbar_misaligned_reference.npz")
     for name, element in before.items():

@@ -17,12 +17,14 @@ from fenics_mech.response.periodic.cycle import system_at_places
 from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Scene, load
 from fenics_mech.studies.follow import END, Branch, follow
 from fenics_mech.studies.sweep_axes import parse_range
 from fenics_mech.views.branch_plots import branch_figure, branch_summary, plot_branch
 from tests.common import DEMOS
 from tests.response.forced import folds
+
+FROZEN = DEMOS.parent / "tests" / "frozen" / "scenes"
 
 LENGTH, WIDTH, HEIGHT, MODULUS, DENSITY = 1.0, 0.02, 0.002, 70e9, 2700.0
 EI, LINE = MODULUS * WIDTH * HEIGHT**3 / 12, DENSITY * WIDTH * HEIGHT
@@ -61,16 +63,17 @@ def beam(**changes):
         "drive": {"joint": "O", "speed": OMEGA},
         "damping": {"external": 2 * RATIO * OMEGA},
         "mesh": {"elements": 4},
-        "effects": ["large-rotations"],
+        "effects": ["coupling", "large-rotations"],
         "analysis": {"sub_intervals": 24, "stations": 11, "allow_coarse": True},
     }
     return Scene.read(data).changed(**changes)
 
 
-@pytest.fixture(scope="module")
-def branch():
+@pytest.fixture(scope="module", params=["collocation", "poses"])
+def branch(request):
     """From below the resonance to above it."""
-    return follow(beam(), "drive.speed", (0.9 * OMEGA, 1.35 * OMEGA), points=12)
+    scene = beam(analysis__solver=request.param)
+    return follow(scene, "drive.speed", (0.9 * OMEGA, 1.35 * OMEGA), points=12)
 
 
 def at_folds(branch):
@@ -110,7 +113,7 @@ def test_both_ends_are_what_an_analysis_gives(branch):
     assert branch.whole
     for index, share in ((0, 0.9), (-1, 1.35)):
         assert branch.values[index] == share * OMEGA
-        result = analyse(beam(drive__speed=share * OMEGA))
+        result = analyse(beam(drive__speed=share * OMEGA, analysis__solver=branch.scene.analysis.solver))
         alone, close = result.data, between_positions(result).data
         point = branch.data.isel(point=index)
         strain = np.abs(close["strain"]).max(("theta", "s", "fibre")).to_numpy()
@@ -123,13 +126,41 @@ def test_both_ends_are_what_an_analysis_gives(branch):
         assert np.isnan(found[len(multiplier) :]).all()
 
 
-def test_a_branch_over_the_load_ends_at_what_an_analysis_gives():
-    scene = beam(drive__speed=1.15 * OMEGA, mesh__elements=2)
+@pytest.mark.parametrize("solver", ["collocation", "poses"])
+def test_a_branch_over_the_load_ends_at_what_an_analysis_gives(solver):
+    scene = beam(drive__speed=1.15 * OMEGA, mesh__elements=2, analysis__solver=solver)
     path = "loads.line.factor.cosine.0"
     found = follow(scene, path, (0.1, 0.2), points=2)
     assert found.data[path].attrs["units"] == "1"
     alone = between_positions(analyse(scene.changed(loads__line__factor__cosine=(0.2,)))).data
     assert found.data["peak_strain"].to_numpy()[-1, 0] == pytest.approx(np.abs(alone["strain"]).max().item(), rel=1e-7)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("what", [pytest.param("motor", marks=pytest.mark.long), "impulse"])
+def test_motors_and_impulses_are_followed_to_what_an_analysis_gives(what):
+    if what == "motor":
+        scene = load(FROZEN / "motors_04_large_rotations.toml").changed({"analysis.allow_coarse": True})
+    else:
+        scene = beam(
+            impulses={"hit": {"at": "beam@0.5", "angle": 1.0, "impulse": [0, 1e-3]}},
+            mesh__elements=2,
+            drive__speed=0.7 * OMEGA,
+        )
+    scene = scene.changed({"analysis.solver": "poses", "analysis.error_estimates": False})
+    speed = scene.drives[0].speed
+    found = follow(scene, "drive.speed", (speed, 1.1 * speed), points=2)
+    alone = between_positions(analyse(scene.changed(drive__speed=1.1 * speed))).data
+    strain = np.abs(alone["strain"]).max(("theta", "s", "fibre")).to_numpy()
+    assert found.data["peak_strain"].to_numpy()[-1] == pytest.approx(strain, rel=1e-7)
+
+
+def test_linear_strains_are_not_followed_by_poses():
+    scene = beam(effects=("coupling", "geometric-stiffness"), analysis__solver="poses")
+    with pytest.raises(SceneError, match="effects: under linear strains there is one motion"):
+        follow(scene, "drive.speed", (20.0, 30.0))
+    with pytest.raises(SceneError, match="only periodic motions are followed"):
+        follow(scene.changed(analysis__method="quasi-static"), "drive.speed", (20.0, 30.0))
 
 
 def test_the_equation_at_a_rate_is_the_polynomial_of_three(seed):

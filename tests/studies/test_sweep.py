@@ -16,11 +16,12 @@ from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
 from fenics_mech.recovery.peaks import between_positions, doubts, peak_of
 from fenics_mech.studies import sweep_peaks, sweep_points
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.same_sweep import first_difference
 from fenics_mech.studies.sweep import Sweep, run_sweep
 from fenics_mech.studies.sweep_axes import axes_of, parse_axes, range_in_si, unit_of
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
-from fenics_mech.studies.sweep_points import Gauge, stacked
+from fenics_mech.studies.sweep_points import stacked
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
 from tests.common import DEMOS

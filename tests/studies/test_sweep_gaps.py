@@ -7,13 +7,13 @@ from fenics_mech import load
 from fenics_mech.analysis import analyse
 from fenics_mech.recovery.peaks import peak_of
 from fenics_mech.scene import Scene
+from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import TEXTS
 from fenics_mech.studies.point_curves import ANGLES, angles, packed_curves, unpacked_curves
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes, placed, scene_data
 from fenics_mech.studies.sweep_gaps import LOST, ahead, fill_gaps, gaps_of, in_words
-from fenics_mech.studies.sweep_points import Gauge
 from fenics_mech.studies.sweep_run import SweepRun
 from fenics_mech.studies.worker_processes import Workers
 from fenics_mech.views.sweep_data import unstable_points, without_unstable
@@ -33,9 +33,10 @@ def test_gaps_are_runs_of_points_without_a_stable_motion():
 
 
 @pytest.mark.slow
-def test_a_motion_is_followed_to_where_it_turns_back():
+@pytest.mark.parametrize("solver", ["collocation", pytest.param("poses", marks=pytest.mark.long)])
+def test_a_motion_is_followed_to_where_it_turns_back(solver):
     """Against Duffing's oscillator: its upper motions end at the first fold, the lower ones at the second."""
-    data = scene_data(beam().changed(analysis__error_estimates=False))
+    data = scene_data(beam().changed(analysis__error_estimates=False, analysis__solver=solver))
 
     def at(value):
         return Scene.read(placed(data, {"drive.speed": value}))
@@ -54,9 +55,10 @@ def test_a_motion_is_followed_to_where_it_turns_back():
 
 
 @pytest.mark.slow
-def test_points_that_a_stable_motion_passes_are_answered(tmp_path):
+@pytest.mark.parametrize("solver", ["collocation", pytest.param("poses", marks=pytest.mark.long)])
+def test_points_that_a_stable_motion_passes_are_answered(tmp_path, solver):
     """A point that is taken to have failed gets the answer of an analysis by itself; no other does."""
-    scene = beam()
+    scene = beam(analysis__solver=solver)
     axes = parse_axes(scene, [f"drive.speed={0.9 * OMEGA}:{1.02 * OMEGA}:4"])
     values = axes[0].values
     with Workers(1) as workers:

@@ -10,8 +10,10 @@ from fenics_mech.errors import SolverError
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.setup import CommonParts
+from fenics_mech.solve import Path
+from fenics_mech.solve.stages import radau
 from fenics_mech.studies import kept_answers
-from fenics_mech.studies.kept_motions import read_motion, write_motion
+from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of, shrinking_runs, with_peaks
@@ -24,6 +26,7 @@ EXACT = {
     "analysis.error_estimates": False,
     "analysis.stability": False,
 }
+LOGGERS = {"collocation": "fenics_mech.response.periodic.newton", "poses": "fenics_mech.solve.periodic"}
 SPEEDS = "drive.speed=34:36:4"  # where Newton's method takes 4 iterations from nothing
 NEWTON = 1e-8  # of the peaks: Newton's method ends at 1e-9 of the displacement
 
@@ -104,15 +107,17 @@ def iterations(caplog):
 
 
 @pytest.mark.slow
-def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, tmp_path, caplog, monkeypatch):
-    scene = seed.changed(EXACT)
+@pytest.mark.parametrize("solver", ["collocation", "poses"])
+def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, tmp_path, caplog, monkeypatch, solver):
+    scene = seed.changed(EXACT | {"analysis.solver": solver})
     axes = parse_axes(scene, [SPEEDS])
     found, counts = {}, {}
     for longest in (1, LONGEST):
         monkeypatch.setattr("fenics_mech.studies.sweep_run.longest_run", lambda scene, longest=longest: longest)
-        with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
+        with caplog.at_level(logging.DEBUG, LOGGERS[solver]):
             found[longest] = run_sweep(scene, axes, tmp_path / str(longest)).data
-        counts[longest] = len(iterations(caplog))
+        told = iterations(caplog)  # of each motion, or each by its number
+        counts[longest] = sum(told) if solver == "poses" else len(told)
         caplog.clear()
     for name in ("peak_strain", "peak_deflection", "peak_joint_force", "peak_input_torque"):
         alone, beside = found[1][name].to_numpy(), found[LONGEST][name].to_numpy()
@@ -157,9 +162,28 @@ def test_a_motion_that_does_not_fit_is_not_read(seed, tmp_path):
     assert read_motion(tmp_path / "motion.motion", mesh) is None
 
 
+def test_a_motion_of_poses_is_read_as_it_was_written(tmp_path):
+    path, rest = tmp_path / "motion.motion", np.linspace(0.0, 0.18, 4)
+    shape = len(rest), 3, 7
+    made = Path(
+        radau(3), rest, 0.2, 5, *(np.random.default_rng(0).normal(size=s) for s in (shape[::2], shape[::2], shape))
+    )
+    write_motion(path, made)
+    found = read_steps(path).paced(0.2)
+    assert found.alike(made)
+    for name in ("q0", "v0", "a"):
+        assert getattr(found, name) == pytest.approx(getattr(made, name), rel=1e-14)
+    content = path.read_bytes()
+    for wrong in (content[:-8], content[:16], b"PK of another kind", np.full(40, -1.0).tobytes()):
+        path.write_bytes(wrong)
+        assert read_steps(path) is None
+    assert read_steps(tmp_path / "none.motion") is None
+
+
 @pytest.mark.slow
-def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path):
-    scene = seed.changed(EXACT | {"analysis.error_estimates": True})
+@pytest.mark.parametrize("solver", ["collocation", "poses"])
+def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path, solver):
+    scene = seed.changed(EXACT | {"analysis.error_estimates": True, "analysis.solver": solver})
     axes = parse_axes(scene, [SPEEDS])
     one, two = (run_sweep(scene, axes, tmp_path / str(jobs), jobs=jobs, estimates="peaks").data for jobs in (1, 2))
     assert one.identical(two)
@@ -176,7 +200,7 @@ def test_a_motion_that_is_refused_as_unstable_is_one_to_begin_from(seed, monkeyp
     beams = common.links(scene)
     assert common.near(beams).displacement.any()
     assert common.near(CommonParts().links(scene)) is None  # of other links
-    common.go_to(None)
+    common.last.go_to(None)
     assert common.near(beams) is None
     with pytest.raises(SolverError, match="unstable"):
         analyse(scene, common=(apart := CommonParts()))

@@ -12,7 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.joints.joint_state import JointLaw, Touching
-from fenics_mech.kinematics.link_states import LinkStates
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.response.transient.course import ContactCount
 from fenics_mech.response.transient.stepping import Curve
 

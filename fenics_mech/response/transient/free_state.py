@@ -19,9 +19,9 @@ from fenics_mech.forces.elastic_response import ElasticResponse, response_at
 from fenics_mech.forces.joint_forces import nodal_forces
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.joints.joint_state import JointLaw, Touching
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.influence import drive_influences
-from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.kinematics.motion import Motion, coordinates
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause, cause_of_efforts
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
+from fenics_mech.terms.causes import Cause, cause_of_efforts
 
 
 @dataclass(frozen=True)

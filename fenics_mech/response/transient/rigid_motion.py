@@ -13,7 +13,6 @@ from typing import Literal
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.causes import Cause
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
@@ -36,6 +35,7 @@ from fenics_mech.response.transient.strikes import Strikes, loaded, started, str
 from fenics_mech.response.transient.time_steps import stepped
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.joint_laws import TOUCHING
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)

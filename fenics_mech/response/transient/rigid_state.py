@@ -13,9 +13,9 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import AssemblyError, SolverError
 from fenics_mech.joints.joint_state import JointLaw, Touching
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics.assembly import ASSEMBLY
 from fenics_mech.kinematics.free_linkage import FreeLinkage
-from fenics_mech.kinematics.link_states import LinkStates
 from fenics_mech.mechanism.rigid_dynamics import Balance, RigidDynamics, RigidStates
 from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Scene

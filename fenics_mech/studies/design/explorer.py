@@ -13,6 +13,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.sensitivity import sensitivity
+from fenics_mech.studies.design.slopes import slopes
 from fenics_mech.studies.design.trial import Trial, Trials
 
 STEP = 1e-3  # of differences for derivatives, as a share of a variable's range
@@ -138,7 +139,8 @@ class Explorer:
         if trial.failed or not self.trials.linearised:
             return {}
         try:
-            found = sensitivity(self.trials, trial.values)
+            by_poses = self.trials.design.scene.analysis.solver == "poses"
+            found = (slopes if by_poses else sensitivity)(self.trials, trial.values)
         except DerivativeError as error:
             self._without.append(str(error))
             return {}

@@ -17,10 +17,13 @@ from typing import Any
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse, solved
+from fenics_mech.by_poses import answered
 from fenics_mech.recovery import Result
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
+from fenics_mech.solved_by_poses import AtRest as AnswersAtRest
+from fenics_mech.solved_by_poses import Solved
 from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.result_curves import ResultNumbers
@@ -40,6 +43,8 @@ from fenics_mech.studies.design.trial_tasks import (
 from fenics_mech.studies.lead_process import leads, over_machines
 from fenics_mech.studies.sweep_axes import placed, stated_data
 from fenics_mech.studies.worker_processes import Workers
+
+Answer = Solved | AnswersAtRest  # by the equation of poses
 
 
 @dataclass(frozen=True)
@@ -100,7 +105,7 @@ class Trials:
     folder: Path | None = None
     workers: Workers | None = field(default=None, compare=False, repr=False)
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
-    _last: dict[tuple[float, ...], Solution] = field(default_factory=dict, compare=False, repr=False)
+    _last: dict[tuple[float, ...], Solution | Answer] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what other processes get: nothing that a solver works with."""
@@ -214,7 +219,7 @@ class Trials:
         """Whether the equation about a trial's motion gives derivatives; see `why_differences`."""
         return not why_differences(self.design, self.quantities)
 
-    def solution(self, values: Sequence[float]) -> Solution:
+    def solution(self, values: Sequence[float]) -> Solution | Answer:
         """Give the solution of a trial that `linearised` holds for; that of the last trial is known.
 
         Parameters
@@ -238,7 +243,10 @@ class Trials:
             return analyse(scene, common=self.common)
         self._last.clear()  # its memory is needed
         with guarded():
-            self._last[point], result = solved(scene, common=self.common)
+            if scene.analysis.solver == "poses":
+                self._last[point], result = answered(scene, self.variables)
+            else:
+                self._last[point], result = solved(scene, common=self.common)
         return result
 
     def _task(self, point: Sequence[float]) -> Task:
@@ -257,6 +265,11 @@ class Trials:
         name = f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
         path = None if self.folder is None else self.folder / name
         return Task(path, values, data, self.design.changes(values), self.quantities, self.design.study.targets)
+
+    @property
+    def variables(self) -> set[str]:
+        """Variables of results that numbers are made from."""
+        return {name for quantity in self.quantities for name in quantity.variables}
 
     def data_at(self, values: Sequence[float]) -> Record:
         """Give the scene of a trial as plain data.

@@ -1,0 +1,128 @@
+"""Answers of the equation of poses as Fourier series: harmonic balance, exact or linear beside the rigid motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError
+from fenics_mech.estimate import finer_mesh
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.scene import Scene
+from fenics_mech.solve import Cycle, Iteration, Path, periodic
+from fenics_mech.solve.harmonic_balance import Balance, Series, balanced
+from fenics_mech.solved_by_poses import (
+    LinearCycle,
+    Run,
+    Solved,
+    built,
+    instants_of,
+    left_out_by_linear,
+    steps_of,
+    stiffening,
+)
+
+
+def refuse_impulses(scene: Scene) -> None:
+    """Raise `SceneError` where a scene's motion has no series."""
+    if scene.impulses:
+        raise SceneError(
+            "impulses make velocities jump, which harmonics do not follow",
+            place="analysis.solver",
+            hint="Write solver = 'poses'",
+        )
+
+
+@dataclass(frozen=True)
+class Balanced(Solved):
+    """A periodic motion as a Fourier series; its cycle is the same by steps.
+
+    Parameters
+    ----------
+    series
+        The series.
+    """
+
+    series: Series
+
+    @classmethod
+    def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
+        """Build the machine of a scene, and find its periodic motion.
+
+        A series begins from the rigid motion, whatever motions were before it.
+
+        Raises
+        ------
+        SolverError
+            When there is none near the rigid motion.
+        UnresolvedError
+            When there are too few sub-intervals for the harmonics.
+        """
+        refuse_impulses(scene)
+        made, analysis = built(scene), scene.analysis
+        series, changes = balanced(made.machine, scene.period, analysis.harmonics, analysis.sub_intervals)
+        path = series.path(steps_of(scene), analysis.stages)
+        cycle = Cycle(made.machine, path, changes)
+        return cls(scene, made, cycle, series, left_out=left_out_by_linear(changes))
+
+    def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
+        t = instants_of(self.scene, share)
+        return t, *self.series.at(t)
+
+    def better(self) -> Iterator[tuple[str, OfPoses]]:
+        """Give the same at the positions without most of the error of a source, which is named."""
+        path = self.cycle.path
+        yield "harmonics", Solved(self.scene, self.made, periodic(self.made.machine, path.period, start=path)).at(0.0)
+        yield "mesh", Solved(self.scene, self.finer, finer_mesh(self.cycle, self.finer.machine)).at(0.0)
+
+
+@dataclass(frozen=True)
+class LinearBalanced(LinearCycle):
+    """A periodic motion that is linear beside the rigid one, as a Fourier series.
+
+    Parameters
+    ----------
+    series
+        The series.
+    """
+
+    series: Series
+
+    @classmethod
+    def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:
+        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
+
+        Raises
+        ------
+        SolverError
+            When it is at an undamped resonance.
+        """
+        refuse_impulses(scene)
+        return cls._balanced(scene, built(scene))
+
+    @classmethod
+    def _balanced(cls, scene: Scene, made: SceneMachine) -> LinearBalanced:
+        machine, analysis = made.machine, scene.analysis
+        balance = Balance(machine, scene.period, analysis.harmonics, analysis.sub_intervals)
+        balance.stresses = stiffening(scene, machine, balance.t)
+        balance.step()
+        rest = Path.of_rest(machine, scene.period, steps_of(scene), analysis.stages)
+        step = Iteration(machine, rest, stiffening(scene, machine, rest.at(rest.tableau.c)[0].ravel()))
+        step.found = step.evaluated(step.stresses)
+        path = balance.series.path(rest.starts, analysis.stages)
+        step.predict(path)
+        assert step.stresses is not None
+        cycle = Cycle(machine, path, [1.0], step.found)
+        return cls(scene, made, cycle, list(step.stresses), balance.series)
+
+    def _at(self, share: float) -> tuple[Array, Array, Array, Array]:
+        t = instants_of(self.scene, share)
+        return t, *self.series.at(t)
+
+    def better(self) -> Iterator[tuple[str, OfPoses]]:
+        """Give the same at the positions without most of the error of a source, which is named."""
+        yield "harmonics", LinearCycle._by(self.scene, self.made, len(self.cycle.tableau.c)).positions
+        yield "mesh", self._balanced(self.scene, self.finer).positions
+        yield "theory", self.corrected

@@ -1,0 +1,91 @@
+"""Branches of a scene's periodic motions by the equation of poses, over one number of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+
+import numpy as np
+
+from fenics_mech.by_poses import planned
+from fenics_mech.errors import SceneError
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.scene import Scene
+from fenics_mech.scene.sampling import SAMPLING
+from fenics_mech.solve import Family, Point, continued
+from fenics_mech.solved_by_poses import EXACT, Solved, built, steps_of
+
+AtValue = Callable[[float], Scene]
+
+
+def followable(scene: Scene) -> Scene:
+    """Give a scene with its effects chosen, or refuse one whose motions cannot be followed.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Raises
+    ------
+    SceneError
+        When its motion is not periodic, or not that of exact strains.
+    """
+    if scene.analysis.method != "periodic" or not scene.drives:
+        raise SceneError("only periodic motions are followed", place="analysis.method")
+    scene = planned(scene)
+    if EXACT not in scene.named_effects:
+        raise SceneError(
+            "under linear strains there is one motion at a value, which a sweep finds",
+            place="effects",
+            hint=f"Add {EXACT!r}, or sweep the number",
+        )
+    return scene
+
+
+def followed(at: AtValue, path: str, ends: tuple[float, float], points: int) -> Iterator[tuple[Point, Solved]]:
+    """Follow the motions of a scene over a number of it, from one end of a range until they leave the range.
+
+    Parameters
+    ----------
+    at
+        Gives the scene with a value of the number, and with its effects chosen.
+    path
+        The number's dotted path in the scene.
+    ends
+        Its range.
+    points
+        Smallest number of points over the range.
+
+    Yields
+    ------
+    tuple
+        The motion, and the same with its scene.
+
+    Raises
+    ------
+    SceneError
+        When the drive does not keep its sense over the range, or loads jump at other angles.
+    SolverError
+        When there is no motion at the start, or the branch is lost.
+    """
+    first, last = (at(end) for end in ends)
+    if first.cycle_rate * last.cycle_rate < 0:
+        raise SceneError("the drive must keep its sense of turning over the range", place=path)
+    shares, others = (steps_of(scene) / scene.period for scene in (first, last))
+    if len(shares) != len(others) or np.abs(shares - others).max() > SAMPLING.same:
+        raise SceneError("the angles at which a load jumps or impulses act must stay over the range", place=path)
+    start = Solved.of(first)
+    near = start.made.machine
+
+    @lru_cache(maxsize=2)
+    def made_at(value: float) -> SceneMachine:
+        nonlocal near
+        made = built(at(value), near=near)
+        near = made.machine
+        return made
+
+    for point in continued(Family(made_at, ends), start.cycle, points):
+        made = point.driven
+        assert isinstance(made, SceneMachine)
+        yield point, Solved(made.scene.changed({"analysis.allow_unstable": True}), made, point.cycle)
