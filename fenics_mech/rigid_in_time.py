@@ -18,7 +18,6 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
-from fenics_mech.terms.causes import Cause
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, Rest
@@ -42,6 +41,7 @@ from fenics_mech.rigid_by_poses import acting, carried, motion_of, read_off
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.solve import States, Step, steps_in_time
 from fenics_mech.solve.held import freed
+from fenics_mech.terms.causes import Cause
 
 IN_TWO_WAYS = 1e-5  # singular value of the joints' rows at a position that is found: below it links go on in two ways
 STAGES = 7  # of a step, at least: rates, and so forces, are of that order, and places of order 13 at its end

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from fenics_mech._arrays import Array
-from fenics_mech.terms.causes import Cause
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.energy import power_of_weight
 from fenics_mech.recovery.of_poses import GROUND, OfPoses
 from fenics_mech.scene.joints import Joint
 from fenics_mech.solve.held import Held
+from fenics_mech.terms.causes import Cause
 
 
 @dataclass(frozen=True)
