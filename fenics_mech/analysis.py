@@ -29,9 +29,7 @@ from fenics_mech.planning.start_state import start_state, state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.labelled import labelled, recovered
-from fenics_mech.recovery.of_poses import LAWS
 from fenics_mech.recovery.peaks import PEAKS
-from fenics_mech.recovery.rigid_result import rigid_result
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.steady_state import by_collocation, stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
@@ -128,20 +126,13 @@ def analyse(
 
 
 def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
-    """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are.
-
-    By poses are those without friction and contacts, and without what is followed beside a motion in time.
-    """
-    analysis, start = scene.analysis, state_to_go_on_from(scene, 0)
-    has_all_laws = all(type(law) in LAWS for law in scene.joint_laws.values())
-    beside = analysis.lyapunov or analysis.poincare is not None or scene.impulses or analysis.start == "periodic"
-    if has_all_laws and scene.drives and not scene.freedoms:
+    """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are."""
+    start = state_to_go_on_from(scene, 0)
+    if not scene.freedoms:
         return rigid_by_poses(scene)
-    if has_all_laws and analysis.method == "static":
-        return rigid_at_rest(scene)
-    if has_all_laws and not beside and start is None:
-        return rigid_in_time(scene)
-    return rigid_result(scene, start, stated)
+    if scene.analysis.method == "static":
+        return rigid_at_rest(scene, any(part.start is not None for part in stated.freedoms.values()))
+    return rigid_in_time(scene, start)
 
 
 def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:

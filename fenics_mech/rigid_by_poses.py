@@ -19,15 +19,14 @@ from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, BETWEEN
 from fenics_mech.accuracy.quantities import measures
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.geometry import Given
+from fenics_mech.geometry import Given, PoseMotion
 from fenics_mech.kinematics import Motion as LinkMotion
-from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.machine import Machine
 from fenics_mech.machine.energy import energy_of_terms, kinetic_energy
+from fenics_mech.machine.freed import balanced
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.led_from_scene import Led, comes_back, led_motion
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.rigid_from_scene import Places, links_of_poses, poses_of_links
+from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -41,7 +40,7 @@ from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.scene import Scene
-from fenics_mech.solve.held import held
+from fenics_mech.scene.joint_laws import TOUCHING
 
 TOGETHER = 2_000_000  # entries of the rows' derivatives that are looked at together
 
@@ -66,15 +65,16 @@ def rigid_by_poses(scene: Scene) -> Result:
     _refuse(scene)
     require_positions(scene, count := _positions(scene))
     machine = LedMachine.of(scene)
-    links = machine.links(_instants(scene, count))
-    found = acting(machine.made, links)
-    data = read_off(scene, found)
-    parts = [_powers(scene, found), _missed_by_positions(machine, links)]
-    data = xr.merge([data, *parts], combine_attrs="no_conflicts")
+    found = machine.at(_instants(scene, count))
+    parts = [read_off(scene, found), _powers(scene, found), _missed_by_positions(machine, found.links())]
+    return with_all_units(scene, xr.merge(parts, combine_attrs="no_conflicts"))
+
+
+def with_all_units(scene: Scene, data: xr.Dataset) -> Result:
+    """Give the result of labelled values, with the units of all of them."""
     units = effort_units(scene.moved_joints, scene.joints)
-    return Result.with_scene(
-        scene, with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
-    )
+    data = with_units(data, units, scene.springs.values(), scene.dampers.values())
+    return Result.with_scene(scene, with_law_units(scene, data))
 
 
 def _refuse(scene: Scene) -> None:
@@ -82,6 +82,13 @@ def _refuse(scene: Scene) -> None:
     for name in scene.impulses:
         place = f"impulses.{name}"
         raise SceneError("drives lead all rigid links, and an impulse does not change their motion", place=place)
+    for name, law in scene.joint_laws.items():
+        if isinstance(law, TOUCHING) and scene.analysis.method != "static":
+            raise SceneError(
+                f"drives lead all links, and what touches at joint {law.joint!r} cannot move them",
+                place=f"joint_laws.{name}",
+                hint="Give a freedom with an effort in place of a drive",
+            )
 
 
 def _positions(scene: Scene) -> int:
@@ -136,8 +143,8 @@ class LedMachine:
                 return cls(made, cycle, True)
         return cls(made, led_motion(made.bodies, first, last), False)
 
-    def links(self, t: Array) -> LinkMotion:
-        """Give the motion of the links' frames.
+    def at(self, t: Array) -> OfRigid:
+        """Give what acts in their motion.
 
         Parameters
         ----------
@@ -148,67 +155,36 @@ class LedMachine:
         clock, rate, change = _clock(scene, t)
         q, first, second = self.led.over_cycles(clock) if self.back else self.led.at(clock)
         v, a = rate[:, None] * first, rate[:, None] ** 2 * second + change[:, None] * first
-        found = motion_of(self.made, scene.cycle_rate * clock, t, (q, v, a))
-        return found.held() if scene.analysis.method == "static" else found
+        motion, angle = poses_of_links(self.made, q, v, a), q[:, 2 : self.made.bodies.machine.n : 3]
+        return acting(self.made, t, motion, self.made.bodies.angles + angle, scene.cycle_rate * clock)
 
 
-def motion_of(made: SceneMachine, theta: Array, t: Array, moved: Places) -> LinkMotion:
-    """Give the motion of the links' frames by coordinates, rates and accelerations of the links as bodies.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    theta, t
-        Drive angles (rad) and instants (s), ``(instants,)`` each.
-    moved
-        ``(instants, size)`` each.
-    """
-    bodies = made.bodies
-    place, velocity, acceleration = (x[:, : bodies.machine.n].reshape(len(t), -1, 3) for x in moved)
-    return LinkMotion(
-        theta,
-        t,
-        tuple(made.scene.links),
-        place[..., :2] + np.array(bodies.machine.r)[1:],
-        velocity[..., :2],
-        acceleration[..., :2],
-        place[..., 2] + bodies.angles,
-        velocity[..., 2],
-        acceleration[..., 2],
-    )
-
-
-def acting(made: SceneMachine, links: LinkMotion) -> OfRigid:
+def acting(
+    made: SceneMachine, t: Array, motion: PoseMotion, angle: Array, theta: Array, pulls: Array | None = None
+) -> OfRigid:
     """Give what acts in a motion of rigid links.
 
     Parameters
     ----------
     made
         A machine whose rows hold all coordinates.
-    links
-        The motion, at ascending instants.
+    t, motion
+        Instants, ascending (s), and the motion of all poses there.
+    angle
+        Angles of the links, whole turns and all ``(instants, links)`` (rad).
+    theta
+        Drive angles ``(instants,)`` (rad).
+    pulls
+        Multipliers of all rows ``(instants, rows)``; None where they are not known.
     """
-    (machine, near), t = carried(made, links), links.time
-    still, moving = np.zeros((len(t), machine.size)), made.scene.analysis.method != "static"
-    by_rows = held(machine, t, angles=near, moving=moving)
-    motion = Motion(machine, t, still, still, by_rows.accelerations, moving, angles=near)
-    return OfRigid(replace(made, machine=machine), motion, links, by_rows)
-
-
-def carried(made: SceneMachine, links: LinkMotion) -> tuple[Machine, list[Array]]:
-    """Give the machine with a motion of its links as chart, and the angles of every term with their whole turns.
-
-    Parameters
-    ----------
-    made, links
-        As of `acting`.
-    """
-    bodies, machine = made.bodies, copy(made.machine)
-    place = links.position - np.array(bodies.machine.r)[1:], links.angle - bodies.angles
-    moved = place, (links.velocity, links.omega), (links.acceleration, links.alpha)
-    machine.chart = Given(links.time, poses_of_links(made, *(coordinates(*part) for part in moved)))
-    return machine, _near(made, links.angle)
+    machine, moving = copy(made.machine), made.scene.analysis.method != "static"
+    machine.chart = Given(t, motion)
+    near, none = _near(made, angle), np.zeros((len(t), machine.n))
+    if pulls is None:
+        pulls = balanced(machine, t, (none, none, none), angles=near, moving=moving).pulls
+    still = np.zeros((len(t), machine.size))
+    beside = Motion(machine, t, still, still, np.concatenate([none, pulls], axis=1), moving, angles=near)
+    return OfRigid(replace(made, machine=machine), beside, angle, theta)
 
 
 def _clock(scene: Scene, t: Array) -> tuple[Array, Array, Array]:
@@ -311,24 +287,26 @@ class _Between(OverCycle):
     angles = CLOSENESS.cheap
     least = 2
 
-    def moved(self, theta: Array) -> LinkMotion:
-        """Give the motion of the links at drive angles (rad)."""
-        return self.machine.links(theta / self.scene.cycle_rate)
-
     @property
     def knots(self) -> Array:
         """Drive angles to which the motion was followed (rad)."""
         return self.scene.cycle_rate * self.machine.led.t
 
+    def at(self, places: Array) -> Values:
+        """Give the quantities at places of the cycle, in positions."""
+        return self._values(places * self.step / self.scene.cycle_rate)
+
     def of(self, motion: LinkMotion) -> Values:
         """Give the quantities in a motion."""
+        return self._values(motion.time)
+
+    def _values(self, t: Array) -> Values:
         together = max(1, TOGETHER // (3 * len(self.scene.links)) ** 2)
-        parts = [motion.part(slice(k, k + together)) for k in range(0, len(motion.theta), together)]
-        found = [acting(self.machine.made, part) for part in parts]
+        found = [self.machine.at(t[k : k + together]) for k in range(0, len(t), together)]
         forces = [np.stack(list(part.joint_forces.values()), axis=1) for part in found]
         efforts = [np.stack(list(part.efforts().values()), axis=1) for part in found]
         return {
             "joint_force": np.concatenate(forces)[:, :, None],
             "torque": np.concatenate(efforts)[..., None],
-            ACCELERATIONS[0]: accelerations_of(self.scene, motion),
+            ACCELERATIONS[0]: np.concatenate([accelerations_of(self.scene, part.links()) for part in found]),
         }

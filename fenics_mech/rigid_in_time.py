@@ -1,62 +1,67 @@
 """Motion in time of rigid links with freedoms, by the equation of poses: a start, steps, errors, energy, a result.
 
-Steps are few and long. Forces at a position follow from places and rates of the freedoms there alone: with their
-accelerations all of the motion is known, and the rows of joints hold what it needs.
+Unknown are the freedoms alone. Steps are few and long: forces at a position follow from places and rates of the
+freedoms there.
 """
 
 from __future__ import annotations
 
-from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import brentq
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
-from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
-from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.geometry import PLANE, Given, Rest
-from fenics_mech.machine import Machine
-from fenics_mech.machine.assembly import left_open
+from fenics_mech.accuracy.remarks import after_contacts
+from fenics_mech.accuracy.transient_errors import trial_of_steps
+from fenics_mech.errors import AssemblyError, SceneError, shortened
+from fenics_mech.in_time_by_poses import LONGEST, noted_peaks
+from fenics_mech.joints.law_terms import LawTerm
+from fenics_mech.kinematics.motion import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
+from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError, at_once
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
-from fenics_mech.machine.led_from_scene import MOVED
-from fenics_mech.machine.motion import Motion, coordinates
-from fenics_mech.machine.rigid_from_scene import motion_of_bodies, near_links
+from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
 from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
+from fenics_mech.recovery.law_efforts import law_efforts
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
-from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
-from fenics_mech.response.transient.course import TRANSIENT, refuse_rough
-from fenics_mech.rigid_by_poses import acting, carried, motion_of, read_off
+from fenics_mech.response.transient.beside import Beside
+from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
+from fenics_mech.response.transient.cycles import differs, kinds_of, lasting
+from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, RepeatedMotion, repeated_motion, sizes_of
+from fenics_mech.response.transient.stepping import StepCurve
+from fenics_mech.response.transient.strikes import Strike, loaded, strikes_between
+from fenics_mech.rigid_by_poses import acting, read_off, with_all_units
 from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.solve import States, Step, steps_in_time
-from fenics_mech.solve.held import freed
+from fenics_mech.solve import Step, steps_in_time
 from fenics_mech.terms.causes import Cause
 
-IN_TWO_WAYS = 1e-5  # singular value of the joints' rows at a position that is found: below it links go on in two ways
-STAGES = 7  # of a step, at least: rates, and so forces, are of that order, and places of order 13 at its end
-LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
+STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
 LEAST = 1e-10  # of what a step may miss by: Newton's method ends at a thousandth of it, above rounding
 SHARPER = 1e-3  # of the tolerance, which a step may miss by: rates and forces lose digits to places
+OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
 
 
-def rigid_in_time(scene: Scene) -> Result:
+def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
     """Analyse a motion in time of rigid links.
 
     Parameters
     ----------
     scene
         The scene, with a freedom for all that its drives leave free.
+    start
+        The state to go on from; None for that at time 0.
 
     Raises
     ------
@@ -65,21 +70,17 @@ def rigid_in_time(scene: Scene) -> Result:
     SolverError
         When a step has no solution, or a freedom moves no mass.
     """
-    analysis = scene.analysis
-    refuse_rough(analysis)
-    times = _times(scene)
-    machine = FreeMachine.of(scene)
-    course = Course.of(machine, times, max(analysis.stages, STAGES))
+    refuse_rough(scene.analysis)
+    repeated = repeated_motion(scene, Runner(scene)) if scene.analysis.start == "periodic" else None
+    if repeated is not None:
+        scene, start = repeated.scene, repeated.start
+    course = Course.of(scene, start)
     data = _labelled(course)
-    parts = [_powers(course), _errors(course, data), running(scene, times, *course.freedoms)]
-    data = xr.merge([data, *parts], combine_attrs="no_conflicts")
-    units = effort_units(scene.moved_joints, scene.joints)
-    return Result.with_scene(
-        scene, with_law_units(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
-    )
+    parts = [_powers(course), _errors(course, data, start), *_of_freedoms(course, repeated)]
+    return with_all_units(scene, xr.merge([data, *parts], combine_attrs="no_conflicts"))
 
 
-def _times(scene: Scene) -> Array:
+def _times(scene: Scene, start: float) -> Array:
     """Give the instants of the result (s)."""
     analysis = scene.analysis
     count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
@@ -90,136 +91,100 @@ def _times(scene: Scene) -> Array:
             hint="Give fewer cycles or sub_intervals",
         )
     require_positions(scene, count + 1)
-    return scene.period / analysis.sub_intervals * np.arange(count + 1.0)
+    return start + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
 
 
-@dataclass(frozen=True)
-class FreeMachine:
-    """The machine of rigid links with freedoms, and the same with its freedoms held.
+def stated_start(scene: Scene) -> StartState:
+    """Give the state at time 0: angles, strokes and rates that the freedoms state."""
+    names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
+    place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
+    return StartState(0.0, place, rate)
+
+
+def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
+    """Give the machine of a scene as one of its freedoms.
 
     Parameters
     ----------
     made
-        The machine.
-    holding
-        The same, where rows lead the freedoms. They are the last rows.
-    bodies
-        The links as bodies with rows of joints, drives and freedoms, whose determinant has one sign all along.
+        The machine of rigid links.
+    start
+        Where they are.
+    near
+        Coordinates that they have there; None for those of the start.
     """
+    holding = replace(made, machine=at_once(made.machine))
+    own = [lead(holding, name, np.zeros_like) for name in made.scene.freedoms]
+    machine = holding.machine
 
-    made: SceneMachine
-    holding: SceneMachine
-    bodies: Machine
+    def demanded(t: Array) -> Driven:
+        first, second = np.zeros((2, len(t), len(machine.rows)))
+        _, first[:, made.driven], second[:, made.driven] = driven(made, t)
+        return Driven(first, second)
 
-    @classmethod
-    def of(cls, scene: Scene) -> FreeMachine:
-        """Build both for a scene."""
-        made = machine_of(scene)
-        machine = copy(made.machine)
-        machine.rows = list(machine.rows)
-        holding = replace(made, machine=machine)
-        for name in scene.freedoms:
-            lead(holding, name, np.zeros_like)
-        bodies, rows = copy(made.bodies.machine), made.bodies.machine.rows
-        still = [row for row in rows if not row.leads and row.name not in scene.open_joints]
-        bodies.rows = [*still, *(replace(row, value=np.zeros_like) for row in rows if row.leads)]
-        bodies.forget_plan()
-        return cls(made, holding, bodies)
+    if near is None:
+        near = np.zeros(machine.n) if start.links is None else coordinates_of_links(made, start.links[None])[0]
+    return Freed(machine, own, demanded, start.displacement, start.time, near)
 
-    def at(self, t: Array, near: Array, place: Array, rate: Array) -> OfRigid:
-        """Give the motion and what acts in it by places and rates of the freedoms ``(instants, freedoms)``.
 
-        Parameters
-        ----------
-        t
-            Instants, ascending (s).
-        near
-            Coordinates of the links as bodies near to those that are sought ``(instants, size)``.
-        place, rate
-            Angles (rad) and strokes (m) of the freedoms, and their rates.
-        """
-        moved = motion_of_bodies(self.made, t, near, (place, rate, np.zeros_like(place)))
-        machine, angles = carried(self.holding, motion_of(self.made, t, t, moved))
-        rows = range(len(machine.rows) - place.shape[1], len(machine.rows))
-        try:
-            second = freed(machine, t, rows, angles=angles)
-        except np.linalg.LinAlgError as error:
-            names = ", ".join(self.made.scene.freedoms)
-            raise SolverError(f"a freedom at joint {names} moves no mass: give its links mass or inertia") from error
-        moved = motion_of_bodies(self.made, t, moved[0], (place, rate, second))
-        return acting(self.holding, motion_of(self.made, self.theta(t, place), t, moved))
+def theta_of(scene: Scene, t: Array, place: Array) -> Array:
+    """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
+    if scene.drives:
+        return scene.coordinate(t).value
+    if isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
+        return scene.cycle_rate * t
+    return place[:, 0]
 
-    def theta(self, t: Array, place: Array) -> Array:
-        """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase.
 
-        Parameters
-        ----------
-        t, place
-            As of `at`.
-        """
-        scene = self.made.scene
-        if scene.drives:
-            return scene.coordinate(t).value
-        if isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
-            return scene.cycle_rate * t
-        return place[:, 0]
+def found_at(made: SceneMachine, freed: Freed, known: Carried, rate: Array) -> OfRigid:
+    """Give what acts where the freedoms are at some places and rates, and nothing holds them.
 
-    def start(self) -> tuple[OfRigid, tuple[Array, Array], Machine, Array]:
-        """Give what acts at the start, places and rates of freedoms, a machine that rests there, and its rates."""
-        freedoms = self.made.scene.freedoms.values()
-        place, rate = (np.array([[getattr(x, name) or 0.0 for x in freedoms]]) for name in ("start", "rate_at_start"))
-        found = self.at(np.zeros(1), self.made.bodies.q[None], place, rate)
-        known, machine = found.motion.machine.known.at(np.zeros(1)), copy(self.made.machine)
-        machine.chart = Rest(PLANE, known.r[0], known.R[0])
-        return found, (place, rate), machine, coordinates(machine, known.v, known.w)[0]
+    Parameters
+    ----------
+    made, freed
+        The machine.
+    known
+        Links near to where they are, with the places.
+    rate
+        Rates ``(instants, freedoms)``.
+    """
+    moved, held = freed.freely(known, rate)
+    return rigid_at(made, freed, moved, theta_of(made.scene, known.t, known.r), held.pulls)
 
-    def places(self, states: States, angle: Array) -> tuple[Array, Array, Array]:
-        """Give coordinates of the links as bodies near to some states, and places and rates of the freedoms there.
 
-        Parameters
-        ----------
-        states
-            The states.
-        angle
-            Angles of the links, whole turns and all ``(instants, links)`` (rad).
-        """
-        made, machine = self.made, copy(self.made.machine)
-        near, machine.chart = self.near(states, angle), Given(states.t, states.motion)
-        still = np.zeros((len(states.t), machine.size))
-        alone = Motion(machine, states.t, still, still, still, angles=states.measures)
-        jets = [alone.jet(made.acting[f"freedoms.{name}"]) for name in made.scene.freedoms]
-        place, rate = (np.stack([jet[k] for jet in jets], axis=1) for k in (0, 1))
-        return near, place, rate
+def rigid_at(made: SceneMachine, freed: Freed, known: Carried, theta: Array, pulls: Array | None) -> OfRigid:
+    """Give what acts in a motion of the links; `theta` and `pulls` are those of `acting`."""
+    links = made.scene.links
+    poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in links.items()]
+    angle = np.array([made.bodies.at_start[name] for name in links]) + known.Q[:, freed.machine.places[poses, 2]]
+    return acting(replace(made, machine=freed.machine), known.t, freed.motion(known), angle, theta, pulls)
 
-    def near(self, states: States, angle: Array) -> Array:
-        """Give coordinates of the links as bodies near to some states; arguments as of `places`."""
-        found = near_links(self.made, states.motion)
-        found[:, 2 : self.bodies.n : 3] = angle - self.made.bodies.angles
-        return found
 
-    def determinants(self, q: Array) -> Array:
-        """Give the determinant of the derivatives of all rows at coordinates of the bodies ``(instants,)``."""
-        return np.asarray(np.linalg.det(left_open(self.bodies, 0.0, q)[1]))
+@dataclass
+class _Struck:
+    """Impulses that strike in a motion: rates change by what they leave over over the mass."""
 
-    def refusal(self, t: float, q: Array) -> AssemblyError:
-        """Say that the freedoms do not tell at an instant how links move, whose coordinates as bodies are given.
+    scene: Scene
+    freed: Freed
+    due: dict[float, Strike]
+    works: list[float] = field(default_factory=list)
+    after: dict[float, Array] = field(default_factory=dict)  # rates, by instant
 
-        Where the joints' own rows are singular, those with a freedom at any joint are too.
-        """
-        scene, J = self.made.scene, left_open(self.bodies, 0.0, q[None])[1][0]
-        motion, count = np.abs(np.linalg.svd(J)[2][-1, 2::3]), len(scene.moved_joints)
-        moved = ", ".join(list(scene.links)[k] for k in np.argsort(-motion) if motion[k] > MOVED * motion.max())
-        kind, advice = "dead centre", "State the freedom at another joint, such as that of a link that can turn fully"
-        if np.linalg.svd(J[:-count], compute_uv=False).min(initial=1.0) < IN_TWO_WAYS:
-            kind = "change point"
-            advice = (
-                "No other joint says it either, as the links can go on in two ways. Take other lengths, or stops that "
-                "keep the links away from it"
-            )
-        return AssemblyError(
-            f"at {t:.6g} s the linkage comes to a {kind}: the motion of joint {', '.join(scene.moved_joints)} does not "
-            f"say how {moved} moves. {advice}"
-        )
+    def __call__(self, t: float, v: Array) -> Array:
+        """Give the rates after what strikes at an instant."""
+        if t not in self.due:
+            return v
+        freed, zero, left = self.freed, np.zeros((1, len(v))), []
+        for names in ((), self.due[t].names):
+            made = machine_of(loaded(self.scene, names))
+            other = freed_of(made, StartState(t, freed.place, v), freed.stages.Q[-1])
+            left.append(other.residual(np.array([t]), zero, zero, zero))
+        momentum = (left[0].force - left[1].force)[0]
+        mass = left[0].M.reshape(1, len(v), len(v))
+        after = v + freed.by_mass(mass, momentum[None])[0]
+        self.works.append(float(momentum @ (v + after)) / 2)
+        self.after[t] = after
+        return after
 
 
 @dataclass(frozen=True)
@@ -228,104 +193,238 @@ class Course:
 
     Parameters
     ----------
-    positions
-        What acts at the positions of the result.
-    freedoms
-        Places and rates of the freedoms there ``(instants, freedoms)``.
-    inside, weights
-        What acts at the stages of all steps, and their weights in an integral over time (s).
+    scene
+        The scene.
+    made, freed
+        Its machine.
+    at, rate
+        Links at the positions of the result, and rates of the freedoms there ``(instants, freedoms)``.
+    stages, rates, weights
+        The same at the stages of all steps, and their weights in an integral over time (s).
     steps
         Number of steps.
+    peaks
+        The most that each law of contact exerts.
+    beside
+        What was followed beside the motion.
+    works
+        Energy that impulses gave (J).
     """
 
-    positions: OfRigid
-    freedoms: tuple[Array, Array]
-    inside: OfRigid
+    scene: Scene
+    made: SceneMachine
+    freed: Freed
+    at: Carried
+    rate: Array
+    stages: Carried
+    rates: Array
     weights: Array
     steps: int
+    peaks: dict[str, float]
+    beside: Beside
+    works: float
 
     @classmethod
-    def of(cls, free: FreeMachine, times: Array, stages: int) -> Course:
+    def of(
+        cls, scene: Scene, start: StartState | None = None, rougher: float = 1.0, *, carries: bool = False
+    ) -> Course:
         """Follow a motion from its start.
 
         Parameters
         ----------
-        free
-            The machine.
-        times
-            Instants of the positions, from 0 on (s).
-        stages
-            Of a step.
+        scene
+            The scene.
+        start
+            The state to go on from; None for that at time 0.
+        rougher
+            Factor on the tolerance of its steps.
+        carries
+            Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
+
+        Raises
+        ------
+        AssemblyError
+            When the freedoms do not say how the links move.
         """
-        made = free.made
-        scene, (start, started, machine, v) = made.scene, free.start()
-        turns = np.isin(np.arange(machine.n), machine.places[:, 2])
-        tolerance = max(SHARPER * scene.analysis.time_tolerance, LEAST)
-        allowed = tolerance * np.where(turns, 1.0, machine.extent)
-        longest = scene.period * LONGEST[0 if scene.drives else 1]
-        poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in scene.links.items()]
-        angle, inside, weights = start.links().angle[0], list[tuple[States, Array]](), list[Array]()
-        at_positions = list[tuple[States, Array]]()
-        for step in steps_in_time(machine, v, times[[0, -1]], tolerance=allowed, stages=stages, longest=longest):
-            reached(end := step.t + step.h, 0.0, float(times[-1]))
-            _refuse_singular(free, step, angle, poses)
-            shares = (times[(times > step.t) & (times <= end)] - step.t) / step.h
-            own = machine.places[poses, 2]
-            if len(shares):
-                at_positions.append((step.within(shares), angle + step.at(shares)[0][:, own]))
-            inside.append((step.at_stages(), angle + step.at(step.tableau.c)[0][:, own]))
-            angle = inside[-1][1][-1]
-            weights.append(step.h * step.tableau.A[-1])
-        reached_places = free.places(*_joined(at_positions))
-        near, place, rate = (np.concatenate(x) for x in zip((made.bodies.q[None], *started), reached_places))
-        states, angles = _joined(inside)
-        within = free.at(states.t, *free.places(states, angles))
-        positions = free.at(times, near, place, rate)
-        return cls(positions, (place, rate), within, np.concatenate(weights), len(inside))
+        start = start or stated_start(scene)
+        times, analysis = _times(scene, start.time), scene.analysis
+        made = machine_of(scene)
+        freed = freed_of(made, start)
+        strokes = [isinstance(scene.joints[name], Slot | Prismatic) for name in scene.freedoms]
+        share = rougher * analysis.time_tolerance
+        allowed = max(SHARPER * share, LEAST) * np.where(strokes, freed.extent, 1.0)
+        stages = max(analysis.stages, STAGES)
+        ends, struck = times[[0, -1]], None
+        if scene.impulses:
+            due = {strike.time: strike for strike in strikes_between(scene, start.time, float(times[-1]))}
+            struck = _Struck(scene, freed, due)
+            ends = np.unique([*ends, *due])
+        tableau = Tableau.of("radau", stages)
+        beside = Beside.of(scene, freed, tableau, np.ones(freed.n), carries=carries)
+        taken = _Taken(freed, times, start.velocity, tableau, beside)
+        steps = steps_in_time(
+            freed,  # type: ignore[arg-type]  # it is a machine to them
+            start.velocity,
+            ends,
+            tolerance=allowed,
+            share=share,
+            stages=stages,
+            longest=scene.period * LONGEST[0 if scene.drives else 1],
+            struck=struck,
+        )
+        try:
+            for step in steps:
+                taken.over(step, scene)
+        except StrayedError as error:
+            raise _refusal(scene, freed, error.t) from error
+        return taken.whole(scene, made, struck)
+
+    @cached_property
+    def positions(self) -> OfRigid:
+        """What acts at the positions of the result."""
+        return found_at(self.made, self.freed, self.at, self.rate)
+
+    @cached_property
+    def inside(self) -> OfRigid:
+        """What acts at the stages of all steps."""
+        return found_at(self.made, self.freed, self.stages, self.rates)
+
+    @property
+    def contacts(self) -> list[LawTerm]:
+        """Laws of contact."""
+        return [term for term in self.freed.terms if isinstance(term, LawTerm) and term.contacts]
+
+    @property
+    def closings(self) -> int:
+        """How often contacts closed."""
+        return sum(term.closings for term in self.contacts)
 
 
-def _refuse_singular(free: FreeMachine, step: Step, angle: Array, poses: list[int]) -> None:
-    """Raise `AssemblyError` where the determinant of the rows changes its sign in a step, and tell the instant."""
+def _refusal(scene: Scene, freed: Freed, t: float) -> AssemblyError:
+    """Say that the freedoms do not tell at an instant how links move.
 
-    def at(s: Array) -> Array:
-        """Give coordinates of the links as bodies at shares of the step."""
-        return free.near(step.within(s), angle + step.at(s)[0][:, step.machine.places[poses, 2]])
+    Where the joints' own rows are singular, those with a freedom at any joint are too.
+    """
+    J, count = freed._here.J[-1], len(scene.moved_joints)
+    motion = np.abs(np.linalg.svd(J)[2][-1, freed.machine.places[1:, 2]])
+    moved = ", ".join(list(scene.links)[k] for k in np.argsort(-motion) if motion[k] > MOVED * motion.max())
+    kind, advice = "dead centre", "State the freedom at another joint, such as that of a link that can turn fully"
+    leads = [row.leads or k in freed.own for k, row in enumerate(freed.machine.rows)]
+    if np.linalg.svd(J[~np.array(leads)], compute_uv=False).min(initial=1.0) < IN_TWO_WAYS:
+        kind = "change point"
+        advice = (
+            "No other joint says it either, as the links can go on in two ways. Take other lengths, or stops that "
+            "keep the links away from it"
+        )
+    assert count
+    return AssemblyError(
+        f"at {t:.6g} s the linkage comes to a {kind}: the motion of joint {', '.join(scene.moved_joints)} does not "
+        f"say how {moved} moves. {advice}"
+    )
 
-    shares = np.append(0.0, step.tableau.c)
-    sizes = free.determinants(at(shares))
-    for k in np.flatnonzero(sizes[1:] * sizes[0] <= 0)[:1]:
-        share = brentq(lambda s: free.determinants(at(np.array([s])))[0], *shares[k : k + 2], xtol=1e-12)
-        raise free.refusal(step.t + share * step.h, at(np.array([share]))[0])
+
+IN_TWO_WAYS = 1e-5  # singular value of the joints' rows at a position that is found: below it links go on in two ways
+MOVED = 0.05  # of the largest turn in a motion: links that turn by more are named
 
 
-def _joined(parts: list[tuple[States, Array]]) -> tuple[States, Array]:
-    states, angles = zip(*parts)
-    return States.joined(states), np.concatenate(angles)
+class _Taken:
+    """Takes the positions of the result as steps come to them."""
+
+    def __init__(self, freed: Freed, times: Array, v: Array, tableau: Tableau, beside: Beside) -> None:
+        self.freed, self.times, self.tableau, self.beside = freed, times, tableau, beside
+        self.at: list[Carried] = [freed.stages]
+        self.rates: list[Array] = [v[None]]
+        self.stages: list[Carried] = []
+        self.inside: list[Array] = []
+        self.weights: list[Array] = []
+        self.peaks: dict[str, float] = {}
+
+    def over(self, step: Step, scene: Scene) -> None:
+        """Take the positions in a step, its stages, and what is followed beside it."""
+        freed, times, end = self.freed, self.times, step.t + step.h
+        last = end >= times[-1] * (1 - 1e-12)
+        reached(end, float(times[0]), float(times[-1]))
+        due = times[(times > step.t) & ((times <= end) | last)]
+        near = freed.stages
+        if len(due):
+            q, v, _ = step.at(np.minimum((due - step.t) / step.h, 1.0))
+            Q, k = near.predicted(due)
+            self.at.append(replace(near.part(k), t=due, r=freed.place + q, Q=Q))
+            self.rates.append(v)
+        q, v, _ = step.at(step.tableau.c)
+        self.stages.append(replace(near, r=freed.place + q))
+        self.inside.append(v)
+        self.weights.append(step.h * step.tableau.A[-1])
+        noted_peaks(self.peaks, step, scene)
+        if self.beside.takes:
+            made = np.linalg.inv(np.vander(step.tableau.c, increasing=True)) @ step.a
+            curve = StepCurve(step.t, step.h, freed.place, step.v, step.a, self.tableau, made)
+            for take in self.beside.takes:
+                take(curve)
+            freed.stages = near
+
+    def whole(self, scene: Scene, made: SceneMachine, struck: _Struck | None) -> Course:
+        """Give the motion."""
+        at, rate, works = Carried.joined(self.at), np.concatenate(self.rates), 0.0
+        if struck is not None:
+            works = sum(struck.works)
+            for t, after in struck.after.items():
+                rate[np.abs(at.t - t) <= TRANSIENT.rounding * max(abs(float(at.t[-1])), scene.period)] = after
+            if self.times[0] in struck.after:  # what is stored at the start has it
+                works -= struck.works[0]
+        return Course(
+            scene,
+            made,
+            self.freed,
+            at,
+            rate,
+            Carried.joined(self.stages),
+            np.concatenate(self.inside),
+            np.concatenate(self.weights),
+            len(self.stages),
+            self.peaks,
+            self.beside,
+            works,
+        )
 
 
 def _labelled(course: Course) -> xr.Dataset:
     """Label the motion, and forces and efforts in it."""
     found, along = course.positions, ("theta", "freedom")
     largest = {name: float(np.abs(effort).max()) for name, effort in course.inside.laws().items()}
-    place, rate = course.freedoms
+    largest |= {name: max(size, largest[name]) for name, size in course.peaks.items()}
     states = xr.Dataset(
-        {"freedom_place": (along, place), "freedom_rate": (along, rate)}, {"freedom": list(found.made.scene.freedoms)}
+        {"freedom_place": (along, course.at.r), "freedom_rate": (along, course.rate)},
+        {"freedom": list(course.scene.freedoms)},
     )
-    laws = law_efforts(found.laws(), {}, largest, 0)
-    data = read_off(found.made.scene, found).assign_attrs(time_steps=course.steps)
+    laws = law_efforts(found.laws(), found.depths(), largest, course.closings)
+    data = read_off(course.scene, found).assign_attrs(time_steps=course.steps)
     return joined(data.drop_vars([name for name in laws.variables if name in data]), states, laws)
+
+
+def _of_freedoms(course: Course, repeated: RepeatedMotion | None) -> list[xr.Dataset]:
+    """Give how the freedoms run, and what was followed beside their motion."""
+    t = course.at.t
+    return [
+        running(course.scene, t, course.at.r, course.rate),
+        beside_motion(course.scene, course.beside, t, repeated),
+    ]
 
 
 def _powers(course: Course) -> xr.Dataset:
     """Give the mean power of every cause, and what is stored, by the stages of all steps.
 
-    Efforts in freedoms count without what accelerates their rotors.
+    Efforts in freedoms count without what accelerates their rotors. What drives give at impulses is not known.
     """
+    if course.scene.impulses and course.scene.drives:
+        return xr.Dataset()
     inside, ends = course.inside, course.positions.motion
     powers, duration = inside.powers(), float(np.ptp(ends.t))
     mean = {cause: float(course.weights @ power) / duration for cause, power in powers.items()}
-    rotors = np.array([part.inertia for part in course.positions.made.scene.freedoms.values()])
-    energy = kinetic_energy(ends) + energy_of_terms(ends) - course.freedoms[1] ** 2 @ rotors / 2
+    if course.works:
+        mean[Cause.IMPULSES] = course.works / duration
+    rotors = np.array([part.inertia for part in course.scene.freedoms.values()])
+    energy = kinetic_energy(ends) + energy_of_terms(ends) - course.rate**2 @ rotors / 2
     mean[Cause.STORED] = -float(energy[-1] - energy[0]) / duration
     if Cause.WEIGHT in mean:
         weight = energy_of_weight(ends)
@@ -333,17 +432,20 @@ def _powers(course: Course) -> xr.Dataset:
     return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
 
 
-def _errors(course: Course, data: xr.Dataset) -> xr.Dataset:
-    """Give errors by the time steps, from a motion with one more stage in each."""
-    scene = course.positions.made.scene
+def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
+    """Give errors by the time steps, from a motion with another tolerance; after contacts opened where it is asked."""
+    scene = course.scene
     if not scene.analysis.error_estimates:
         return xr.Dataset()
-    stages = max(scene.analysis.stages, STAGES) + 1
-    other = _labelled(Course.of(FreeMachine.of(scene), course.positions.motion.t, stages))
+    parted = any(term.openings for term in course.contacts)
+    attributes: dict[str, Any] = {"not_estimated": after_contacts(scene.analysis)} if parted else {}
+    if (trial := trial_of_steps(scene.analysis, parted)) is None:
+        return xr.Dataset(attrs=attributes)
+    factor, share = trial
+    other = _labelled(Course.of(scene, start, factor))
     found: dict[str, Any] = {}
-    attributes: dict[str, Any] = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
-        change = np.abs(other[name].to_numpy() - data[name].to_numpy())
+        change = share * np.abs(other[name].to_numpy() - data[name].to_numpy())
         by_part, largest = (_by_part(values) for values in (change, np.abs(data[name].to_numpy())))
         found[f"{name}_error"] = (("source", axis), by_part[None])
         measure = np.full_like(largest, max(float(largest.max(initial=0.0)), TINY))
@@ -358,3 +460,59 @@ def _errors(course: Course, data: xr.Dataset) -> xr.Dataset:
 def _by_part(values: Array) -> Array:
     """Give the largest over time of each joint, drive or freedom: of ``(times, parts, ...)``."""
     return np.asarray(np.moveaxis(values, 1, 0).reshape(values.shape[1], -1).max(axis=1))
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Integrates the motion of rigid links for the search of one that repeats; see `shooting.Runner`.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that can move and no drive leads.
+    """
+
+    scene: Scene
+
+    @property
+    def kinds(self) -> Index:
+        """Kind of each freedom, ``(freedoms,)``."""
+        return kinds_of(self.scene)
+
+    def begin(self) -> StartState:
+        """Give the state that the freedoms state."""
+        return stated_start(self.scene)
+
+    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
+        course = Course.of(lasting(self.scene, duration, samples), start)
+        return _end_of(course), (course.at.t, course.at.r, course.rate)
+
+    def lap(self, start: StartState, duration: float) -> Lap:
+        """Give the motion from a state on, with all disturbances of it."""
+        course = Course.of(lasting(self.scene, duration, SHOOTING.samples), start, carries=True)
+        end = _end_of(course)
+        seconds = np.stack([self._second(state, state.time) for state in (start, end)])
+        sizes = sizes_of(course.at.r, course.rate, self.kinds)
+        return Lap(start, end, seconds, sizes, course.beside.monodromy, course.closings > 0)
+
+    def depends_on_time(self, start: StartState) -> bool:
+        """Whether the equation at a state is another one at other times."""
+        here = self._second(start, start.time)
+        others = [self._second(start, start.time + share * self.scene.period) for share in OTHER_TIMES]
+        return differs(here, np.array(others))
+
+    @cached_property
+    def _made(self) -> SceneMachine:
+        return machine_of(self.scene)
+
+    def _second(self, start: StartState, time: float) -> Array:
+        freed = freed_of(self._made, replace(start, time=time))
+        found = freed.freely(freed.stages, start.velocity[None])[0]
+        return np.asarray(found.a[0])
+
+
+def _end_of(course: Course) -> StartState:
+    links = course.positions.links().part(slice(-1, None))
+    at = of_links(links.position, links.angle)[0]
+    return StartState(float(course.at.t[-1]), course.at.r[-1], course.rate[-1], at)

@@ -40,6 +40,7 @@ class Rubbing(Term):
     ) -> None:
         super().__init__([pair])
         self.measures, self.stated, self.rows, self.start = (measure,), stated, tuple(rows), start
+        self.held: float | None = None  # friction on the second body at rest, which holds it (N m, N)
 
     def near(self, t: Array) -> Array:
         """Give the angle at the start: steps in time count whole turns from it."""
@@ -59,6 +60,8 @@ class Rubbing(Term):
         predicted
             The stress that the last step predicted, by which it is held; None where it is by its law.
         """
+        if self.held is not None:
+            return Response(np.full_like(x, -self.held))
         assert pulls is not None
         stated, rate = self.stated, v[:, 0, 0]
         arm, drag = stated.radius or 1.0, stated.viscous * rate

@@ -193,7 +193,7 @@ class Group:
     def _spread_across(self, found: Measured, across: Array, pattern: Pattern, target: Target) -> None:
         """Add the tangents of elements that respond together: K += G'(D G + B G'), C += G' B G, with rates G' of G."""
         T, (sets, n) = len(found.x), self.block.shape
-        one, rate = (self._on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
+        one, rate = (self.on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
         forces = np.einsum("tsia,dtsij->dtsaj", one, across)
         by_q, by_v = forces[0] @ one + forces[1] @ rate, forces[1] @ one
         entries = pattern.at(self.block, self.block).ravel()
@@ -202,7 +202,7 @@ class Group:
         target[3][:] += by_q.reshape(T, -1) @ to
         target[2][:] += by_v.reshape(T, -1) @ to
 
-    def _on_coordinates(self, by_variables: Array, n: int) -> Array:
+    def on_coordinates(self, by_variables: Array, n: int) -> Array:
         """Give derivatives of the measures of sets by their coordinates ``(instants, sets, measures, n)``."""
         d, own = self.geometry.d, self.geometry.size
         way, first, second = np.split(by_variables, [d, own], axis=-1)
@@ -235,7 +235,7 @@ class Group:
 
     def add_pulls(self, found: Measured, by_pulls: Array, numbers: Places, pattern: Pattern, M: Array) -> None:
         """Add derivatives of forces by multipliers, whose numbers among the unknowns are ``(rows,)``."""
-        on = self._on_coordinates(found.gradient, self.dof.shape[1])
+        on = self.on_coordinates(found.gradient, self.dof.shape[1])
         entries, values = pattern.at(self.dof, numbers), np.einsum("tema,temr->tear", on, by_pulls)
         for place in np.argwhere(entries >= 0):
             M[:, entries[tuple(place)]] += values[:, *place]

@@ -357,6 +357,44 @@ class Machine:
         of_turns = motion.w + rates[..., d:], motion.al + seconds[..., d:]
         return PoseMotion(motion.r, motion.R, of_places[0], of_turns[0], of_places[1], of_turns[1])
 
+    def turned(self, angles: Sequence[Array] | None, q: Array) -> list[Array] | None:
+        """Give angles near those of every term at some coordinates: in the plane given ones, and the turns beside.
+
+        Parameters
+        ----------
+        angles
+            Angles ``(1, elements, measures)`` where the coordinates are 0; None where the terms know.
+        q
+            Coordinates ``(instants, n)`` or more.
+        """
+        if angles is None:
+            return None
+        g, found = self.geometry, []
+        turns = np.append(q[:, : self.n], np.zeros((len(q), 1)), axis=1)[:, self.places[:, g.d]] * (g.turns == 1)
+        for group, near in zip(self.groups, angles):
+            turned = turns[:, group.pose[:, 1]] - turns[:, group.pose[:, 0]]
+            found.append(near + (turned[..., None] if turned.shape[1] == near.shape[1] else 0 * q[:, :1, None]))
+        return found
+
+    def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
+        """Predict the stresses of all terms after a step, to first order, for the geometric stiffness of the next one.
+
+        That is Newton's method with the stresses as unknowns, condensed.
+
+        Parameters
+        ----------
+        found
+            Where the step was made.
+        dq, dv, da
+            Changes of coordinates, rates, and accelerations with multipliers ``(instants, size)`` each.
+        """
+        return [
+            measured.predicted(
+                group.variables(dq), group.variables(dv), da[:, modes], da[:, self.n :][:, list(term.rows)]
+            )
+            for measured, group, modes, term in zip(found.terms, self.groups, self.mode_numbers, self.terms)
+        ]
+
     # ---- the equation ----
     def moved(self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True) -> Moved:
         """Move all poses by coordinates, rates and accelerations beside the chart; arguments as of `residual`."""

@@ -13,6 +13,7 @@ from fenics_mech.geometry import PLANE, Given, PoseMotion
 from fenics_mech.machine.assembly import COARSELY_MET, closed, rates_of
 from fenics_mech.machine.drawn_from_scene import Law
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.machine.motion import coordinates
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.terms import Beams
 
@@ -51,7 +52,7 @@ def motion_of_bodies(
         When the links do not come together there.
     """
     bodies = made.bodies
-    value, first, second = (np.hstack(pair) for pair in zip(drives or _driven(made, t), freedoms))
+    value, first, second = (np.hstack(pair) for pair in zip(drives or driven(made, t), freedoms))
     machine, loose = copy(bodies.machine), made.scene.open_joints
     still = [row for row in machine.rows if not row.leads and row.name not in loose]
     given = [
@@ -71,8 +72,34 @@ def values_at(t: Array, values: Array) -> Law:
     return lambda at: values[np.searchsorted(t, at)]
 
 
-def _driven(made: SceneMachine, t: Array) -> Places:
-    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each."""
+def coordinates_of_links(made: SceneMachine, links: Array) -> Array:
+    """Give the coordinates of poses that are fixed to links ``(instants, n)``.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene of which no link bends.
+    links
+        Places (m) and angles (rad) of all links ``(instants, 3 links)``.
+    """
+    bodies, machine = made.bodies, made.machine
+    drawn = np.column_stack([np.array(bodies.machine.r)[1:], bodies.angles]).ravel()
+    motion = poses_of_links(made, *(links - drawn, 0 * links, 0 * links))
+    turned = np.pad((links - drawn - bodies.q[: links.shape[1]])[:, 2::3], ((0, 0), (0, 1)))
+    turns = turned[:, links_of_poses(made)][..., None]
+    return coordinates(machine, motion.r - np.array(machine.r), turns)[:, : machine.n]
+
+
+def driven(made: SceneMachine, t: Array) -> Places:
+    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    t
+        Instants (s).
+    """
     scene = made.scene
     if not scene.drives:
         return (np.zeros((len(t), 0)),) * 3

@@ -77,10 +77,6 @@ class _WithoutVibration(OverCycle):
         linkage = driven.linkage or Linkage(straight)  # whose branch is followed in steps of its own
         return cls(straight, system.motion, linkage, beams, fields.coordinates["s"], twist)
 
-    def moved(self, theta: Array) -> Motion:
-        """Give the rigid motion at other drive angles (rad)."""
-        return self.linkage.motion(theta, self.scene.cycle_rate)
-
     @property
     def knots(self) -> Array:
         """Drive angles to which the branch was followed (rad)."""
@@ -88,9 +84,9 @@ class _WithoutVibration(OverCycle):
 
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle, in positions."""
-        if self.twist is None:
-            return super().at(places)
         theta, rate = places * self.step, self.scene.cycle_rate
+        if self.twist is None:
+            return self.of(self.linkage.motion(theta, rate))
         ahead, faster, change = self.twist.at(places).T
         crank = at_rate(self.linkage.motion(theta + ahead, rate), rate, rate + faster, change)
         return self.of(replace(crank, theta=theta, time=theta / rate))

@@ -79,21 +79,12 @@ class OverCycle(ABC):
             The rigid motion.
         """
 
-    @abstractmethod
-    def moved(self, theta: Array) -> Motion:
-        """Give the rigid motion at other angles.
-
-        Parameters
-        ----------
-        theta
-            Drive angles ``(angles,)`` (rad).
-        """
-
     @property
     @abstractmethod
     def knots(self) -> Array:
         """Drive angles of a cycle between which links turn smoothly, ascending or descending (rad)."""
 
+    @abstractmethod
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle.
 
@@ -102,7 +93,6 @@ class OverCycle(ABC):
         places
             The places, in positions, ``(places,)``.
         """
-        return self.of(self.moved(places * self.step))
 
     @property
     def step(self) -> float:

@@ -75,11 +75,12 @@ class Contacts:
         """
         missed, worst = step.tableau.back @ step.a - before, 0.0
         missed[self.machine.n :] = 0.0
-        start = replace(step, v=missed)
+        start, led = replace(step, v=missed), replace(step, v=0 * missed)
         for k in self.terms:
             term = self._term(k)
             if term.closed.any():
-                rates = self._depths(k, start, np.zeros(1))[1][:, 0]
+                at, rest = (self._depths(k, one, np.zeros(1))[1][:, 0] for one in (start, led))
+                rates = at - rest
                 allowed = self.share * term.speed + ROUNDING * max(self.machine.extent, 1.0) / step.h
                 worst = max(worst, float(np.abs(rates / allowed)[term.closed].max()))
         return step.tableau.inside_rate * step.h * worst

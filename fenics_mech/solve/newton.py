@@ -1,14 +1,12 @@
-"""Newton's method, and the stresses that it predicts."""
+"""Newton's method."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.machine import Evaluation, Machine
 
 
 def newton(step: Callable[[], float], tolerance: float, most: int, what: str) -> list[float]:
@@ -39,16 +37,3 @@ def newton(step: Callable[[], float], tolerance: float, most: int, what: str) ->
             return changes
     last = ", ".join(f"{change:.1e}" for change in changes[-3:])
     raise SolverError(f"{what}: Newton's method has not converged in {len(changes)} steps (changes {last})")
-
-
-def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
-    """Predict the stresses of all terms after a step, to first order, for the geometric stiffness of the next tangents.
-
-    That is Newton's method with the stresses as unknowns, condensed. `dq`, `dv` and `da` are ``(instants, size)``.
-    """
-    return [
-        measured.predicted(
-            group.variables(dq), group.variables(dv), da[:, modes], da[:, machine.n :][:, list(term.rows)]
-        )
-        for measured, group, modes, term in zip(found.terms, machine.groups, machine.mode_numbers, machine.terms)
-    ]

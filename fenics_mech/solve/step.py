@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine import Machine
 from fenics_mech.machine.measured import Measured
-from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.newton import newton
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, stage_matrix
 
@@ -105,7 +105,7 @@ class Step:
         def step() -> float:
             nonlocal stresses, a
             q, v, _ = replace(self, a=a).at(tableau.c)
-            found = machine.residual(instants, q, v, a, predicted=stresses, angles=self._near(q))
+            found = machine.residual(instants, q, v, a, predicted=stresses, angles=machine.turned(self.angles, q))
             measures[:] = [term.x for term in found.terms]
             matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
             da = Factors(blocks, matrix, f"step at {self.t:.6g} s").solve(-found.force.T.ravel())
@@ -113,29 +113,12 @@ class Step:
             a = a + da
             dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
             dq[:, n:] = dv[:, n:] = 0.0
-            stresses = predicted(machine, found, dq, dv, da)
+            stresses = machine.predicted(found, dq, dv, da)
             off = max((term.response.off for term in found.terms), default=0.0)
             return max(off, float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)))
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
-
-    def _near(self, q: Array) -> list[Array] | None:
-        """Give angles near those of every term at some coordinates: in the plane those at the start, and the turns."""
-        if self.angles is None:
-            return None
-        g, found = self.machine.geometry, []
-        turns = np.append(q, np.zeros((len(q), 1)), axis=1)[:, self.machine.places[:, g.d]] * (g.turns == 1)
-        for group, angles in zip(self.machine.groups, self.angles):
-            turned = turns[:, group.pose[:, 1]] - turns[:, group.pose[:, 0]]
-            found.append(angles + (turned[..., None] if turned.shape[1] == angles.shape[1] else 0 * q[:, :1, None]))
-        return found
-
-    def within(self, s: Array) -> States:
-        """Give the poses at shares of the step, by the polynomial through its stages ``(shares,)``."""
-        q, v, a = self.at(s)
-        near = self._near(q) or [np.repeat(x[:1], len(s), axis=0) for x in self.measures]
-        return self._states(self.h * s, q, v, a, near)
 
     def at_stages(self) -> States:
         """Give the poses at its stages."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.held_by_friction import FrictionAtRest, holds
 from fenics_mech.joints.joint_state import Touching
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.rigid_dynamics import RigidStates
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import RestSolution
-from fenics_mech.response.static.held_by_friction import FrictionAtRest, holds
 from fenics_mech.response.static.small_motions import REST, RestSearch
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.rigid_instants import instants_of, part_of

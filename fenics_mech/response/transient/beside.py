@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.disturbances import Growth, Transition
 from fenics_mech.response.transient.section_points import PoincareRecord
-from fenics_mech.response.transient.stepping import Collocation, StepCurve
+from fenics_mech.response.transient.stepping import EquationInTime, StepCurve
 from fenics_mech.scene import Scene
 
 
@@ -36,21 +37,21 @@ class Beside:
     transition: Transition | None = None
 
     @classmethod
-    def of(cls, scene: Scene, context: Collocation, weight: Array, *, carries: bool) -> Beside:
+    def of(cls, scene: Scene, equation: EquationInTime, tableau: Tableau, weight: Array, *, carries: bool) -> Beside:
         """Begin to follow what a scene wants to know.
 
         Parameters
         ----------
         scene
             The scene, with its freedoms.
-        context
-            The steps.
+        equation, tableau
+            The equation that steps solve, and their points.
         weight
             Weights of the coordinates in those of the steps, ``(coordinates,)``; the freedoms are the last.
         carries
             Whether all disturbances of the state are carried on instead.
         """
-        equation, tableau, freedoms = context.equation, context.tableau, len(scene.freedoms)
+        freedoms = len(scene.freedoms)
         every = np.eye(2 * len(weight))
         if carries:
             return cls(weight, transition=Transition(equation, tableau, every))

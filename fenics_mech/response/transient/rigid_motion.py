@@ -14,6 +14,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError, shortened
+from fenics_mech.held_by_friction import Held
 from fenics_mech.kinematics import Motion, solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.kinematics.motion import coordinates
@@ -21,7 +22,6 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.rigid_dynamics import RigidDynamics, RigidStates
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
-from fenics_mech.response.static.held_by_friction import Held
 from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
@@ -221,7 +221,7 @@ def free_course(
         from_rest=_from_rest(scene),
     )
     record.context = context
-    record.motion.beside = Beside.of(scene, context, unit, carries=carries)
+    record.motion.beside = Beside.of(scene, context.equation, context.tableau, unit, carries=carries)
     context.beside = record.motion.beside.takes
     record.motion.steps = stepped(context, (place, rate), times, scene.petsc, (strikes, record.forget))
     if strikes is not None:

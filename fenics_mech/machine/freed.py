@@ -1,0 +1,455 @@
+"""A machine of rigid links as one of its freedoms: rows lead these, and all links follow.
+
+With the gradients J of all rows, the links go with the freedoms' values r by W = J^-1 E. The multipliers l of all rows
+balance the machine, F + G l = 0. Those of the freedoms' rows are what would hold the freedoms, so that they are 0:
+
+    left = -l,  d left = E^T G^-1 (M da + C dv + K dq),  dq = W dr,  dv = W dr' + W' dr,
+    da = W dr'' + 2 W' dr' + W'' dr.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from copy import copy
+from dataclasses import dataclass, fields, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index, solved
+from fenics_mech.errors import SolverError
+from fenics_mech.geometry import PoseMotion
+from fenics_mech.machine.evaluation import Evaluation
+from fenics_mech.machine.groups import Group, Moved
+from fenics_mech.machine.machine import Machine
+from fenics_mech.machine.measured import Measured
+from fenics_mech.machine.pattern import Pattern
+
+CLOSED, CLOSINGS = 1e-9, 20  # of Newton's method for the links (m, rad), whose next step squares that, and its steps
+LONGEST = 0.5  # rad in one of them
+BALANCED, BALANCES = 1e-12, 30  # of the multipliers where they are what presses bodies that rub, and steps
+ROUGHLY = 1e-3  # the same where forces are linear in them, and geometric stiffness alone takes those of the last step
+APART = 1e-4  # of a radian or of the extent, by which J' is differentiated along the motion
+
+
+class StrayedError(SolverError):
+    """The links do not follow, or go on in another way: the freedoms' rows hardly lead them."""
+
+    def __init__(self, t: float) -> None:
+        super().__init__(f"the links do not follow the freedoms at {t:.6g} s")
+        self.t = t
+
+
+class Driven(NamedTuple):
+    """What laws of drives demand: rates of the rows' values, and second rates ``(instants, rows)``."""
+
+    first: Array
+    second: Array
+
+
+@dataclass(frozen=True)
+class Carried:
+    """Coordinates, rates and accelerations of all links, with the gradients of all rows.
+
+    Parameters
+    ----------
+    t, r, a
+        Instants ``(instants,)`` (s), and values of the freedoms' rows and second rates ``(instants, freedoms)``.
+    Q, V, A
+        Of the links ``(instants, n)``.
+    J, J1
+        Gradients of the rows, and their rates ``(instants, rows, n)``.
+    """
+
+    t: Array
+    r: Array
+    a: Array
+    Q: Array
+    V: Array
+    A: Array
+    J: Array
+    J1: Array
+
+    @classmethod
+    def joined(cls, parts: Sequence[Carried]) -> Carried:
+        """Put motions one after the other."""
+        return cls(*(np.concatenate([getattr(x, one.name) for x in parts]) for one in fields(cls)))
+
+    def part(self, instants: Index | slice) -> Carried:
+        """Give some instants."""
+        return Carried(*(getattr(self, one.name)[instants] for one in fields(self)))
+
+    def last(self) -> Carried:
+        """Give the last instant alone."""
+        return self.part(slice(-1, None))
+
+    def resting(self) -> Carried:
+        """Give the links at rest."""
+        return replace(self, a=0 * self.a, V=0 * self.V, A=0 * self.A, J1=0 * self.J1)
+
+    def predicted(self, t: Array) -> tuple[Array, Array]:
+        """Give coordinates, and values of the freedoms' rows, that its nearest instants lead to at others."""
+        k = np.abs(t[:, None] - self.t).argmin(axis=1)
+        dt = (t - self.t[k])[:, None]
+        return self.Q[k] + dt * self.V[k] + dt**2 / 2 * self.A[k], k
+
+
+@dataclass(frozen=True)
+class Balanced:
+    """What holds a motion: the residual at its multipliers, these, and the inverse of their derivatives."""
+
+    found: Evaluation
+    pulls: Array
+    back: Array
+
+
+def balanced(
+    machine: Machine,
+    t: Array,
+    motion: tuple[Array, Array, Array],
+    *,
+    pulls: Array | None = None,
+    predicted: Sequence[Array] | None = None,
+    angles: Sequence[Array] | None = None,
+    moving: bool = True,
+) -> Balanced:
+    """Find the multipliers that balance all forces in a motion that rows lead.
+
+    Parameters
+    ----------
+    machine
+        A machine whose rows hold all coordinates and are as many; no link of it bends.
+    t
+        Instants ``(instants,)`` (s).
+    motion
+        Coordinates, rates and accelerations beside the chart ``(instants, n)`` each.
+    pulls
+        Multipliers near to those that are sought ``(instants, rows)``.
+    predicted, angles, moving
+        As of the residual.
+
+    Raises
+    ------
+    ValueError
+        When rows and coordinates are not as many.
+    SolverError
+        When friction locks the linkage.
+    """
+    n, rubs = machine.n, any(len(term.rows) for term in machine.terms)
+    if machine.size != 2 * n:
+        raise ValueError(f"{machine.size - n} rows do not hold {n} coordinates")
+    pulls = np.zeros((len(t), n)) if pulls is None else pulls
+    for _ in range(BALANCES):
+        q, v, a = (np.concatenate([x, y], axis=1) for x, y in zip(motion, (0 * pulls, 0 * pulls, pulls)))
+        found = machine.residual(t, q, v, a, predicted=predicted, angles=angles, moving=moving)
+        back = np.linalg.inv(machine.pattern.dense(found.M)[:, :n, n:])
+        change = -(back @ found.force[:, :n, None])[..., 0]
+        pulls = pulls + change
+        if np.abs(change).max(initial=0.0) <= (BALANCED if rubs else ROUGHLY) * np.abs(pulls).max(initial=1e-300):
+            return Balanced(found, pulls, back)
+    raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
+
+
+class Freed:
+    """A machine of rigid links whose coordinates are the values of some rows beside `place`.
+
+    It is a machine to what solves equations of motion: residual, tangents and terms.
+
+    Parameters
+    ----------
+    machine
+        The machine as drawn, whose rows hold all coordinates and are as many.
+    own
+        Numbers of the rows that lead the freedoms.
+    driven
+        Gives what laws of drives demand of all rows.
+    place
+        Values of the freedoms' rows at the start ``(freedoms,)``.
+    t, near
+        The start (s), and coordinates near to those that the links have there ``(n,)``.
+    """
+
+    rows: tuple[()] = ()
+    held = 0
+
+    def __init__(
+        self,
+        machine: Machine,
+        own: Sequence[int],
+        driven: Callable[[Array], Driven],
+        place: Array,
+        t: float,
+        near: Array,
+    ) -> None:
+        self.machine, self.own, self.driven, self.place = machine, np.array(own, dtype=int), driven, place
+        self.n = self.size = len(self.own)
+        self.terms, self.geometry, self.extent = machine.terms, machine.geometry, machine.extent
+        self.pattern = Pattern.of(self.n, [np.arange(self.n, dtype=np.int32)[None]])
+        self.rubs = any(len(term.rows) for term in machine.terms)
+        zero, drawn = np.zeros((1, machine.size)), np.zeros(1)
+        at = machine.moved(drawn, zero, zero, zero, moving=False)
+        self._drawn = [group.measure(at, term.near(drawn)).x for term, group in zip(self.terms, machine.groups)]
+        self.side, self.pulls = 0.0, np.zeros((0, machine.n))
+        still = np.zeros((1, self.n))
+        zero, none = np.zeros((1, machine.n)), np.zeros((1, 0, 0))
+        self._here = self._last = Carried(np.array([t]), place[None], still, near[None], zero, zero, none, none)
+        self._here = self._last = self.stages = self.carried(self._here.t, place[None], still, still)
+
+    @property
+    def groups(self) -> list[Group]:
+        """Elements of every term, where they lie."""
+        return self.machine.groups
+
+    def rebase(self, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
+        """Move on to other values, beside which all others then are."""
+        self.place = self.place + q
+        self._here = self._last = self.stages.last()
+        return v, a
+
+    def go_back(self, known: Carried) -> None:
+        """Take links as those that others are near to."""
+        self._here = self._last = self.stages = known
+
+    def turned(self, angles: Sequence[Array] | None, q: Array) -> None:
+        """Give no angles: it knows those of its terms, as it knows the way of every link from the start."""
+
+    # ---- how links follow ----
+    def _by_coordinates(self, by_variables: Array) -> Array:
+        """Give derivatives of the rows by all coordinates ``(instants, rows, n)``."""
+        group, n = self.machine.row_group, self.machine.n
+        each = group.on_coordinates(by_variables, group.dof.shape[1])[:, :, 0]
+        whole, rows = np.zeros((len(each), len(group.dof), n + 1)), np.arange(len(group.dof))
+        for k in range(group.dof.shape[1]):
+            whole[:, rows, group.dof[:, k]] += each[..., k]
+        return whole[..., :n]
+
+    def _looked(self, t: Array, value: Array, Q: Array, V: Array | None = None) -> Measured:
+        machine, none = self.machine, np.zeros((len(t), machine_size := self.machine.size))
+        q = none.copy()
+        q[:, : machine.n] = Q
+        at = machine.moved(t, q, none, none, moving=False)
+        found = machine.row_group.measure(at, value[..., None])
+        if V is None:
+            return found
+        changes = np.pad(V, ((0, 0), (0, machine_size - machine.n)))
+        return replace(found, ways=machine.row_group.variables(changes))
+
+    def carried(self, t: Array, r: Array, v: Array, a: Array, near: Array | None = None) -> Carried:
+        """Find the links by values of the freedoms' rows, their rates and second rates ``(instants, freedoms)`` each.
+
+        Parameters
+        ----------
+        t
+            Instants (s).
+        r, v, a
+            Of the rows.
+        near
+            Coordinates near to those that are sought ``(instants, n)``; None for those that are known there.
+
+        Raises
+        ------
+        StrayedError
+            When the links do not follow.
+        """
+        machine, demanded = self.machine, self.driven(t)
+        given = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in machine.rows]
+        value, first, second = np.stack(given, axis=1), demanded.first.copy(), demanded.second.copy()
+        value[:, self.own], first[:, self.own], second[:, self.own] = r, v, a
+        Q = self._guess(t, r) if near is None else near
+        turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
+        for _ in range(CLOSINGS):
+            found = self._looked(t, value, Q)
+            J = self._by_coordinates(found.gradient)
+            try:
+                change = solved(J, found.x[..., 0] - value)
+            except np.linalg.LinAlgError as error:
+                raise self._strayed(t[0]) from error
+            most = np.abs(change[:, turns]).max(axis=1, initial=0.0)
+            Q = Q - change * np.minimum(1.0, LONGEST / np.maximum(most, LONGEST))[:, None]
+            if np.abs(change).max(initial=0.0) < CLOSED:
+                break
+        else:
+            raise self._strayed(t[int(np.abs(change).max(axis=1).argmax())])
+        back = np.linalg.inv(J)
+        V = (back @ first[..., None])[..., 0]
+        rates = self._looked(t, value, Q, V)
+        J, by_rate = self._by_coordinates(rates.gradient), rates.rate_by_variables
+        convective = np.einsum("tran,trn->tr", by_rate, rates.ways)
+        A = (back @ (second - convective)[..., None])[..., 0]
+        sides = np.linalg.slogdet(J)[0]
+        self.side = self.side or float(sides[0])
+        if (sides != self.side).any():
+            raise self._strayed(t[int((sides != self.side).argmax())])
+        made = Carried(t, r, a, Q, V, A, J, self._by_coordinates(by_rate))
+        if near is None:
+            self._last = made
+        return made
+
+    def _guess(self, t: Array, r: Array) -> Array:
+        """Give coordinates near to those at some instants, by what was found last."""
+        known = self._last if len(self._last.t) > 1 or len(t) == 1 else self._here
+        Q, k = known.predicted(t)
+        if np.array_equal(known.t[k], t) and known.J.size:
+            Q = Q + solved(known.J[k], self._on_rows(r - known.r[k]))
+        return Q
+
+    def _on_rows(self, values: Array) -> Array:
+        found = np.zeros((len(values), self.machine.n))
+        found[:, self.own] = values
+        return found
+
+    def _strayed(self, t: float) -> StrayedError:
+        self._last = self._here
+        return StrayedError(float(t))
+
+    def _ways(self, known: Carried) -> tuple[Array, Array, Array]:
+        """Give W and two derivatives by time ``(instants, n, freedoms)`` each."""
+        back = np.linalg.inv(known.J)
+        W = back[:, :, self.own]
+        W1 = -back @ (known.J1 @ W)
+        fastest = max(np.abs(known.V).max(initial=0.0), np.sqrt(np.abs(known.A).max(initial=0.0)))
+        if not fastest:
+            return W, W1, 0 * W
+        step, value = APART / fastest, np.zeros((len(known.t), len(self.machine.rows)))
+        sides = []
+        for dt in (step, -step):
+            Q, V = known.Q + dt * known.V + dt**2 / 2 * known.A, known.V + dt * known.A
+            sides.append(self._by_coordinates(self._looked(known.t, value, Q, V).rate_by_variables))
+        J2 = (sides[0] - sides[1]) / (2 * step)
+        return W, W1, -back @ (J2 @ W + 2 * known.J1 @ W1)
+
+    def moved(self, t: Array, q: Array, v: Array, a: Array) -> Moved:
+        """Move all poses; arguments as of `residual`."""
+        known = self.carried(t, self.place + q, v, a)
+        size = ((0, 0), (0, self.machine.size - self.machine.n))
+        return self.machine.moved(t, *(np.pad(x, size) for x in (known.Q, known.V, known.A)))
+
+    def motion(self, known: Carried) -> PoseMotion:
+        """Give the motion of all poses."""
+        machine, size = self.machine, ((0, 0), (0, self.machine.size - self.machine.n))
+        q, v, a = (np.pad(x, size) for x in (known.Q, known.V, known.A))
+        at = machine.moved(known.t, q, v, a)
+        return replace(machine.with_rates(machine.known.at(known.t), v, a), r=at.r, R=at.R)
+
+    def angles(self, Q: Array) -> list[Array]:
+        """Give the angles near those of every term where the links are, whole turns and all."""
+        found = self.machine.turned(self._drawn, Q)
+        assert found is not None
+        return found
+
+    # ---- the equation ----
+    def residual(
+        self,
+        t: Array,
+        q: Array,
+        v: Array,
+        a: Array,
+        *,
+        predicted: Sequence[Array] | None = None,
+        angles: Sequence[Array] | None = None,
+        moving: bool = True,
+    ) -> Evaluation:
+        """Evaluate the equation of motion of the freedoms.
+
+        Parameters
+        ----------
+        t
+            Instants ``(instants,)`` (s).
+        q, v, a
+            Values of the freedoms' rows beside `place`, rates and second rates ``(instants, freedoms)``.
+        predicted, angles, moving
+            As of `Machine.residual`; it knows the angles.
+        """
+        n, known = self.machine.n, self.carried(t, self.place + q, v, a)
+        known = known if moving else known.resting()
+        self.stages = known
+        pulls = self.pulls if len(self.pulls) == len(t) else None
+        held = self._balanced(known, pulls, predicted, moving)
+        self.pulls, ways = held.pulls, self._ways(known)
+        M, C, K = (self.machine.pattern.dense(x)[:, :n, :n] for x in (held.found.M, held.found.C, held.found.K))
+        W, W1, W2 = ways
+        self._by = by = M @ W, C @ W + 2 * M @ W1, K @ W + C @ W1 + M @ W2
+        self._changes = ways, held.back
+        tangents = (np.reshape(held.back[:, self.own] @ x, (len(t), -1)) for x in by)
+        return replace(held.found, force=-held.pulls[:, self.own], **dict(zip("MCK", tangents)), pattern=self.pattern)
+
+    def _balanced(
+        self, known: Carried, pulls: Array | None, predicted: Sequence[Array] | None = None, moving: bool = True
+    ) -> Balanced:
+        motion, angles = (known.Q, known.V, known.A), self.angles(known.Q)
+        return balanced(self.machine, known.t, motion, pulls=pulls, predicted=predicted, angles=angles, moving=moving)
+
+    def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array] | None:
+        """Predict the stresses of all terms after a step of Newton's method, where friction needs them."""
+        if not self.rubs:
+            return None
+        (W, W1, _), back = self._changes
+        given = [x[..., None] for x in (da, dv, dq)]
+        pulls = -back @ np.sum([by @ x for by, x in zip(self._by, given)], axis=0)
+        dQ, dV = W @ given[2], W @ given[1] + W1 @ given[2]
+        none = np.zeros_like(dQ)
+        whole = (np.concatenate(pair, axis=1)[..., 0] for pair in ((dQ, none), (dV, none), (none, pulls)))
+        return self.machine.predicted(found, *whole)
+
+    def freely(self, known: Carried, v: Array) -> tuple[Carried, Balanced]:
+        """Give a motion with the accelerations that nothing holds, and what acts in it.
+
+        Parameters
+        ----------
+        known
+            Links near to where they are, with the values of the freedoms' rows.
+        v
+            Rates of the freedoms ``(instants, freedoms)``.
+
+        Raises
+        ------
+        SolverError
+            When a freedom moves no mass, or friction leaves no acceleration.
+        """
+        a, pulls, n = np.zeros_like(v), None, self.machine.n
+        for _ in range(BALANCES):
+            found = self.carried(known.t, known.r, v, a, known.Q)
+            held = self._balanced(found, pulls)
+            left, pulls = -held.pulls[:, self.own], held.pulls
+            M = self.machine.pattern.dense(held.found.M)[:, :n, :n]
+            mass = held.back[:, self.own] @ M @ np.linalg.inv(found.J)[:, :, self.own]
+            change = -self.by_mass(mass, left)
+            a = a + change
+            if np.abs(change).max(initial=0.0) <= BALANCED * max(np.abs(a).max(initial=0.0), 1.0):
+                return found, held
+        raise SolverError("the friction of the joints leaves no acceleration of the freedoms")
+
+    def by_mass(self, mass: Array, force: Array) -> Array:
+        """Give accelerations by the mass of the freedoms ``(instants, freedoms, freedoms)``, and a force.
+
+        Raises
+        ------
+        SolverError
+            When a freedom moves no mass.
+        """
+        for k in range(self.n):
+            if mass[0, k, k] == 0:
+                name = self.machine.rows[int(self.own[k])].name
+                raise SolverError(f"the freedom at joint {name} moves no mass: give its links mass or inertia")
+        return solved(mass, force)
+
+    # ---- as an equation of motion at many states ----
+    def residuals(self, time: Array, place: Array, rate: Array, second: Array) -> Array:
+        """Give what is left at values of the freedoms' rows, rates and second rates ``(instants, freedoms)``."""
+        return self.residual(time, place - self.place, rate, second).force
+
+    def tangents_at(
+        self, time: Array, place: Array, rate: Array, second: Array, *, moving: bool = True
+    ) -> tuple[Array, Array, Array]:
+        """Give tangents by second rates, rates and values ``(instants, freedoms, freedoms)`` each."""
+        for _ in range(2):  # geometric stiffness is that of the multipliers before
+            found = self.residual(time, place - self.place, rate, second, moving=moving)
+        M, C, K = (x.reshape(len(time), self.n, self.n) for x in (found.M, found.C, found.K))
+        return M, C, K
+
+
+def at_once(machine: Machine) -> Machine:
+    """Give a copy of a machine that has rows of its own."""
+    other = copy(machine)
+    other.rows = list(machine.rows)
+    return other
