@@ -129,7 +129,9 @@ class FrictionAtRest:
             Angle or stroke of the freedom.
         """
         still = np.zeros((1, 1))
-        return self.freed.carried(self.t, np.full((1, 1), place), still, still).resting()
+        known = self.freed.carried(self.t, np.full((1, 1), place), still, still).resting()
+        self.freed.go_back(known)
+        return known
 
     def _balance(self, place: float) -> tuple[FrictionBalance, float]:
         """Give what friction has to fulfil, and what is left of the freedom's equation without it.

@@ -113,7 +113,7 @@ class _AtRest:
             count = 1 + math.ceil(abs(scene.analysis.position) / LED)
             for share in np.arange(1, count + 1) / count:
                 t = np.array([share * scene.analysis.position / scene.cycle_rate])
-                freed.carried(t, freed.place[None], still, still)
+                freed.go_back(freed.carried(t, freed.place[None], still, still))
         return cls(made, freed, t)
 
     def found(self) -> tuple[Array, SmallMotions]:

@@ -192,8 +192,8 @@ class Freed:
         self.side, self.pulls = 0.0, np.zeros((0, machine.n))
         still = np.zeros((1, self.n))
         zero, none = np.zeros((1, machine.n)), np.zeros((1, 0, 0))
-        self._here = self._last = Carried(np.array([t]), place[None], still, near[None], zero, zero, none, none)
-        self._here = self._last = self.stages = self.carried(self._here.t, place[None], still, still)
+        self._here = self.stages = Carried(np.array([t]), place[None], still, near[None], zero, zero, none, none)
+        self._here = self.stages = self.carried(self._here.t, place[None], still, still)
 
     @property
     def groups(self) -> list[Group]:
@@ -203,12 +203,12 @@ class Freed:
     def rebase(self, q: Array, v: Array, a: Array) -> tuple[Array, Array]:
         """Move on to other values, beside which all others then are."""
         self.place = self.place + q
-        self._here = self._last = self.stages.last()
+        self._here = self.stages = self.stages.last()
         return v, a
 
     def go_back(self, known: Carried) -> None:
         """Take links as those that others are near to."""
-        self._here = self._last = self.stages = known
+        self._here = self.stages = known
 
     def turned(self, angles: Sequence[Array] | None, q: Array) -> None:
         """Give no angles: it knows those of its terms, as it knows the way of every link from the start."""
@@ -280,14 +280,11 @@ class Freed:
         self.side = self.side or float(sides[0])
         if (sides != self.side).any():
             raise self._strayed(t[int((sides != self.side).argmax())])
-        made = Carried(t, r, a, Q, V, A, J, self._by_coordinates(by_rate))
-        if near is None:
-            self._last = made
-        return made
+        return Carried(t, r, a, Q, V, A, J, self._by_coordinates(by_rate))
 
     def _guess(self, t: Array, r: Array) -> Array:
         """Give coordinates near to those at some instants, by what was found last."""
-        known = self._last if len(self._last.t) > 1 or len(t) == 1 else self._here
+        known = self.stages if len(self.stages.t) > 1 or len(t) == 1 else self._here
         Q, k = known.predicted(t)
         if np.array_equal(known.t[k], t) and known.J.size:
             Q = Q + solved(known.J[k], self._on_rows(r - known.r[k]))
@@ -299,7 +296,7 @@ class Freed:
         return found
 
     def _strayed(self, t: float) -> StrayedError:
-        self._last = self._here
+        self.stages = self._here
         return StrayedError(float(t))
 
     def _ways(self, known: Carried) -> tuple[Array, Array, Array]:
