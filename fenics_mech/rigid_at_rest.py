@@ -19,8 +19,9 @@ from fenics_mech.recovery.dataset import joined
 from fenics_mech.recovery.result import Result
 from fenics_mech.response.static.rest import refuse_friction, resting, without_friction
 from fenics_mech.response.static.small_motions import RestSearch, SmallMotions
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.rigid_by_poses import read_off, with_all_units
-from fenics_mech.rigid_in_time import freed_of, rigid_at, stated_start, theta_of
+from fenics_mech.rigid_in_time import freed_of, rigid_at, theta_of
 from fenics_mech.scene import Scene
 
 LED = 0.2  # rad, by which drives lead links to where they are held
@@ -103,7 +104,7 @@ class _AtRest:
 
         The freedoms are held meanwhile.
         """
-        made, start = machine_of(scene), stated_start(scene)
+        made, start = machine_of(scene), StartState.stated(scene)
         freed, t = freed_of(made, start), np.zeros(1)
         for term in freed.terms:
             if isinstance(term, LawTerm) and term.contacts:

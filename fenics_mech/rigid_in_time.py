@@ -94,13 +94,6 @@ def _times(scene: Scene, start: float) -> Array:
     return start + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
 
 
-def stated_start(scene: Scene) -> StartState:
-    """Give the state at time 0: angles, strokes and rates that the freedoms state."""
-    names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
-    place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
-    return StartState(0.0, place, rate)
-
-
 def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
     """Give the machine of a scene as one of its freedoms.
 
@@ -246,7 +239,7 @@ class Course:
         AssemblyError
             When the freedoms do not say how the links move.
         """
-        start = start or stated_start(scene)
+        start = start or StartState.stated(scene)
         times, analysis = _times(scene, start.time), scene.analysis
         made = machine_of(scene)
         freed = freed_of(made, start)
@@ -481,7 +474,7 @@ class Runner:
 
     def begin(self) -> StartState:
         """Give the state that the freedoms state."""
-        return stated_start(self.scene)
+        return StartState.stated(self.scene)
 
     def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
         """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
