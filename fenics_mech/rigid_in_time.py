@@ -245,7 +245,7 @@ class Course:
         freed = freed_of(made, start)
         strokes = [isinstance(scene.joints[name], Slot | Prismatic) for name in scene.freedoms]
         share = rougher * analysis.time_tolerance
-        allowed = max(SHARPER * share, LEAST) * np.where(strokes, freed.extent, 1.0)
+        allowed = rougher * max(SHARPER * analysis.time_tolerance, LEAST) * np.where(strokes, freed.extent, 1.0)
         stages = max(analysis.stages, STAGES)
         ends, struck = times[[0, -1]], None
         if scene.impulses:

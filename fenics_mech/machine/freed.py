@@ -27,8 +27,7 @@ from fenics_mech.machine.pattern import Pattern
 
 CLOSED, CLOSINGS = 1e-9, 20  # of Newton's method for the links (m, rad), whose next step squares that, and its steps
 LONGEST = 0.5  # rad in one of them
-BALANCED, BALANCES = 1e-12, 30  # of the multipliers where they are what presses bodies that rub, and steps
-ROUGHLY = 1e-3  # the same where forces are linear in them, and geometric stiffness alone takes those of the last step
+BALANCED, BALANCES = 1e-12, 30  # of the multipliers, or of inertia, where they press bodies that rub, and steps
 APART = 1e-4  # of a radian or of the extent, by which J' is differentiated along the motion
 
 
@@ -138,14 +137,18 @@ def balanced(
     n, rubs = machine.n, any(len(term.rows) for term in machine.terms)
     if machine.size != 2 * n:
         raise ValueError(f"{machine.size - n} rows do not hold {n} coordinates")
+    known = pulls is not None
     pulls = np.zeros((len(t), n)) if pulls is None else pulls
-    for _ in range(BALANCES):
+    for k in range(BALANCES):
         q, v, a = (np.concatenate([x, y], axis=1) for x, y in zip(motion, (0 * pulls, 0 * pulls, pulls)))
         found = machine.residual(t, q, v, a, predicted=predicted, angles=angles, moving=moving)
         back = np.linalg.inv(machine.pattern.dense(found.M)[:, :n, n:])
         change = -(back @ found.force[:, :n, None])[..., 0]
         pulls = pulls + change
-        if np.abs(change).max(initial=0.0) <= (BALANCED if rubs else ROUGHLY) * np.abs(pulls).max(initial=1e-300):
+        if not rubs and (known or k):  # forces are linear in them: geometric stiffness alone takes those of before
+            return Balanced(found, pulls, back)
+        inertia = machine.inertia.mass.max(initial=0.0) * np.abs(found.at.acc[:, :, 0]).max()
+        if rubs and np.abs(change).max() <= BALANCED * max(np.abs(pulls).max(), inertia):
             return Balanced(found, pulls, back)
     raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
 
