@@ -9,6 +9,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech.by_poses import read_off
 from fenics_mech.errors import SolverError
 from fenics_mech.held_by_friction import FrictionAtRest, Held, holds
 from fenics_mech.joints.law_terms import LawTerm
@@ -20,7 +21,7 @@ from fenics_mech.recovery.result import Result
 from fenics_mech.response.static.rest import refuse_friction, resting, without_friction
 from fenics_mech.response.static.small_motions import RestSearch, SmallMotions
 from fenics_mech.response.transient.course import StartState
-from fenics_mech.rigid_by_poses import read_off, with_all_units
+from fenics_mech.rigid_by_poses import of_laws, with_all_units
 from fenics_mech.rigid_in_time import freed_of, rigid_at, theta_of
 from fenics_mech.scene import Scene
 
@@ -76,7 +77,7 @@ def _labelled(at_rest: _AtRest, place: Array, motions: SmallMotions | None, held
     along, labels = ("theta", "freedom"), {"freedom": list(scene.freedoms)}
     states = xr.Dataset({"freedom_place": (along, place[None]), "freedom_rate": (along, still)}, labels)
     parts = [states] if motions is None else [states, of_small_motions(motions)]
-    data = joined(read_off(scene, found), *parts)
+    data = joined(read_off(found), of_laws(found), *parts)
     if held is not None:
         data = joined(data, of_friction(held, next(iter(scene.freedoms)), [str(x) for x in data["law"].to_numpy()]))
     return with_all_units(scene, data)

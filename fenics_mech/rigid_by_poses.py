@@ -6,9 +6,9 @@ of drives, follow instant by instant from one system of linear equations.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -17,6 +17,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.accuracy.estimate import BY_POSITIONS, Errors
 from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, BETWEEN
 from fenics_mech.accuracy.quantities import measures
+from fenics_mech.by_poses import read_off
 from fenics_mech.errors import SceneError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import Given, PoseMotion
@@ -28,15 +29,13 @@ from fenics_mech.machine.led_from_scene import Led, comes_back, led_motion
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
-from fenics_mech.recovery.dataset import joined, of_errors
+from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.peaks import CYCLIC
 from fenics_mech.recovery.peaks_between import BETWEEN as CLOSENESS
 from fenics_mech.recovery.peaks_between import OverCycle, PeaksBetween, Values, accelerations_of
-from fenics_mech.recovery.result import Result, stamp
-from fenics_mech.recovery.rigid_places import rigid_places
+from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.scene import Scene
@@ -66,8 +65,13 @@ def rigid_by_poses(scene: Scene) -> Result:
     require_positions(scene, count := _positions(scene))
     machine = LedMachine.of(scene)
     found = machine.at(_instants(scene, count))
-    parts = [read_off(scene, found), _powers(scene, found), _missed_by_positions(machine, found.links())]
+    parts = [read_off(found), of_laws(found), _powers(scene, found), _missed_by_positions(machine, found.links())]
     return with_all_units(scene, xr.merge(parts, combine_attrs="no_conflicts"))
+
+
+def of_laws(found: OfRigid, peaks: Mapping[str, float] | None = None, closings: int = 0) -> xr.Dataset:
+    """Label what laws of joints exert, the most of it where that is known, and how often contacts closed."""
+    return law_efforts(found.laws(), found.depths(), peaks or {}, closings)
 
 
 def with_all_units(scene: Scene, data: xr.Dataset) -> Result:
@@ -204,47 +208,6 @@ def _near(made: SceneMachine, angle: Array) -> list[Array]:
         turned = of_links[:, second] - of_links[:, first]
         found.append(np.repeat(turned[..., None], len(term.looks[0]), axis=2))
     return found
-
-
-def read_off(scene: Scene, found: OfRigid) -> xr.Dataset:
-    """Label the motion, and forces and efforts in it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    found
-        What acts at its positions.
-    """
-    links, forces, efforts, moments = found.links(), found.joint_forces, found.efforts(), found.joint_moments()
-    variables: dict[str, Any] = {
-        "joint_force": (("theta", "joint", "component"), np.stack(list(forces.values()), axis=1)),
-        "drive_effort": (("theta", "drive"), np.stack(list(efforts.values()), axis=1)),
-        "input_torque": (("theta",), next(iter(efforts.values()))),
-        **found.frame(),
-        **found.springs(),
-        **found.points(),
-    }
-    if moments:
-        variables["joint_moment"] = (("theta", "held"), np.stack(list(moments.values()), axis=1))
-    labels = {
-        "theta": links.theta,
-        "time": ("theta", links.time),
-        "joint": list(forces),
-        "component": ["x", "y"],
-        "drive": list(efforts),
-        "held": list(moments),
-        "support": list(found.supports),
-        "point": list(found.traced),
-        "spring": list(scene.springs),
-        "damper": list(scene.dampers),
-    }
-    used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
-    attributes = stamp(scene) | {"solver": str(scene.analysis.method), "effects": "[]", "dofs": len(scene.freedoms)}
-    attributes |= {"elements": 0, "time_steps": 0}
-    data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
-    places = rigid_places(scene, links)[["link_position", "link_angle"]]
-    return joined(data, places, motion_of_links(scene, links), law_efforts(found.laws(), {}, {}, 0))
 
 
 def _powers(scene: Scene, found: OfRigid) -> xr.Dataset:

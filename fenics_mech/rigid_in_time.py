@@ -19,6 +19,7 @@ from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
 from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.accuracy.transient_errors import trial_of_steps
+from fenics_mech.by_poses import read_off
 from fenics_mech.errors import AssemblyError, SceneError, shortened
 from fenics_mech.in_time_by_poses import LONGEST, noted_peaks
 from fenics_mech.joints.law_terms import LawTerm
@@ -30,7 +31,6 @@ from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
@@ -42,7 +42,7 @@ from fenics_mech.response.transient.cycles import differs, kinds_of, lasting
 from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, RepeatedMotion, repeated_motion, sizes_of
 from fenics_mech.response.transient.stepping import StepCurve
 from fenics_mech.response.transient.strikes import Strike, loaded, strikes_between
-from fenics_mech.rigid_by_poses import acting, read_off, with_all_units
+from fenics_mech.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.solve import Step, steps_in_time
 from fenics_mech.terms.causes import Cause
@@ -252,6 +252,7 @@ class Course:
             due = {strike.time: strike for strike in strikes_between(scene, start.time, float(times[-1]))}
             struck = _Struck(scene, freed, due)
             ends = np.unique([*ends, *due])
+        freed.freely(freed.stages, start.velocity[None])  # which says where a freedom moves no mass
         tableau = Tableau.of("radau", stages)
         beside = Beside.of(scene, freed, tableau, np.ones(freed.n), carries=carries)
         taken = _Taken(freed, times, start.velocity, tableau, beside)
@@ -390,9 +391,8 @@ def _labelled(course: Course) -> xr.Dataset:
         {"freedom_place": (along, course.at.r), "freedom_rate": (along, course.rate)},
         {"freedom": list(course.scene.freedoms)},
     )
-    laws = law_efforts(found.laws(), found.depths(), largest, course.closings)
-    data = read_off(course.scene, found).assign_attrs(time_steps=course.steps)
-    return joined(data.drop_vars([name for name in laws.variables if name in data]), states, laws)
+    data = read_off(found).assign_attrs(time_steps=course.steps)
+    return joined(data, states, of_laws(found, largest, course.closings))
 
 
 def _of_freedoms(course: Course, repeated: RepeatedMotion | None) -> list[xr.Dataset]:
@@ -414,7 +414,7 @@ def _powers(course: Course) -> xr.Dataset:
     inside, ends = course.inside, course.positions.motion
     powers, duration = inside.powers(), float(np.ptp(ends.t))
     mean = {cause: float(course.weights @ power) / duration for cause, power in powers.items()}
-    if course.works:
+    if course.scene.impulses:
         mean[Cause.IMPULSES] = course.works / duration
     rotors = np.array([part.inertia for part in course.scene.freedoms.values()])
     energy = kinetic_energy(ends) + energy_of_terms(ends) - course.rate**2 @ rotors / 2
