@@ -145,7 +145,7 @@ class FrictionAtRest:
         back = np.linalg.inv(machine.pattern.dense(found.M)[:, :n, n:])
         units = [self._unit(found, term) for term in self._laws.values()]
         shares = [-(x.radius or 1.0) * coefficient(x, np.array([-x.belt_speed])) for x in self._stated]
-        alone, by = -(back @ found.force[:, :n, None])[..., 0], -back @ np.stack(units, axis=-1)
+        alone, by = -(back @ found.force[:, :n, None])[..., 0], -(back @ np.stack(units, axis=-1)).astype(float)
         pressed = [np.array(term.rows) for term in self._laws.values()]
         return FrictionBalance(alone, by, np.stack(shares, axis=-1), pressed), -float(alone[0, freed.own[0]])
 

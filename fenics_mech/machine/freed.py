@@ -86,8 +86,8 @@ class Carried:
         """Give the links at rest."""
         return replace(self, a=0 * self.a, V=0 * self.V, A=0 * self.A, J1=0 * self.J1)
 
-    def predicted(self, t: Array) -> tuple[Array, Array]:
-        """Give coordinates, and values of the freedoms' rows, that its nearest instants lead to at others."""
+    def predicted(self, t: Array) -> tuple[Array, Index]:
+        """Give coordinates to which its nearest instants lead at others, and the numbers of these."""
         k = np.abs(t[:, None] - self.t).argmin(axis=1)
         dt = (t - self.t[k])[:, None]
         return self.Q[k] + dt * self.V[k] + dt**2 / 2 * self.A[k], k
@@ -370,8 +370,8 @@ class Freed:
         W, W1, W2 = ways
         self._by = by = M @ W, C @ W + 2 * M @ W1, K @ W + C @ W1 + M @ W2
         self._changes = ways, held.back
-        tangents = (np.reshape(held.back[:, self.own] @ x, (len(t), -1)) for x in by)
-        return replace(held.found, force=-held.pulls[:, self.own], **dict(zip("MCK", tangents)), pattern=self.pattern)
+        M, C, K = (np.reshape(held.back[:, self.own] @ x, (len(t), -1)) for x in by)
+        return replace(held.found, force=-held.pulls[:, self.own], M=M, C=C, K=K, pattern=self.pattern)
 
     def _balanced(
         self, known: Carried, pulls: Array | None, predicted: Sequence[Array] | None = None, moving: bool = True

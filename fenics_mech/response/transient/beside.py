@@ -9,9 +9,10 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.static.small_motions import RestEquation
 from fenics_mech.response.transient.disturbances import Growth, Transition
 from fenics_mech.response.transient.section_points import PoincareRecord
-from fenics_mech.response.transient.stepping import EquationInTime, StepCurve
+from fenics_mech.response.transient.stepping import StepCurve
 from fenics_mech.scene import Scene
 
 
@@ -37,7 +38,7 @@ class Beside:
     transition: Transition | None = None
 
     @classmethod
-    def of(cls, scene: Scene, equation: EquationInTime, tableau: Tableau, weight: Array, *, carries: bool) -> Beside:
+    def of(cls, scene: Scene, equation: RestEquation, tableau: Tableau, weight: Array, *, carries: bool) -> Beside:
         """Begin to follow what a scene wants to know.
 
         Parameters

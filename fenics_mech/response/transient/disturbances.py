@@ -17,7 +17,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.stepping import EquationInTime, StepCurve
+from fenics_mech.response.static.small_motions import RestEquation
+from fenics_mech.response.transient.stepping import StepCurve
 
 
 @dataclass
@@ -34,7 +35,7 @@ class Transition:
         Disturbances of ``(z, z')``, one a column, ``(2 coordinates, disturbances)``.
     """
 
-    equation: EquationInTime
+    equation: RestEquation
     tableau: Tableau
     states: Array
 
