@@ -18,10 +18,9 @@ from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
 from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.accuracy.transient_errors import trial_of_steps
 from fenics_mech.by_poses import read_off
 from fenics_mech.errors import AssemblyError, SceneError, shortened
-from fenics_mech.in_time_by_poses import LONGEST, noted_peaks
+from fenics_mech.in_time_by_poses import LONGEST, SHARPER, noted_peaks
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.motion import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
@@ -49,7 +48,8 @@ from fenics_mech.terms.causes import Cause
 
 STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
 LEAST = 1e-10  # of what a step may miss by: Newton's method ends at a thousandth of it, above rounding
-SHARPER = 1e-3  # of the tolerance, which a step may miss by: rates and forces lose digits to places
+MISSED = 1e-3  # of the tolerance, which a step may miss by: rates and forces lose digits to places
+BOUNCED = 0.1  # of the tolerance, which a step in a contact may miss its rate by: what bounces keeps it
 OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
 
 
@@ -219,7 +219,7 @@ class Course:
 
     @classmethod
     def of(
-        cls, scene: Scene, start: StartState | None = None, rougher: float = 1.0, *, carries: bool = False
+        cls, scene: Scene, start: StartState | None = None, sharper: float = 1.0, *, carries: bool = False
     ) -> Course:
         """Follow a motion from its start.
 
@@ -229,7 +229,7 @@ class Course:
             The scene.
         start
             The state to go on from; None for that at time 0.
-        rougher
+        sharper
             Factor on the tolerance of its steps.
         carries
             Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
@@ -244,8 +244,8 @@ class Course:
         made = machine_of(scene)
         freed = freed_of(made, start)
         strokes = [isinstance(scene.joints[name], Slot | Prismatic) for name in scene.freedoms]
-        share = rougher * analysis.time_tolerance
-        allowed = rougher * max(SHARPER * analysis.time_tolerance, LEAST) * np.where(strokes, freed.extent, 1.0)
+        share = sharper * BOUNCED * analysis.time_tolerance
+        allowed = sharper * max(MISSED * analysis.time_tolerance, LEAST) * np.where(strokes, freed.extent, 1.0)
         stages = max(analysis.stages, STAGES)
         ends, struck = times[[0, -1]], None
         if scene.impulses:
@@ -426,19 +426,18 @@ def _powers(course: Course) -> xr.Dataset:
 
 
 def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
-    """Give errors by the time steps, from a motion with another tolerance; after contacts opened where it is asked."""
+    """Give errors by the time steps, from a motion with a sharper tolerance; after contacts opened where asked."""
     scene = course.scene
     if not scene.analysis.error_estimates:
         return xr.Dataset()
     parted = any(term.openings for term in course.contacts)
-    attributes: dict[str, Any] = {"not_estimated": after_contacts(scene.analysis)} if parted else {}
-    if (trial := trial_of_steps(scene.analysis, parted)) is None:
+    attributes: dict[str, Any] = {"not_estimated": after_contacts(scene.analysis, "a tenth of")} if parted else {}
+    if parted and scene.analysis.error_estimates != "contacts":
         return xr.Dataset(attrs=attributes)
-    factor, share = trial
-    other = _labelled(Course.of(scene, start, factor))
+    other = _labelled(Course.of(scene, start, SHARPER))
     found: dict[str, Any] = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
-        change = share * np.abs(other[name].to_numpy() - data[name].to_numpy())
+        change = np.abs(other[name].to_numpy() - data[name].to_numpy())
         by_part, largest = (_by_part(values) for values in (change, np.abs(data[name].to_numpy())))
         found[f"{name}_error"] = (("source", axis), by_part[None])
         measure = np.full_like(largest, max(float(largest.max(initial=0.0)), TINY))
