@@ -289,9 +289,12 @@ class Freed:
         """Give coordinates near to those at some instants, by what was found last."""
         known = self.stages if len(self.stages.t) > 1 or len(t) == 1 else self._here
         Q, k = known.predicted(t)
-        if np.array_equal(known.t[k], t) and known.J.size:
-            Q = Q + solved(known.J[k], self._on_rows(r - known.r[k]))
-        return Q
+        if not known.J.size:
+            return Q
+        dt, J = (t - known.t[k])[:, None], known.J[k]
+        rate = (J @ known.V[k][..., None])[:, self.own, 0]
+        led = known.r[k] + dt * rate + dt**2 / 2 * known.a[k]
+        return Q + solved(J, self._on_rows(r - led))
 
     def _on_rows(self, values: Array) -> Array:
         found = np.zeros((len(values), self.machine.n))
