@@ -185,7 +185,7 @@ def acting(
     machine.chart = Given(t, motion)
     near, none = _near(made, angle), np.zeros((len(t), machine.n))
     if pulls is None:
-        pulls = balanced(machine, t, (none, none, none), angles=near, moving=moving).pulls
+        pulls = balanced(machine, t, (none, none, none), pulls=none, angles=near, moving=moving).pulls
     still = np.zeros((len(t), machine.size))
     beside = Motion(machine, t, still, still, np.concatenate([none, pulls], axis=1), moving, angles=near)
     return OfRigid(replace(made, machine=machine), beside, angle, theta)
