@@ -50,7 +50,7 @@ from fenics_mech.solve.held_modes import POSITIONS
 from fenics_mech.terms.causes import Cause
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
-PEAKS = 20  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-3
+PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
