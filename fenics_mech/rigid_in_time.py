@@ -6,6 +6,7 @@ freedoms there.
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -24,7 +25,7 @@ from fenics_mech.in_time_by_poses import LONGEST, SHARPER, noted_peaks
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.motion import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
-from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError, at_once
+from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
 from fenics_mech.recovery.balance import balance_of
@@ -106,7 +107,8 @@ def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -
     near
         Coordinates that they have there; None for those of the start.
     """
-    holding = replace(made, machine=at_once(made.machine))
+    holding = replace(made, machine=copy(made.machine))
+    holding.machine.rows = list(made.machine.rows)
     own = [lead(holding, name, np.zeros_like) for name in made.scene.freedoms]
     machine = holding.machine
 

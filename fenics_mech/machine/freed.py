@@ -10,7 +10,6 @@ balance the machine, F + G l = 0. Those of the freedoms' rows are what would hol
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
@@ -188,6 +187,7 @@ class Freed:
         self.n = self.size = len(self.own)
         self.terms, self.geometry, self.extent = machine.terms, machine.geometry, machine.extent
         self.pattern = Pattern.of(self.n, [np.arange(self.n, dtype=np.int32)[None]])
+        self._turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         self.rubs = any(len(term.rows) for term in machine.terms)
         zero, drawn = np.zeros((1, machine.size)), np.zeros(1)
         at = machine.moved(drawn, zero, zero, zero, moving=False)
@@ -221,9 +221,8 @@ class Freed:
         """Give derivatives of the rows by all coordinates ``(instants, rows, n)``."""
         group, n = self.machine.row_group, self.machine.n
         each = group.on_coordinates(by_variables, group.dof.shape[1])[:, :, 0]
-        whole, rows = np.zeros((len(each), len(group.dof), n + 1)), np.arange(len(group.dof))
-        for k in range(group.dof.shape[1]):
-            whole[:, rows, group.dof[:, k]] += each[..., k]
+        whole = np.zeros((len(each), len(group.dof), n + 1))  # no two links share coordinates; the ground has the last
+        whole[:, np.arange(len(group.dof))[:, None], group.dof] = each
         return whole[..., :n]
 
     def _looked(self, t: Array, value: Array, Q: Array, V: Array | None = None) -> Measured:
@@ -259,7 +258,7 @@ class Freed:
         value, first, second = np.stack(given, axis=1), demanded.first.copy(), demanded.second.copy()
         value[:, self.own], first[:, self.own], second[:, self.own] = r, v, a
         Q = self._guess(t, r) if near is None else near
-        turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
+        turns = self._turns
         for _ in range(CLOSINGS):
             found = self._looked(t, value, Q)
             J = self._by_coordinates(found.gradient)
@@ -449,10 +448,3 @@ class Freed:
             found = self.residual(time, place - self.place, rate, second, moving=moving)
         M, C, K = (x.reshape(len(time), self.n, self.n) for x in (found.M, found.C, found.K))
         return M, C, K
-
-
-def at_once(machine: Machine) -> Machine:
-    """Give a copy of a machine that has rows of its own."""
-    other = copy(machine)
-    other.rows = list(machine.rows)
-    return other
