@@ -13,10 +13,10 @@ import numpy as np
 from theory_errors import QUANTITIES, TOLERANCES, Peer, as_in_exudyn, compared, shown, write
 
 import fenics_mech as fm
-from fenics_mech.studies.peers.beam_linkage import beam_linkage
-from fenics_mech.studies.peers.compared import scene_of
-from fenics_mech.studies.peers.exudyn_cycle import Integration, steady_cycle
-from fenics_mech.studies.peers.peer_runs import EXACT
+from benchmarks.peers.compared import scene_of
+from benchmarks.peers.exudyn_cycle import Integration, steady_cycle
+from benchmarks.peers.peer_runs import EXACT
+from fenics_mech.other_programs.beam_linkage import beam_linkage
 
 TABLE = Path(__file__).parent / "validation" / "random_machines.csv"
 MACHINES = range(20, 44)  # seeds of what is drawn

@@ -18,14 +18,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import fenics_mech as fm
+from benchmarks.converged import at_common_angles, extrapolated
+from benchmarks.peers.compared import scene_of
+from benchmarks.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
+from benchmarks.peers.peer_runs import EXACT
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES, MEASURE
 from fenics_mech.kinematics import solve_motion
+from fenics_mech.other_programs.beam_linkage import BeamLinkage, beam_linkage
 from fenics_mech.scene.meshing import with_elements
-from fenics_mech.studies.converged import at_common_angles, extrapolated
-from fenics_mech.studies.peers.beam_linkage import BeamLinkage, beam_linkage
-from fenics_mech.studies.peers.compared import scene_of
-from fenics_mech.studies.peers.exudyn_cycle import BeamStates, Integration, steady_cycle
-from fenics_mech.studies.peers.peer_runs import EXACT
 
 DOCS = Path(__file__).parent
 TABLE, PICTURE = DOCS / "validation" / "theory_errors.csv", DOCS / "images" / "theory_errors.png"

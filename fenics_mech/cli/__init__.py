@@ -18,7 +18,6 @@ from fenics_mech.cli.animate_command import animate
 from fenics_mech.cli.balance_command import balance
 from fenics_mech.cli.check_command import check
 from fenics_mech.cli.compare_command import compare
-from fenics_mech.cli.cost_command import cost
 from fenics_mech.cli.effects_command import effects
 from fenics_mech.cli.export_command import export
 from fenics_mech.cli.fatigue_command import fatigue
@@ -32,7 +31,6 @@ from fenics_mech.cli.plot_command import plot
 from fenics_mech.cli.refine_command import refine
 from fenics_mech.cli.report_command import report
 from fenics_mech.cli.run_command import run
-from fenics_mech.cli.scaling_command import scaling
 from fenics_mech.cli.schema_command import schema
 from fenics_mech.cli.sound_command import sound
 from fenics_mech.cli.spread_command import spread
@@ -83,7 +81,7 @@ def _with_libraries(command: Callable[..., None]) -> Callable[..., None]:
 
 _COMMANDS = (
     *(run, modes, check, effects, sweep, optimise, identify, spread, balance, synthesise),
-    *(follow, compare, refine, fatigue, sound, cost, scaling),
+    *(follow, compare, refine, fatigue, sound),
     *(animate, plot, report, export, import_scene, mesh, schema),
 )
 _SHARED = {  # modules of what processes do that `--jobs` starts

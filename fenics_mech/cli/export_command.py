@@ -136,8 +136,8 @@ def _write_model(scene: Scene, path: Path, angle: float | None) -> None:
         return
     with loading():
         from fenics_mech._files import write_whole  # noqa: PLC0415
-        from fenics_mech.studies.peers.exudyn_script import exudyn_script  # noqa: PLC0415
-        from fenics_mech.studies.peers.mbdyn_input import mbdyn_input  # noqa: PLC0415
+        from fenics_mech.other_programs.exudyn_script import exudyn_script  # noqa: PLC0415
+        from fenics_mech.other_programs.mbdyn_input import mbdyn_input  # noqa: PLC0415
 
     text = mbdyn_input(scene) if path.suffix == ".mbd" else exudyn_script(scene)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))

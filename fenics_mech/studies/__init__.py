@@ -1,1 +1,1 @@
-"""Studies: the program against its references, refinement, cost."""
+"""Studies: many analyses of a scene and of its neighbours."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from rich import box
@@ -22,9 +21,6 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
-
-if TYPE_CHECKING:
-    from fenics_mech.studies.check import Finding
 
 NO_GRAVITY = 'gravity: none is stated; gravity = [0, "-9.81 m/s^2"] lets it act'
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
@@ -188,19 +184,6 @@ def _degrees(angle: float) -> str:
     """Write an angle in degrees, a whole turn as 0."""
     degrees = round(math.degrees(angle), 3)
     return f"{0 if degrees == 360 else degrees:.6g}\N{DEGREE SIGN}"
-
-
-def check_table(findings: Sequence[Finding]) -> Table:
-    """Tabulate the comparisons of `fenics-mech check`."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title="Comparisons", title_justify="left", title_style="bold")
-    table.add_column("what")
-    table.add_column("found", justify="right", no_wrap=True)
-    table.add_column("needed", justify="right", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    for finding in findings:
-        verdict = "[green]holds[/]" if finding.holds else "[bold red]FAILS[/]"
-        table.add_row(escape(finding.what), escape(finding.measured), escape(finding.bound), verdict)
-    return table
 
 
 def table_of(title: str, first: str, *others: str) -> Table:

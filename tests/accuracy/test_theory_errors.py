@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from benchmarks.peers.compared import scene_of
+from benchmarks.peers.peer_runs import EXACT as PEER_EXACT
 from fenics_mech import analyse, load
 from fenics_mech.accuracy import estimate
 from fenics_mech.scene.meshing import with_elements
-from fenics_mech.studies.peers.compared import scene_of
-from fenics_mech.studies.peers.peer_runs import EXACT as PEER_EXACT
 from tests.common import DEMOS, response_of
 from tests.effects import strips
 from tests.effects.test_large_rotations import between_pins, cantilever, tension_of, tip_of

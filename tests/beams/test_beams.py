@@ -10,8 +10,8 @@ from fenics_mech.beams.export import plane_mesh, write_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import ResultError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.reference.nine_element import element_mass, element_stiffness
 from fenics_mech.scene.factories import seed_four_bar
+from tests.validation.reference.nine_element import element_mass, element_stiffness
 
 UNEVEN = {"stations": (0, 0.07, 0.5, 0.55, 1)}
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.reference.nine_element import NineElementModel
-from fenics_mech.reference.periodic_motion import periodic_response
-from fenics_mech.reference.strain import link_strain
 from fenics_mech.scene.factories import seed_four_bar
+from tests.validation.reference.nine_element import NineElementModel
+from tests.validation.reference.periodic_motion import periodic_response
+from tests.validation.reference.strain import link_strain
 
 STATIONS = {"mid-span": 3, "21 stations": 21}
 

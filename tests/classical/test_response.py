@@ -10,10 +10,10 @@ from fenics_mech.classical import sub_intervals, transient
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.recovery.without_modes import without_modes
-from fenics_mech.reference import NineElementModel, link_strain, periodic_response
 from fenics_mech.solve import damp_modes, periodic, rigid_cycle
 from tests.common import DEMOS, ROOT, response_of
 from tests.demos.machines import MACHINES, scene
+from tests.validation.reference import NineElementModel, link_strain, periodic_response
 
 SAME = 1e-9  # of the peak: rounding of two programs, whose matrices have conditions of 1e6 to 1e8
 RINGING = {"analysis.allow_ringing": True}

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.peers.exudyn_cycle import BeamStates, Integration, import_exudyn, steady_cycle
 from fenics_mech._arrays import Array
+from fenics_mech.other_programs.beam_linkage import beam_linkage
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.peers.beam_linkage import beam_linkage
-from fenics_mech.studies.peers.exudyn_cycle import BeamStates, Integration, import_exudyn, steady_cycle
 
 SEED_RETARDATION = 1.339e-4  # s: a damping ratio of 0.02 at 298.8 rad/s, the seed's coupler on two pins
 MEMBERS = {"coupler": 1, "follower": 2}  # and their numbers among the members

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.peers import exudyn_cycle
 from fenics_mech._arrays import Array
-from fenics_mech.studies.peers import exudyn_cycle
-from fenics_mech.studies.peers.beam_linkage import beam_linkage
+from fenics_mech.other_programs.beam_linkage import beam_linkage
 from tests.effects.turned_machine import ACTING, SPEED, four_bar
 
 ANGLES, CYCLES = 24, 5

@@ -5,12 +5,12 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError
-from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.files import load
 from tests.common import DEMOS, response_of, scene_modes
+from tests.validation.reference.mecqbar import mecqbar
 
 HELD = ("inextensible",)
 

@@ -10,8 +10,8 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.check import coupling
 from tests.common import scene_modes
+from tests.validation.check import coupling
 
 E, RHO, LENGTH, SLENDERNESS = 210e9, 7850.0, 0.8, 12.0
 HEIGHT = np.sqrt(12) * LENGTH / SLENDERNESS

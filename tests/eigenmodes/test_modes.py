@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from benchmarks import scaling
 from fenics_mech._petsc import to_scipy
 from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
 from fenics_mech.eigenmodes.eigen import _solve_among
@@ -12,7 +13,6 @@ from fenics_mech.errors import SolverError
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies import scaling
 from tests.common import scene_modes
 
 

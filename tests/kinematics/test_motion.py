@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from tests.demos.machines import piston, welded_arm
+from tests.validation.reference.mecqbar import mecqbar
 
 SECTION = {"area": 1e-4, "inertia": 1e-10, "fibre": 1e-3}
 THETA = np.linspace(0, 2 * np.pi, 73)

@@ -8,7 +8,7 @@ import pytest
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.check import coupling
+from tests.validation.check import coupling
 
 
 def test_27_coordinates_with_names(seed_system):

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy.integrate import simpson
 
-from fenics_mech.reference.mecqbar import mecqbar
-from fenics_mech.reference.parameters import FourBarParameters
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.recovery.test_momentum import RETURN, SHAFT, accelerations, arm, cross, demo, momenta, motion_of
+from tests.validation.reference.mecqbar import mecqbar
+from tests.validation.reference.parameters import FourBarParameters
 
 RIGID = {"method": "quasi-static", "sub_intervals": 72}
 STEEL = {"steel": {"modulus": 206e9, "density": 7850.0}}

@@ -5,7 +5,6 @@ import pytest
 
 from fenics_mech import SceneError, load
 from fenics_mech.forces.places_on_axes import AtNode, BentLinks, InElement
-from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.sections import RectangleSection
@@ -13,6 +12,7 @@ from tests.common import DEMOS, response_of
 from tests.effects.test_offsets import EI, PLACES, L, strip
 from tests.effects.turned_machine import ACTING
 from tests.recovery.test_momentum import arm
+from tests.validation.reference.mecqbar import mecqbar
 
 MIDDLE = {"G2": {"at": "coupler@0.5"}}
 RIGID = {"method": "quasi-static", "sub_intervals": 24}

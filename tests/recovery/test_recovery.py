@@ -7,9 +7,9 @@ import xarray as xr
 from fenics_mech import Result, analyse
 from fenics_mech.errors import ResultError
 from fenics_mech.recovery.result import at_place
-from fenics_mech.reference.mecqbar import mecqbar
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
+from tests.validation.reference.mecqbar import mecqbar
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ DEMO = fm.load(DEMOS / "four_bar.toml").changed({f"analysis.{key}": value for ke
 
 def _printed(column: str) -> tuple[np.ndarray, np.ndarray]:
     """Numbers of the first 24 rows, and a unit of the last digit of each: numbers are cut to the print's width."""
-    text = resources.files("fenics_mech.reference").joinpath("mecqbar_appendix_g.csv").read_text(encoding="utf-8")
+    text = resources.files("tests.validation.reference").joinpath("mecqbar_appendix_g.csv").read_text(encoding="utf-8")
     cells = [row[column] for row in csv.DictReader(text.splitlines())][:24]
     return np.array(cells, float), np.array([10.0 ** -len(cell.partition(".")[2]) for cell in cells])
 

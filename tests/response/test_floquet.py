@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 from scipy.special import mathieu_a, mathieu_b
 
+from benchmarks.peers.compared import scene_of
+from benchmarks.peers.peer_runs import EXACT
 from fenics_mech import analyse, load
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.matrices import Matrices
@@ -14,8 +16,6 @@ from fenics_mech.response.stability.multipliers import MULTIPLIERS, _slow, eigen
 from fenics_mech.response.stability.turning import LinkAxes
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
-from fenics_mech.studies.peers.compared import scene_of
-from fenics_mech.studies.peers.peer_runs import EXACT
 from tests.common import ROOT, response_of
 from tests.response.synthetic import PERIOD, Duffing, arm, axes_of, modes_of, oscillators, places
 

@@ -7,11 +7,11 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import SolverError
-from fenics_mech.reference.gauss_legendre import gauss_legendre_periodic
-from fenics_mech.reference.nine_element import NineElementModel
-from fenics_mech.reference.strain import link_strain
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
+from tests.validation.reference.gauss_legendre import gauss_legendre_periodic
+from tests.validation.reference.nine_element import NineElementModel
+from tests.validation.reference.strain import link_strain
 
 STEPS = 1536
 

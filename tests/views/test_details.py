@@ -15,7 +15,6 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.scene import Scene, load
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.studies.check import Finding
 from fenics_mech.views.animation import animate
 from fenics_mech.views.details import details
 from fenics_mech.views.frequency_table import frequency_table, write_frequencies
@@ -25,6 +24,7 @@ from fenics_mech.views.tables import check_table, scene_overview
 from fenics_mech.views.words import share
 from tests.common import DEMOS
 from tests.demos.machines import crane
+from tests.validation.check import Finding
 
 
 def printed(renderable, width=80):

@@ -1,0 +1,1 @@
+"""Scenes as input of other programs."""
