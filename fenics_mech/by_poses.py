@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import xarray as xr
 from fenics_mech._arrays import Array, Index, norms
 from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.missed_peaks import BETWEEN
+from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.effects import EFFECTS, active
@@ -24,10 +24,12 @@ from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
+from fenics_mech.machine.from_scene import ALWAYS, SECTIONS
 from fenics_mech.machine.laws_from_scene import SHAFT
-from fenics_mech.machine.motion import Motion
+from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
 from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.mode_speeds import mode_speeds
@@ -37,6 +39,7 @@ from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
@@ -45,7 +48,8 @@ from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, R
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
-BETWEEN_SHARES = 4  # parts of a step, between which peaks are looked for
+BETWEEN_SHARES = 4  # places for each position at which a motion is looked at: vibration is slower than its steps
+FEWEST = 4  # positions of a cycle, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
     "time": 5.0,
@@ -135,7 +139,10 @@ class RefinedByPoses:
             self._stability = stability_of(solved)
 
     def refuse_missed(self, allow_coarse: bool) -> None:
-        """Let the last trial pass: what its positions miss is in the errors that it was chosen by."""
+        """Raise `UnresolvedError` where the positions of the last trial surely miss peaks, unless that is to pass."""
+        assert self._last is not None
+        if not allow_coarse:
+            self._last[1].refuse_missed(self._last[0].scene)
 
     def whole(self) -> Result:
         """Give the whole result of the last trial."""
@@ -145,7 +152,6 @@ class RefinedByPoses:
 
 COUPLED = "coupling"  # effect that acts in every motion of poses
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-NOT_YET = ("inextensible", "lumped-mass")
 
 
 def planned(scene: Scene) -> Scene:
@@ -168,7 +174,7 @@ def planned(scene: Scene) -> Scene:
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
     acting = {effect.name for effect in active(scene)}
-    if refused := [name for name in NOT_YET if name in acting]:
+    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
             place="analysis.solver",
@@ -207,12 +213,16 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
 
     Raises
     ------
+    SceneError
+        When the positions or the stages of the steps miss what a load or a drive does between them.
     SolverError
         When there is none.
     """
-    if scene.analysis.method != "periodic":
+    analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
+    if analysis.method != "periodic":
+        refuse_undersampled(scene, analysis.sub_intervals)
         return AtRest.of(scene)
-    series = scene.analysis.solver == "harmonic-balance"
+    refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
     if EXACT not in scene.named_effects:
         return LinearBalanced.of(scene) if series else LinearCycle.of(scene)
     found = Balanced.of(scene) if series else Solved.of(scene, run)
@@ -265,13 +275,30 @@ def estimated(solved: Solved | AtRest) -> Errors:
         When one is too large.
     """
     here = quantities(solved.positions)
-    parts = {source: (quantities(other) - here).largest for source, other in solved.better()}
-    if len(here.axial) > 1:
-        parts[BETWEEN] = _missed(solved, here)
-    return told(solved.scene, here, parts)
+    parts = {source: _change(here, other) for source, other in solved.better()}
+    missed = None
+    if solved.scene.drives and len(here.axial) >= FEWEST:
+        still = isinstance(solved, AtRest) and solved.following is not None  # which is known at any angle by itself
+        missed = missed_peaks(
+            solved.made,
+            lambda share: solved.at(share) if share else solved.positions,
+            bent=isinstance(solved, Solved),
+            shares=1 if still else BETWEEN_SHARES,
+        )
+        parts[BETWEEN] = dict(missed.errors)
+    return told(solved.scene, here, parts, missed)
 
 
-def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> Errors:
+def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
+    """Give by how much a better answer differs, by quantity; where there is none, nothing is known."""
+    if other is None:
+        return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
+    return (quantities(other) - here).largest
+
+
+def told(
+    scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]], missed: MissedPeaks | None = None
+) -> Errors:
     """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
 
     Parameters
@@ -282,6 +309,8 @@ def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> 
         What the errors are of.
     parts
         Errors by source, then by quantity.
+    missed
+        What lies between the positions of a cycle; None where nothing is known of it.
 
     Raises
     ------
@@ -295,25 +324,15 @@ def told(scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]]) -> 
     strain, deflection = here.axial[..., None] + here.bending, norms(here.deflection)[..., None]
     parts["stations"] = {"strain": between_stations(strain), "deflection": between_stations(deflection)}
     if not largest["strain"].max(initial=0.0) > STRAINED:
-        parts = {source: {} for source in parts}
+        parts, missed = {source: {} for source in parts}, None
     nothing = {name: np.zeros_like(size) for name, size in largest.items()}
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
     }
     order = {source: ORDERS[source] for source in parts}
-    errors = Errors(by_quantity, order, measure, (), largest)
+    errors = Errors(by_quantity, order, measure, (), largest, missed)
     errors.judge(scene)
     return errors
-
-
-def _missed(solved: Solved | AtRest, here: Quantities) -> dict[str, Array]:
-    """Give by how much peaks between the positions surpass those of the Fourier series through the positions."""
-    through = here.at_more_angles(BETWEEN_SHARES).sizes
-    most = here.largest
-    for share in range(1, BETWEEN_SHARES):
-        there = quantities(solved.at(share / BETWEEN_SHARES)).largest
-        most = {name: np.maximum(size, there[name]) for name, size in most.items()}
-    return {name: np.maximum(size - through[name].max(axis=0), 0.0) for name, size in most.items()}
 
 
 def stability_of(solved: Solved | AtRest) -> xr.Dataset:
@@ -512,15 +531,12 @@ def _modes(solved: Solved) -> xr.Dataset:
     scene, machine = solved.scene, solved.made.machine
     found = followed_modes(machine, solved.positions.motion.t)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
-    error = np.full(count, np.nan)
-    if scene.analysis.error_estimates:
-        start = held_modes(solved.finer.machine, 0.0)[0][:count]
-        error = np.abs(found.omega[0, :count] / start - 1)
+    start = held_modes(solved.finer.machine, 0.0)[0][:count]
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), error),
+            "frequency_error": (("mode",), np.abs(found.omega[0, :count] / start - 1)),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},
@@ -531,11 +547,9 @@ def _without_vibration(solved: Solved) -> xr.Dataset:
     """Give strains and stresses of the static answer to loads and rigid inertia."""
     scene, s, motion = solved.scene, solved.positions.stations, solved.positions.motion.chart
     still = quasi_static(motion.machine, motion.t)
-    terms = [
-        here.with_response(replace(here.response, stress=stress))
-        for here, stress in zip(still.found.terms, still.stresses)
-    ]
-    forces = along_members(solved.made, replace(still.found, terms=terms), still.change[2], s)
+    acting = LinearMotion(motion, still.change, moving=False, stresses=still.stresses).acting
+    assert acting is not None
+    forces = along_members(solved.made, acting.found, acting.a, s, bent=False)
     sections = scene.rigidities(s)
     by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)
     strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")

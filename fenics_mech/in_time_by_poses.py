@@ -42,9 +42,13 @@ from fenics_mech.recovery.running import running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.response.periodic.steps import corners_to_cut
+from fenics_mech.response.sampling_checks import refuse_hidden_peaks
+from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.meshing import with_halves
+from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.held_modes import POSITIONS
 from fenics_mech.terms.causes import Cause
@@ -74,14 +78,14 @@ def in_time_by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    _refuse(scene)
+    refuse_in_time_by_poses(scene)
     scene = planned(scene)
     whole = InTime.of(scene, times_of(scene))
     errors = estimated(whole) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
-def _refuse(scene: Scene) -> None:
+def refuse_in_time_by_poses(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
     riding = [name for name, joint in scene.constraints.items() if getattr(joint, "member", None) is not None]
@@ -108,6 +112,25 @@ def times_of(scene: Scene) -> Array:
     analysis = scene.analysis
     cycles = analysis.cycles if scene.drives else 1
     return scene.period / analysis.sub_intervals * np.arange(_lead(scene) + cycles * analysis.sub_intervals + 1.0)
+
+
+def _stops(scene: Scene, times: Array) -> Array:
+    """Give where steps end (s): at positions, where loads jump, and at corners of loads that steps do not show.
+
+    A jump counts to the step after it, which begins by a rounding before it.
+    """
+    if not scene.drives:
+        return times
+    least, rate = math.ceil(1 / LONGEST[0]), abs(scene.cycle_rate)
+    longest = scene.changed({"analysis.sub_intervals": max(least, scene.analysis.sub_intervals)})
+    refuse_hidden_peaks(longest.changed({"analysis.sub_intervals": least * scene.analysis.stages}))
+    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
+    cut = [passages(scene, angle, times[0], times[-1]) - 2 * SAMPLING.same / rate for angle in jumps]
+    cut += [passages(scene, angle, times[0], times[-1]) for angle in corners_to_cut(longest)]
+    found = np.unique(np.concatenate([times, *cut]))
+    found = found[found >= times[0]]
+    apart = np.diff(found, prepend=-np.inf) > SAMPLING.same / rate
+    return np.union1d(found[apart], times)
 
 
 def _lead(scene: Scene) -> int:
@@ -195,7 +218,7 @@ class InTime:
         v = _start(made)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
         chosen = {"tolerance": share * tolerance, "share": share, "stages": analysis.stages, "longest": longest}
-        steps = steps_in_time(machine, v, times, **chosen)
+        steps = steps_in_time(machine, v, _stops(scene, times), **chosen)
         taken = _Taken(made, times, analysis.settled if settled is None else settled)
         for step in steps:
             if taken.over(step):

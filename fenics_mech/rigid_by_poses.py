@@ -232,8 +232,8 @@ def _missed_by_positions(machine: LedMachine, links: LinkMotion) -> xr.Dataset:
     analysis = scene.analysis
     if analysis.method not in CYCLIC or analysis.sub_intervals < 4 or not analysis.error_estimates:
         return xr.Dataset()
-    still = _Between(scene, links, machine)
-    missed = PeaksBetween(still, still.of(links)).missed_peaks()
+    still = _Between(scene, machine, len(links.theta))
+    missed = PeaksBetween(still, still.at_positions(1)).missed_peaks()
     largest = {name: missed.peaks[name] for name in QUANTITIES}
     by_source = {name: {BETWEEN: missed.errors[name]} for name in QUANTITIES}
     errors = Errors(by_source, {BETWEEN: BY_POSITIONS}, measures(scene, largest), (), largest, missed)
@@ -247,23 +247,22 @@ class _Between(OverCycle):
     """The motion of rigid links between the positions, where all of it is known."""
 
     machine: LedMachine
+    positions: int
     angles = CLOSENESS.cheap
     least = 2
 
     @property
-    def knots(self) -> Array:
-        """Drive angles to which the motion was followed (rad)."""
-        return self.scene.cycle_rate * self.machine.led.t
+    def count(self) -> int:
+        """Number of the positions."""
+        return self.positions
+
+    def turning(self) -> Array:
+        """Give the places to which the motion was followed, in positions."""
+        return np.unique(np.abs(self.machine.led.t)) * self.count / self.scene.period
 
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle, in positions."""
-        return self._values(places * self.step / self.scene.cycle_rate)
-
-    def of(self, motion: LinkMotion) -> Values:
-        """Give the quantities in a motion."""
-        return self._values(motion.time)
-
-    def _values(self, t: Array) -> Values:
+        t = places * self.step / self.scene.cycle_rate
         together = max(1, TOGETHER // (3 * len(self.scene.links)) ** 2)
         found = [self.machine.at(t[k : k + together]) for k in range(0, len(t), together)]
         forces = [np.stack(list(part.joint_forces.values()), axis=1) for part in found]

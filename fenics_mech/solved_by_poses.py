@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
@@ -22,6 +23,7 @@ from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Drive, Scene
 from fenics_mech.scene.meshing import with_halves
@@ -82,16 +84,26 @@ def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
 def steps_of(scene: Scene) -> Array:
     """Give the instants at which steps of a cycle begin (s): evenly, and where loads jump and impulses act.
 
-    A jump counts to the step after it, which begins by a rounding before it.
+    A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads, too,
+    that their stages do not show.
     """
     count, rate = scene.analysis.sub_intervals, scene.cycle_rate
     even = np.arange(count) / count * TURN
     jumps = [angle for load in scene.loads.values() for angle in load.jumps]
     jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
-    turned = np.mod(np.sign(rate) * np.array(jumps, dtype=float), TURN)
-    near = np.abs(np.mod(even[:, None] - turned + np.pi, TURN) - np.pi).min(axis=1, initial=TURN) < SAMPLING.same
-    cut = np.concatenate([even[~near], np.unique(turned) - 2 * SAMPLING.same])
-    return np.sort(cut) / abs(rate)
+    turned, corners = (
+        np.unique(np.mod(np.sign(rate) * np.array(angles, dtype=float), TURN))
+        for angles in (jumps, corners_to_cut(scene))
+    )
+    corners = corners[np.diff(corners, prepend=-1.0) > SAMPLING.same]
+    begun = np.concatenate([even[~_among(even, turned)], turned - 2 * SAMPLING.same])
+    return np.sort(np.concatenate([begun, corners[~_among(corners, np.append(begun, turned))]])) / abs(rate)
+
+
+def _among(angles: Array, others: Array) -> NDArray[np.bool_]:
+    """Say which angles are others too (rad)."""
+    apart = np.abs(np.mod(angles[:, None] - others + np.pi, TURN) - np.pi)
+    return np.asarray(apart.min(axis=1, initial=TURN) < SAMPLING.same)
 
 
 Run = LastMotions[Path]  # motions before that of a scene, from which it is sought
@@ -382,7 +394,8 @@ class AtRest:
         steps.step()
         _refuse_buckled(scene, steps)
         rigid = Motion(machine, t, still, still, still, moving)
-        return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False)), steps)
+        stresses = steps.stresses if stiff is None else None
+        return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False, stresses)), steps)
 
     def _with(self, scene: Scene) -> tuple[SceneMachine, Beside, Stresses | None]:
         """Build the machine of a scene that differs a little, with the axial forces that act in its linear theory."""
@@ -445,22 +458,26 @@ class AtRest:
         count = len(self.positions.motion.t)
         return self.positions, np.full(count, 1 / count)
 
-    def better(self) -> Iterator[tuple[str, OfPoses]]:
-        """Give the same without most of the error of a source, which is named."""
+    def better(self) -> Iterator[tuple[str, OfPoses | None]]:
+        """Give the same without most of the error of a source, which is named; None where there is no such answer."""
         finer = _undamped(with_halves(self.scene), self.made.machine)
         yield "mesh", AtRest._by(self.scene, finer, instants_of(self.scene)).positions
         if self.following is not None:
-            yield "theory", self.corrected
+            yield "theory", self.exact
 
     @cached_property
-    def corrected(self) -> OfPoses:
-        """The answers after one more step of Newton's method."""
-        first = self.following
-        assert first is not None
-        second = copy(first)
-        second.step()
-        here = Motion(first.machine, first.t, first.q, 0 * first.q, first.a, first.moving)
-        return OfLinear.by(self.made, LinearMotion(here, second.change, first.stresses, False))
+    def exact(self) -> OfPoses | None:
+        """The answers with exact strains, to which Newton's method goes on; None where there are none near by."""
+        assert self.following is not None
+        steps = copy(self.following)
+        try:
+            newton(steps.step, TIGHT, MOST, "the static answer")
+            _refuse_buckled(self.scene, steps)
+        except SolverError as error:
+            logger.info("with exact strains there is no answer: %s", error)
+            return None
+        motion = Motion(steps.machine, steps.t, steps.q, np.zeros_like(steps.q), steps.a, steps.moving)
+        return OfPoses(self.made, motion)
 
 
 def _undamped(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
@@ -508,6 +525,8 @@ def instants_of(scene: Scene, share: float = 0.0) -> Array:
     share
         Of the way.
     """
+    if not scene.drives:  # a structure: it has one position
+        return np.zeros(1)
     if scene.analysis.method == "static":
-        return np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
+        return np.array([scene.analysis.position / scene.cycle_rate])
     return scene.period / scene.analysis.sub_intervals * (np.arange(scene.analysis.sub_intervals) + share)

@@ -11,8 +11,10 @@ if TYPE_CHECKING:
     from fenics_mech import Result, Scene
     from fenics_mech.accuracy.estimate import Errors
     from fenics_mech.eigenmodes import Modes
+    from fenics_mech.in_time_by_poses import InTime
     from fenics_mech.mechanism import System
     from fenics_mech.response.solution import Solution
+    from fenics_mech.solved_by_poses import AtRest, Solved
 
 ROOT = Path(__file__).parents[1]
 DEMOS = ROOT / "demos"
@@ -61,6 +63,8 @@ def response_of(scene: Scene) -> Result:
     if content not in _references:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr("fenics_mech.recovery.labelled.estimate", _no_errors)
+            for module in ("by_poses", "in_time_by_poses"):
+                patch.setattr(f"fenics_mech.{module}.estimated", _no_errors)
             _references[content] = Result(analyse(scene).data.drop_dims("source"))
     return _references[content]
 
@@ -72,7 +76,7 @@ def scene_modes(scene: Scene, system: System) -> Modes:
     return solve_modes(system, scene.analysis.modes, scene.petsc)
 
 
-def _no_errors(solution: Solution, *_: object) -> Errors:
+def _no_errors(solution: Solution | Solved | AtRest | InTime, *_: object) -> Errors:
     """Take all errors for 0."""
     import numpy as np
 

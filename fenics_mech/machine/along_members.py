@@ -8,10 +8,11 @@ from fenics_mech._arrays import Array
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, with_rides
+from fenics_mech.scene.sections import Rigidity
 from fenics_mech.terms import AlongBeams
 
 
-def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> Sections:
+def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, bent: bool = True) -> Sections:
     """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
 
     Parameters
@@ -22,6 +23,8 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         Its residual, and the accelerations with the multipliers there ``(instants, size)``.
     s
         Stations along every member, 0..1.
+    bent
+        As of `inside`.
     """
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
@@ -35,12 +38,20 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
         places.append((s * whole - first) / length)
         parts.append((label, first / whole, length / whole))
 
-    def line_mass(x: Array) -> Array:
+    def sections_at(x: Array) -> list[Rigidity]:
         of_members = zip(parts, np.split(x, len(parts)))
-        made_of = [scene.rigidity(label, first + own * length) for (label, first, length), own in of_members]
-        return np.concatenate([one.line_density for one in made_of])
+        return [scene.rigidity(label, first + own * length) for (label, first, length), own in of_members]
 
-    beams, group = machine.beams, machine.groups[0]
+    def line_mass(x: Array) -> Array:
+        return np.concatenate([one.line_density for one in sections_at(x)])
+
+    beams, group, stations = machine.beams, machine.groups[0], np.concatenate(elements)
+    bending = np.array([element.length * element.stiffness[2, 2] for element in beams.elements])[stations]
+
+    def softness(x: Array) -> Array:
+        return np.asarray(bending / np.concatenate([one.bending for one in sections_at(x)]))
+
+    varies = any(np.ptp(section.bending) > 0 for section in scene.rigidities(s))
     loads = [
         (term, here.response.stress) for term, here in zip(machine.terms, found.terms) if isinstance(term, AlongBeams)
     ]
@@ -49,13 +60,13 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array) -> 
     if machine.rides:
         ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
         inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
-    stations = np.concatenate(elements)
 
     def line(x: Array, tangent: Array, velocity: Array) -> Array:
         return np.sum([load.line(found.t, stations, x, tangent, velocity) for load, _ in loads], axis=0)
 
     given = stations, np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
-    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, line if loads else None)
+    by_loads, soft = line if loads else None, softness if varies else None
+    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, by_loads, bent, soft)
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
     return Sections(axial, shear, moment, sections.place.reshape(*shape, 2))

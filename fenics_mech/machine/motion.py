@@ -133,12 +133,24 @@ class LinearMotion:
         Stresses of every term that act as the change turns them; None for those of the base.
     moving
         Whether the change feels the chart's motion.
+    stresses
+        Of every term, by its linearised measures, where nothing else of the change acts; None where more does.
     """
 
     base: Motion
     change: tuple[Array, Array, Array]
     stiffening: Sequence[Array] | None = None
     moving: bool = True
+    stresses: Sequence[Array] | None = None
+
+    @property
+    def acting(self) -> Motion | None:
+        """What the change exerts at the places of the base, where nothing else of it acts; None where more does."""
+        if self.stresses is None:
+            return None
+        base, (_, _, a) = self.base, self.change
+        added = [stress - here.response.stress for stress, here in zip(self.stresses, base.found.terms)]
+        return replace(base, a=base.a + a, added=added)
 
     def beside(self, share: float) -> Motion:
         """Give the exact motion by a share of the change; the stiffening stresses give way to those by its measures."""

@@ -56,8 +56,8 @@ class Pattern:
         """Give the numbers of the entries of lists of coordinates ``(..., rows, columns)``; -1 where there is none."""
         one, other = np.broadcast_arrays(rows[..., :, None], columns[..., None, :])
         code = one.astype(np.int64) * self.size + other
-        found = np.minimum(np.searchsorted(self._codes, code), self.entries - 1)
-        there = (one >= 0) & (other >= 0) & (self._codes[found] == code)
+        found = np.searchsorted(self._codes, code)
+        there = (one >= 0) & (other >= 0) & (np.append(self._codes, -1)[found] == code)
         return np.ascontiguousarray(np.where(there, found, -1), dtype=np.int32)
 
     def matrix(self, values: Array) -> sp.csr_matrix:

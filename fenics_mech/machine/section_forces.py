@@ -168,6 +168,8 @@ def inside(
     line_mass: Callable[[Array], Array],
     loads: InnerForces | None = None,
     line: Line | None = None,
+    bent: bool = True,
+    softness: Callable[[Array], Array] | None = None,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
@@ -186,6 +188,11 @@ def inside(
         Forces inside elements.
     line
         Gives the load per length by a share of each station's element, the tangent of the axis and its velocity there.
+    bent
+        Whether forces have levers by the bow within elements: not in a linear theory without axial forces.
+    softness
+        Gives the bending stiffness of each station's element over that of its section at a share of the element
+        ``(stations,)``; None where sections are the same along all elements.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -204,12 +211,34 @@ def inside(
         slope = _between_all(shapes.at(x, 1), vectors) / length[:, None]
         return line(x, slope, _between_all(shapes.at(x), rates))
 
-    half = np.full(len(elements), 0.5)
-    bow = 0.0 if shapes.inner else _bow(beams, ends, elements, line_mass(half), spread[0], load_at(half))
+    bows = None
+    if not shapes.inner:
+        bows = _bows(
+            beams,
+            ends,
+            elements,
+            [line_mass(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
+            spread[0],
+            [load_at(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
+        )
+
+    ones, normal = np.ones(len(elements)), at_ends[1][..., 1].mean(axis=2)
+    turns = [
+        np.sum(_between_all(shapes.at(x * ones, 2), vectors) * normal, axis=-1)[..., None] * normal for x in (0.0, 1.0)
+    ]
+
+    def bow(x: Array) -> Array | float:
+        """Give how far the axis is beside the cubic."""
+        if bows is None:
+            return 0.0
+        if softness is not None:
+            return _bow_of_varying(x, bows, turns, softness)
+        return (bows[0] + bows[1] * (2 * x - 1)[:, None]) * (x**2 * (1 - x) ** 2)[:, None]
 
     def axis(x: Array) -> Array:
-        """Give places on the bent axis."""
-        return _between_all(shapes.at(x), vectors) + bow * (x**2 * (1 - x) ** 2)[:, None]
+        """Give places on the axis by which forces have levers."""
+        cubic = _between_all(shapes.at(x), vectors)
+        return cubic + bow(x) if bent else cubic
 
     cut = axis(places)
     moment = moment - _cross(at_ends[0][:, :, 0] - cut, -force)
@@ -231,26 +260,70 @@ def inside(
         moment[:, own] -= _cross(acts - cut[:, own], push)
     tangent = _between_all(shapes.at(places, 1), vectors)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
-    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, cut)
+    place = cut if bent else cut + bow(places)
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
 
 
-def _bow(
-    beams: Beams, ends: EndForces, elements: Index, line_mass: Array, spread: tuple[Array, Array], load: Array | float
-) -> Array:
-    """Give b of the deflection b x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
+def _bows(
+    beams: Beams,
+    ends: EndForces,
+    elements: Index,
+    line_masses: Sequence[Array],
+    spread: tuple[Array, Array],
+    loads: Sequence[Array | float],
+) -> tuple[Array, Array]:
+    """Give b and c of the deflection (b + c (2 x - 1)) x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
 
-    The fourth derivative of the deflection times EI is N times the curvature, and the load less the inertia across the
-    axis. With the means of all, b is their sum times length^4/(24 EI).
+    The fourth derivative of the deflection times EI is p, N times the curvature and the load less the inertia across
+    the axis. With its mean, b is p length^4/(24 EI). With half its change from end to end, c is that over 120.
+    `line_masses` and `loads` are at the start, in the middle, and at the end.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
     normal, along = ends.axes[:, elements].mean(axis=2).transpose(3, 0, 1, 2)[::-1]
     pull = np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
-    curvature = (ends.moment[:, elements, 1, 0] - ends.moment[:, elements, 0, 0]) / (2 * bending)
+    first, last = (sign * ends.moment[:, elements, end, 0] / bending for end, sign in ((0, -1), (1, 1)))  # curvatures
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
-    across = pull * curvature + np.sum((load - line_mass[:, None] * mean) * normal, axis=-1)
-    return np.asarray((across * length**4 / (24 * bending))[..., None] * normal)
+    beside = [
+        np.sum((load - mass[:, None] * at) * normal, axis=-1)
+        for load, mass, at in zip(loads, line_masses, (places[:, :, 0], mean, places[:, :, 1]))
+    ]
+    evenly = pull * (first + last) / 2 + beside[1]
+    apart = (pull * (last - first) + beside[2] - beside[0]) / 2
+    scale = length**4 / bending
+    return (evenly * scale / 24)[..., None] * normal, (apart * scale / 120)[..., None] * normal
+
+
+def _bow_of_varying(
+    x: Array, bows: tuple[Array, Array], turns: Sequence[Array], softness: Callable[[Array], Array]
+) -> Array:
+    """Give how far the axis of elements whose sections vary is beside the cubic ``(instants, stations, 2)`` (m).
+
+    Its second derivative is s (k + C + D x) less that of the cubic, with k that of the bow of even sections and s the
+    softness. C and D are the moments by which neither its ends nor their slopes are beside the cubic.
+    `turns` are the cubic's second derivatives at both ends.
+    """
+    points, weights = np.polynomial.legendre.leggauss(8)  # shares of polynomials in 1/EI, to 1e-9 of tapers to a half
+    points, weights = (points + 1) / 2, weights / 2
+
+    def parts(at: Array) -> tuple[Array, Array]:
+        """Give the softness at shares ``(stations,)``, and what of the second derivative C and D do not tell."""
+        u, soft = (2 * at - 1)[:, None], softness(at)[:, None]
+        even = ((bows[0] + bows[1] * u) * (12 * u**2 - 4) - 8 * bows[1] * u * (1 - u**2)) / 4
+        return soft, soft * even - (1 - at)[:, None] * turns[0] - at[:, None] * turns[1]
+
+    whole = [(w, xi, *parts(np.full(len(x), xi))) for xi, w in zip(points, weights)]
+    B0, B1, B2 = (sum(w * xi**j * soft for w, xi, soft, _ in whole) for j in range(3))
+    r0, r1 = (-sum(w * xi**j * rest for w, xi, _, rest in whole) for j in range(2))
+    determinant = B0 * B2 - B1**2
+    C, D = (B2 * r0 - B1 * r1) / determinant, (B0 * r1 - B1 * r0) / determinant
+    bow = np.zeros_like(bows[0])
+    for xi, w in zip(points, weights):
+        at = xi * x
+        soft, rest = parts(at)
+        bow += w * (1 - xi) * (soft * (C + D * at[:, None]) + rest)
+    return np.asarray(bow * (x**2)[:, None])
 
 
 def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: int) -> tuple[Array, Array]:

@@ -24,7 +24,7 @@ from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.link_motion import link_motion
 from fenics_mech.recovery.peaks import CYCLIC, curves_over_cycle
-from fenics_mech.recovery.peaks_between import OverCycle, PeaksBetween, Values, accelerations_of
+from fenics_mech.recovery.peaks_between import OfLinkage, PeaksBetween, Values, accelerations_of
 from fenics_mech.response.few_nodes import FEW_NODES
 from fenics_mech.response.setup import system_at
 from fenics_mech.response.solution import MotorSolution, Solution
@@ -50,7 +50,7 @@ def with_missed_peaks(solution: Solution, fields: Fields) -> AtStations:
 
 
 @dataclass(frozen=True)
-class _WithoutVibration(OverCycle):
+class _WithoutVibration(OfLinkage):
     """A scene without effects by which axial forces act on bending, and its answer by linear statics at any angles.
 
     `linkage` gives the rigid motion at any angles. `s` are the stations. `twist` are curves of the angle of a motor's

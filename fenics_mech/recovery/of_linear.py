@@ -40,15 +40,23 @@ class OfLinear(OfPoses):
     @cached_property
     def _beside(self) -> tuple[OfPoses, OfPoses, OfPoses]:
         """The base, and the exact motions ahead and behind."""
-        return tuple(OfPoses(self.made, self.linear.beside(share)) for share in (0.0, SMALL, -SMALL))  # type: ignore[return-value]
+        bent = self.linear.stiffening is not None
+        return tuple(OfPoses(self.made, self.linear.beside(x), bent=bent) for x in (0.0, SMALL, -SMALL))  # type: ignore[return-value]
 
     def _linear(self, read: Callable[[OfPoses], Array]) -> Array:
         base, ahead, behind = (read(x) for x in self._beside)
         return np.asarray(base + (ahead - behind) / (2 * SMALL))
 
+    @cached_property
+    def _exerting(self) -> OfPoses | None:
+        """What the change exerts at the places of the base, where nothing else of it acts: without differences."""
+        motion = self.linear.acting
+        return None if motion is None else OfPoses(self.made, motion, bent=False)
+
     def _sections(self, read: Callable[[OfPoses], Sections]) -> Sections:
         parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
-        return Sections(*(base + (ahead - behind) / (2 * SMALL) for base, ahead, behind in parts))
+        found = Sections(*(base + (ahead - behind) / (2 * SMALL) for base, ahead, behind in parts))
+        return found if self._exerting is None else replace(read(self._exerting), place=found.place)
 
     @cached_property
     def sections(self) -> Sections:
@@ -62,10 +70,14 @@ class OfLinear(OfPoses):
 
     def held(self, name: str, joint: Joint, body: str) -> Array:
         """Give force and moment, about its point, of a joint on one of its bodies ``(instants, 3)`` (N, N m)."""
+        if self._exerting is not None:
+            return self._exerting.held(name, joint, body)
         return self._linear(lambda x: x.held(name, joint, body))
 
     def frame(self) -> Variables:
         """Give forces and couples on the ground at every support, and their sums about its origin."""
+        if self._exerting is not None:
+            return self._exerting.frame()
         found = [x.frame() for x in self._beside]
         return {
             name: (dims, base + (found[1][name][1] - found[2][name][1]) / (2 * SMALL))

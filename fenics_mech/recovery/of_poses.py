@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -44,10 +44,13 @@ class OfPoses:
         The machine of the scene.
     motion
         Its motion at all positions.
+    bent
+        As of `inside`: whether forces have levers by the bow within elements.
     """
 
     made: SceneMachine
     motion: Motion
+    bent: bool = field(default=True, kw_only=True)
 
     # ---- along members ----
     @cached_property
@@ -58,7 +61,7 @@ class OfPoses:
     @cached_property
     def sections(self) -> Sections:
         """Forces in sections at the stations."""
-        return along_members(self.made, self.motion.found, self.motion.a, self.stations)
+        return along_members(self.made, self.motion.found, self.motion.a, self.stations, self.bent)
 
     @cached_property
     def bare(self) -> Sections:
@@ -67,7 +70,7 @@ class OfPoses:
         if self.made.machine.beams.modal is None:
             return self.sections
         elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
-        return along_members(self.made, elastic, motion.a, self.stations)
+        return along_members(self.made, elastic, motion.a, self.stations, self.bent)
 
     @cached_property
     def strains(self) -> tuple[Array, Array]:

@@ -19,7 +19,7 @@ import numpy as np
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, MissedPeaks
-from fenics_mech.kinematics import Motion
+from fenics_mech.kinematics import Linkage, Motion
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.link_motion import followed
 from fenics_mech.recovery.peaks import PEAK, curves_over_cycle, gained
@@ -60,29 +60,16 @@ class OverCycle(ABC):
     ----------
     scene
         The scene.
-    motion
-        The rigid motion at the positions.
     """
 
     scene: Scene
-    motion: Motion
     angles: ClassVar[int] = BETWEEN.angles
     least: ClassVar[int] = 1  # parts of the step from a position to the next, at least
 
-    @abstractmethod
-    def of(self, motion: Motion) -> Values:
-        """Give the quantities in a motion.
-
-        Parameters
-        ----------
-        motion
-            The rigid motion.
-        """
-
     @property
     @abstractmethod
-    def knots(self) -> Array:
-        """Drive angles of a cycle between which links turn smoothly, ascending or descending (rad)."""
+    def count(self) -> int:
+        """Number of the positions."""
 
     @abstractmethod
     def at(self, places: Array) -> Values:
@@ -94,21 +81,78 @@ class OverCycle(ABC):
             The places, in positions, ``(places,)``.
         """
 
+    def at_positions(self, times: int) -> Values:
+        """Give the quantities at so many times as many even places as there are positions.
+
+        Parameters
+        ----------
+        times
+            Places for each position.
+        """
+        return self.at(np.arange(self.count * times) / times)
+
+    @abstractmethod
+    def turning(self) -> Array:
+        """Give ascending places over the cycle, in positions, between which rates of the links are nearly straight."""
+
     @property
     def step(self) -> float:
         """Drive angle from one position to the next (rad)."""
-        return float(self.motion.theta[1] - self.motion.theta[0])
+        return TURN * math.copysign(1 / self.count, self.scene.cycle_rate)
 
     def places(self) -> Array:
         """Give places of the cycle, in positions, that show what the rigid motion and the loads do; no positions."""
-        count, found = len(self.motion.theta), list[Array]()
+        count, found = self.count, [_with_parts(self.turning())]
         times = max(math.ceil(self.angles / count), self.least)
-        found.append(_with_parts(np.unique(np.abs(self.knots)) * count / TURN))
         for load in self.scene.loads.values():
             if load.over_cycle is not None:
                 found.append(_with_parts(_corners(factor_pieces(load.over_cycle), load.factor_at) * count / TURN))
         places = np.unique(np.concatenate([np.arange(count * times) / times, *found]))
         return places[(places < count) & (places > np.floor(places))]
+
+
+@dataclass(frozen=True)
+class OfLinkage(OverCycle):
+    """A motion without vibration that is found from the rigid motion of a linkage.
+
+    Parameters
+    ----------
+    motion
+        The rigid motion at the positions.
+    linkage
+        What gives it at other angles.
+    """
+
+    motion: Motion
+    linkage: Linkage
+
+    @abstractmethod
+    def of(self, motion: Motion) -> Values:
+        """Give the quantities in a motion.
+
+        Parameters
+        ----------
+        motion
+            The rigid motion.
+        """
+
+    def at(self, places: Array) -> Values:
+        """Give the quantities at places of the cycle, in positions."""
+        return self.of(self.linkage.motion(places * self.step, self.scene.cycle_rate))
+
+    def at_positions(self, times: int) -> Values:
+        """Give the quantities at the positions, whose motion is known, or at more places."""
+        return self.of(self.motion) if times == 1 else super().at_positions(times)
+
+    @property
+    def count(self) -> int:
+        """Number of the positions."""
+        return len(self.motion.theta)
+
+    def turning(self) -> Array:
+        """Give the places of the steps by which the branch was followed."""
+        branch = self.linkage.branch.over(np.array([0.0, self.count * self.step]))
+        return np.unique(np.abs(branch.theta)) * self.count / TURN
 
 
 def _corners(pieces: Array, factor: Callable[[Array], Array]) -> Array:
@@ -158,17 +202,22 @@ class PeaksBetween:
 
     Parameters
     ----------
-    still, known
-        The motion without vibration, and the response at the positions.
+    still
+        The motion without vibration.
+    known
+        The response at the positions, or at so many times as many even places.
+    times
+        Places of `known` for each position.
     """
 
-    def __init__(self, still: OverCycle, known: Values) -> None:
-        self.still, self.count = still, len(still.motion.theta)
-        self.places, self.found = np.arange(float(self.count)), _named(known, still.of(still.motion))
+    def __init__(self, still: OverCycle, known: Values, times: int = 1) -> None:
+        self.still, self.count, self.times = still, still.count, times
+        self.places = np.arange(self.count * times) / times
+        self.found = _named(known, still.at_positions(times))
         self.curves = {
-            name: CycleCurves.of_positions(values)  # nothing tells their peaks but the positions themselves
+            name: CycleCurves.of_positions(values[::times])  # nothing tells their peaks but the positions themselves
             if name in ACCELERATIONS
-            else curves_over_cycle(still.scene, values, name)
+            else curves_over_cycle(still.scene, values[::times], name)
             for name, values in known.items()
         }
         self.unknown = set[str]()
@@ -179,7 +228,7 @@ class PeaksBetween:
                 self.unknown.add(name)
             if np.abs(left).max(initial=0.0) > BETWEEN.nothing * largest:
                 self.rest[name] = curves_over_cycle(still.scene, left, name)
-                if self.count < PEAK.certain:
+                if times == 1 and self.count < PEAK.certain:
                     self.halves[name] = self.rest[name].others()
         self._compare()
 
@@ -207,7 +256,7 @@ class PeaksBetween:
 
     def _left(self, name: str) -> Array | float:
         """Give what is left of a quantity at the places."""
-        return self.rest[name].at(self.places) if name in self.rest else 0.0
+        return self.rest[name].at(self.places * self.times) if name in self.rest else 0.0
 
     def _closer(self) -> Array:
         """Give places about sharp peaks that the positions miss, between the places beside them."""

@@ -88,7 +88,7 @@ class StaticIteration:
         machine, found = self.machine, []
         for value in self.values:
             matrix = machine.pattern.matrix(value).toarray()
-            scale = 1 / np.sqrt(np.abs(matrix).max(axis=1))
+            scale = 1 / np.sqrt(np.abs(matrix).max(axis=1, initial=0.0))
             both = scale[:, None] * (matrix + matrix.T) / 2 * scale
             found.append(int((np.linalg.eigvalsh(both) < 0).sum()) - machine.held)
         return np.array(found)

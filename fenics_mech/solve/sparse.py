@@ -116,9 +116,9 @@ def inverses(blocks: Blocks, values: Array, what: str) -> Array:
     """
     whole = np.zeros((len(values), blocks.size, blocks.size))
     whole[:, *blocks.places] = values.reshape(len(values), -1)
-    rows = 1 / np.sqrt(np.maximum(np.abs(whole).max(axis=2), 1e-300))
+    rows = 1 / np.sqrt(np.maximum(np.abs(whole).max(axis=2, initial=0.0), 1e-300))
     whole *= rows[:, :, None]
-    columns = 1 / np.maximum(np.abs(whole).max(axis=1), 1e-300)
+    columns = 1 / np.maximum(np.abs(whole).max(axis=1, initial=0.0), 1e-300)
     whole *= columns[:, None]
     try:
         found = np.linalg.inv(whole)

@@ -23,6 +23,7 @@ TABLE = {"kind": "table", "angles": (1.23456, WHERE, 1.234562), "values": (0.0, 
 PULSE = {"kind": "pulse", "start": WHERE - WIDTH / 2, "end": WHERE + WIDTH / 2, "ramp": 5e-7}
 IN_TIME = {"method": "transient", "cycles": 1, "sub_intervals": 40, "allow_coarse": True}
 BY_POINTS = {"solver": "collocation", "sub_intervals": 60, "allow_coarse": True, "stability": False}
+BY_POSES = BY_POINTS | {"solver": "auto"}
 
 
 def struck(**rest):
@@ -34,12 +35,19 @@ def struck(**rest):
 
 @pytest.mark.parametrize(
     ("factor", "sign", "analysis"),
-    [(TABLE, 1, BY_POINTS), (PULSE, 1, BY_POINTS), (TABLE, -1, BY_POINTS), (TABLE, 1, IN_TIME)],
+    [
+        (TABLE, 1, BY_POINTS),
+        (PULSE, 1, BY_POINTS),
+        (TABLE, -1, BY_POINTS),
+        (TABLE, -1, BY_POSES),
+        (PULSE, 1, BY_POSES),
+    ],
 )
 def test_pulse_narrower_than_any_sample_is_an_impulse(factor, sign, analysis):
     """It acts for so short a time that displacements stay: what counts is force times time.
 
-    Relative to the strains the difference is the width by the pace of the fastest mode, 1e-4.
+    Relative to the strains the difference is the width by the pace of the fastest mode, 1e-4. By poses it is 2e-3 at
+    the first position after the pulse, where steps do not follow modes that both excite.
     """
     pulse = struck(loads__p__factor=factor, analysis=analysis)
     pulse = pulse.changed(drive__speed=sign * pulse.drive.speed)
@@ -49,7 +57,26 @@ def test_pulse_narrower_than_any_sample_is_an_impulse(factor, sign, analysis):
         for scene in (pulse, pulse.changed(loads={}, impulses={"i": impulse}), pulse.changed(loads={}))
     )
     size = np.abs(expected).max()
-    assert np.abs(found - expected).max() < 2e-4 * size
+    assert np.abs(found - expected).max() < (3e-3 if analysis is BY_POSES else 2e-4) * size
+    assert np.abs(without - expected).max() > 0.3 * size
+
+
+@pytest.mark.slow
+def test_steps_in_time_are_cut_at_a_pulse():
+    """Measured 1 % of the strain in which pulses of 1e-6 and of 1e-4 rad differ; it was missed, by 60 %."""
+    wide = 100 * WIDTH
+    broad = {"kind": "table", "angles": (WHERE - wide, WHERE, WHERE + wide), "values": (0.0, 1.0, 0.0)}
+    narrow = struck(analysis=IN_TIME | {"sub_intervals": 20, "error_estimates": False})
+    found, expected, without = (
+        analyse(scene).data["strain"]
+        for scene in (
+            narrow,
+            narrow.changed(loads__p__factor=broad, loads__p__force=(0.0, FORCE / 100)),
+            narrow.changed(loads={}),
+        )
+    )
+    size = np.abs(expected).max()
+    assert np.abs(found - expected).max() < 0.03 * size
     assert np.abs(without - expected).max() > 0.3 * size
 
 
@@ -65,8 +92,6 @@ def test_pulse_that_positions_cannot_see_is_refused(analysis):
     effects = () if "harmonics" not in analysis else ("coupling",)
     with pytest.raises(SceneError, match=r"loads.p.factor: \d+ positions miss .* whose steps are cut at corners"):
         analyse(struck(effects=effects, analysis=analysis))
-    with pytest.raises(SceneError, match=r"loads.p.factor: effects = 'auto' looks at .* which miss"):
-        analyse(struck(effects="auto", analysis={"method": "periodic"}))
 
 
 @pytest.mark.parametrize(
