@@ -15,7 +15,7 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
 from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.in_time_by_poses import in_time_by_poses, refuse_in_time_by_poses
+from fenics_mech.in_time_by_poses import in_time_by_poses
 from fenics_mech.joints.dry_friction import creeping
 from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
@@ -49,6 +49,7 @@ from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
 
 logger = logging.getLogger(__name__)
+AT_REST = "static", "quasi-static"  # methods without vibration
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
 Progress = Callable[[str], None]
 
@@ -137,12 +138,13 @@ def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
 
 
 def has_poses(scene: Scene) -> bool:
-    """Say whether the equation of poses has all that a scene states whose solver the program chooses."""
-    if scene.analysis.solver != "auto" or (scene.freedoms and scene.analysis.method != "transient"):
+    """Say whether the equation of poses answers a scene whose solver the program chooses: without vibration it does.
+
+    What it has no term for is left to link frames.
+    """
+    if scene.analysis.solver != "auto" or scene.analysis.method not in AT_REST or scene.freedoms:
         return False
     try:
-        if scene.analysis.method == "transient":
-            refuse_in_time_by_poses(scene)
         machine_of(planned(scene))
     except SceneError as error:
         logger.info("by link frames: %s", error)

@@ -78,14 +78,14 @@ def in_time_by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    refuse_in_time_by_poses(scene)
+    _refuse(scene)
     scene = planned(scene)
     whole = InTime.of(scene, times_of(scene))
     errors = estimated(whole) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
-def refuse_in_time_by_poses(scene: Scene) -> None:
+def _refuse(scene: Scene) -> None:
     """Raise `SceneError` for what a motion in time by poses does not have yet."""
     analysis = scene.analysis
     riding = [name for name, joint in scene.constraints.items() if getattr(joint, "member", None) is not None]

@@ -13,9 +13,12 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.errors import DerivativeError, SolverError
+from fenics_mech.errors import DerivativeError, SceneError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.kinematics.freedom import describe
+from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
@@ -44,9 +47,12 @@ from fenics_mech.solve import (
     rigid_cycle,
     running_change,
     running_modes,
+    stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.solve.newton import newton
+from fenics_mech.solve.rigid import FEWEST
+from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
@@ -66,7 +72,12 @@ def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = No
     elif scene.drives:
         led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
         known = None if near is None else near.chart
-        made.machine.chart = rigid_cycle(led.machine, scene.period, near=known if isinstance(known, Fourier) else None)
+        beside = known if isinstance(known, Fourier) else None
+        least = FEWEST
+        for drive in scene.drives:
+            if drive.law is not None:
+                least = max(least, min(drive.enough_angles(FEWEST, scene.cycle_rate), MOST_POSITIONS))
+        made.machine.chart = rigid_cycle(led.machine, scene.period, near=beside, least=least)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
@@ -82,7 +93,7 @@ def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
 
 
 def steps_of(scene: Scene) -> Array:
-    """Give the instants at which steps of a cycle begin (s): evenly, and where loads jump and impulses act.
+    """Give the instants at which steps of a cycle begin (s): evenly, where loads jump, and where impulses act.
 
     A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads, too,
     that their stages do not show.
@@ -387,7 +398,7 @@ class AtRest:
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
-            changes = newton(steps.step, TIGHT, MOST, "the static answer")
+            changes = steps.converge(TIGHT, MOST, "the static answer")
             _refuse_buckled(scene, steps)
             motion = Motion(machine, t, steps.q, still, steps.a, moving)
             return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes))
@@ -405,9 +416,10 @@ class AtRest:
         if self.following is None:
             return made, Beside(machine, pace), None
         zero, stiff = np.zeros((len(t), machine.size)), _stiffening_at_rest(scene, machine, t)
-        force = machine.residual(t, zero, zero, zero, moving=moving, tangents=False).force
-        held = machine.residual(t, zero, zero, zero, predicted=stiff, moving=False)
-        return made, Beside(machine, pace, replace(held, force=force)), stiff
+        found = machine.residual(t, zero, zero, zero, moving=moving, tangents=False)
+        stresses = stiffening_stresses(machine, found) if stiff is None else stiff
+        held = machine.residual(t, zero, zero, zero, predicted=stresses, moving=False, heavy=stiff is not None)
+        return made, Beside(machine, pace, replace(held, force=found.force)), stiff
 
     def beside(self, *scenes: Scene) -> list[AtRest]:
         """Give the answers of two scenes that lie as far to both sides of this one, to first order.
@@ -507,11 +519,25 @@ def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
     yielding = steps.yielding
     if yielding.any():
         worst = int(np.argmax(yielding))
+        _refuse_free(scene, scene.cycle_rate * steps.t[worst])
         angle = np.degrees(scene.cycle_rate * steps.t[worst])
         raise SolverError(
             f"the static answer at drive angle {angle:.6g} deg is unstable: members buckle. Under its axial forces its "
             f"stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the speed, or take "
             "stiffer members"
+        )
+
+
+def _refuse_free(scene: Scene, theta: float) -> None:
+    """Raise `SceneError` where links can move at a drive angle, and say how."""
+    motion = solve_motion(scene, np.array([theta]))
+    if len(motion.free) and not scene.springs:
+        moves = describe(scene.links, scene.joints, coordinates(motion.position, motion.angle)[0], motion.free)
+        raise SceneError(
+            f"nothing holds the mechanism against its loads: {'; '.join(moves)}",
+            place="analysis.method",
+            hint="State its [freedoms] for an equilibrium that is searched, add a drive, a spring or a support, or "
+            "write method = 'quasi-static' for links that give way to the loads and carry their own inertia",
         )
 
 

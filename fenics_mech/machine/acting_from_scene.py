@@ -85,7 +85,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     for impulse in scene.impulses.values():
         t = impulse.time if impulse.angle is None else np.mod(impulse.angle / scene.cycle_rate, scene.period)
         assert t is not None
-        end = at.end(_place(scene, impulse.at))
+        end = at.end(point_of(scene, impulse.at))
         size = impulse.impulse, impulse.angular_impulse
         machine.blows.append((float(t), PointLoad(machine.at_ground(), end, *size, np.ones_like)))
     acting |= add_laws(scene, machine, at.end, bodies, links)
@@ -124,7 +124,7 @@ def _load(
         density = LineForce(ends, factor, load.axes == "member")
         return AlongBeams(machine.at_ground(), machine.beams, cells, density)
     assert isinstance(load, Load)
-    end = at.end(_place(scene, load.at))
+    end = at.end(point_of(scene, load.at))
     term = PointLoad(machine.at_ground(), end, load.force, load.moment, factor, load.follows)
     if not by_state:
         return term
@@ -186,7 +186,7 @@ def _distance(machine: Machine, pair: tuple[End, End]) -> float:
     return float(np.linalg.norm(other - one))
 
 
-def _place(scene: Scene, name: str) -> str:
+def point_of(scene: Scene, name: str) -> str:
     """Give the point "link.point" or the node "member@0.3" of a place: of a joint, its first one that moves."""
     if "@" in name:
         label, s = name.split("@")

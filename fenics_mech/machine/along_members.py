@@ -69,4 +69,5 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     by_loads, soft = line if loads else None, softness if varies else None
     sections = inside(beams, group, found.at, ends_of_elements, *given, inner, by_loads, bent, soft)
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
-    return Sections(axial, shear, moment, sections.place.reshape(*shape, 2))
+    place, bow = (x.reshape(*shape, 2) for x in (sections.place, sections.bow))
+    return Sections(axial, shear, moment, place, bow)

@@ -125,7 +125,7 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
         mesh=scene.mesh,
         loads={
             (at := f"{label}@{s}"): Load.model_construct(at=at)
-            for label, inside in scene.loaded_places().items()
+            for label, inside in scene.loaded_places(traced=True).items()
             for s in inside
         },
         effects=tuple(name for name in SECTIONS if name in scene.named_effects),
@@ -151,6 +151,7 @@ class _Nodes:
         names = list(scene.links)
         nodes = [] if mesh is None else list(zip(mesh.node_name, mesh.node_link, mesh.node_xy))
         self._number = {label: node for node, (label, *_) in enumerate(nodes)}
+        self._same = {} if mesh is None else mesh.other_names  # points at the place of another one
         self._drawn = {label: (names[link], at) for label, link, at in nodes}
         self.rigid: dict[str, int] = {"ground": machine.ground}
         welded = self._welded()
@@ -180,6 +181,7 @@ class _Nodes:
             if not isinstance(joint, Weld) or not any(self.stiffness(point) == BENDING for point in joint.connect):
                 continue
             sides = [point if self.stiffness(point) == BENDING else point.split(".")[0] for point in joint.connect]
+            sides = [self._same.get(side, side) for side in sides]
             one, other = sorted(sides, key=lambda side: (side != "ground", "." in side, sides.index(side)))
             if other in carried:
                 raise SceneError("no joint states two welds at one point yet", place=f"joints.{name}")
@@ -200,7 +202,13 @@ class _Nodes:
         for name, joint in self.scene.constraints.items():
             if not isinstance(joint, Revolute) or name in rub:
                 continue
-            bending = [point for point in joint.connect if self.stiffness(point) == BENDING]
+            bending = [
+                node
+                for point in joint.connect
+                if self.stiffness(point) == BENDING
+                # a point a rounding beside a node is held by rows, at an offset
+                and self.scene.point(node := self._same.get(point, point)) == self.scene.point(point)
+            ]
             if min(map(self.stiffness, joint.connect)) == RESTING:
                 fixed |= set(bending)
             else:
@@ -217,7 +225,7 @@ class _Nodes:
         else:
             link, (x, y) = self.scene.point(point)
         place, axes = self.frames[link]
-        pose = self.rigid[link] if link in self.rigid else self.pose[self._number[point]]
+        pose = self.rigid[link] if link in self.rigid else self.pose[self._number[self._same.get(point, point)]]
         return self.machine.end(pose, place + axes @ [x, y], axes @ PLANE.turn(np.array([turn])))
 
     def stiffness(self, point: str) -> int:

@@ -396,14 +396,16 @@ class Machine:
         ]
 
     # ---- the equation ----
-    def moved(self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True) -> Moved:
+    def moved(
+        self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True, heavy: bool = True
+    ) -> Moved:
         """Move all poses by coordinates, rates and accelerations beside the chart; arguments as of `residual`."""
         chart = self.known.at(t)
         if not moving:
             for rate in (chart.v, chart.w, chart.a, chart.al):
                 rate[:] = 0.0
         Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
-        return Moved.by(self.geometry, chart, Q, V, A, loads * self.gravity, self.drag)
+        return Moved.by(self.geometry, chart, Q, V, A, loads * heavy * self.gravity, self.drag)
 
     def residual(
         self,
@@ -416,6 +418,7 @@ class Machine:
         angles: Sequence[Array] | None = None,
         loads: float = 1.0,
         moving: bool = True,
+        heavy: bool = True,
         tangents: bool = True,
         known: bool = False,
     ) -> Evaluation:
@@ -436,6 +439,8 @@ class Machine:
             Share of gravity and of all terms but beams that acts.
         moving
             Whether the chart moves; else only its places count.
+        heavy
+            Whether gravity acts.
         tangents
             Whether M, C and K are given.
         known
@@ -443,7 +448,7 @@ class Machine:
             whose patterns may have had other signs.
         """
         self._check_plan()
-        g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving)
+        g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving, heavy=heavy)
         F = np.zeros((len(t), self.size))
         M, C, K = (np.zeros((len(t), self.pattern.entries)) for _ in range(3))
         target = F, M, C, K

@@ -49,12 +49,15 @@ class Sections:
         N m.
     place
         On the bent axis, ``(instants, stations, 2)`` (m).
+    bow
+        Of it what the forces make within an element whose ends do not move ``(instants, stations, 2)`` (m).
     """
 
     axial: Array
     shear: Array
     moment: Array
     place: Array
+    bow: Array
 
 
 def end_forces(
@@ -173,8 +176,9 @@ def inside(
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
-    It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, and the
-    bow of a clamped beam under the mean of what acts across it; with places inside, the polynomial through them.
+    It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, whose
+    slopes are as long as the axis is stretched there, and the bow of a clamped beam under the mean of what acts across
+    it; with places inside, the polynomial through them.
 
     Parameters
     ----------
@@ -211,8 +215,12 @@ def inside(
         slope = _between_all(shapes.at(x, 1), vectors) / length[:, None]
         return line(x, slope, _between_all(shapes.at(x), rates))
 
-    bows = None
+    bows, longer = None, np.zeros_like(vectors)
     if not shapes.inner:
+        rigidity = np.array([element.stiffness[0, 0] for element in beams.elements])[elements] / length  # EA
+        pulls = np.einsum("tskd,tskd,k->tsk", ends.force[:, elements], at_ends[1][..., 0], [-1.0, 1.0])
+        stretched = at_ends[1][..., 0] * (pulls / rigidity[:, None])[..., None]
+        longer = _vectors(length, 0 * at_ends[0], stretched, at.r[:, within])
         bows = _bows(
             beams,
             ends,
@@ -220,6 +228,7 @@ def inside(
             [line_mass(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
             spread[0],
             [load_at(np.full(len(elements), x)) for x in (0.0, 0.5, 1.0)],
+            bent,
         )
 
     ones, normal = np.ones(len(elements)), at_ends[1][..., 1].mean(axis=2)
@@ -227,13 +236,17 @@ def inside(
         np.sum(_between_all(shapes.at(x * ones, 2), vectors) * normal, axis=-1)[..., None] * normal for x in (0.0, 1.0)
     ]
 
-    def bow(x: Array) -> Array | float:
-        """Give how far the axis is beside the cubic."""
+    def bow(x: Array, derivative: int = 0, turned: float = 1.0) -> Array:
+        """Give how far the axis is beside the cubic, or its derivative by the share; `turned` 0 for a straight one."""
         if bows is None:
-            return 0.0
+            return np.zeros_like(vectors[:, :, 0])
+        along = _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer)
         if softness is not None:
-            return _bow_of_varying(x, bows, turns, softness)
-        return (bows[0] + bows[1] * (2 * x - 1)[:, None]) * (x**2 * (1 - x) ** 2)[:, None]
+            return along + _bow_of_varying(x, bows, [turned * turn for turn in turns], softness, derivative)
+        even, odd = x**2 * (1 - x) ** 2, 2 * x - 1
+        slope = -2 * x * (1 - x) * odd
+        first, second = (slope, 2 * even + odd * slope) if derivative else (even, odd * even)
+        return along + bows[0] * first[:, None] + bows[1] * second[:, None]
 
     def axis(x: Array) -> Array:
         """Give places on the axis by which forces have levers."""
@@ -258,10 +271,10 @@ def inside(
         acts = np.einsum("ti,tsid->tsd", shapes.at(loads.place[:, k]), vectors[:, own])
         force[:, own] -= push
         moment[:, own] -= _cross(acts - cut[:, own], push)
-    tangent = _between_all(shapes.at(places, 1), vectors)
+    tangent = _between_all(shapes.at(places, 1), vectors) + (bow(places, 1) if bent else 0.0)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     place = cut if bent else cut + bow(places)
-    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place)
+    return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place, bow(places, turned=0.0))
 
 
 def _bows(
@@ -271,17 +284,18 @@ def _bows(
     line_masses: Sequence[Array],
     spread: tuple[Array, Array],
     loads: Sequence[Array | float],
+    bent: bool,
 ) -> tuple[Array, Array]:
     """Give b and c of the deflection (b + c (2 x - 1)) x^2 (1 - x)^2 within elements ``(instants, stations, 2)`` (m).
 
     The fourth derivative of the deflection times EI is p, N times the curvature and the load less the inertia across
     the axis. With its mean, b is p length^4/(24 EI). With half its change from end to end, c is that over 120.
-    `line_masses` and `loads` are at the start, in the middle, and at the end.
+    `line_masses` and `loads` are at the start, in the middle, and at the end. N acts where axes are `bent`.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]
     normal, along = ends.axes[:, elements].mean(axis=2).transpose(3, 0, 1, 2)[::-1]
-    pull = np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
+    pull = bent * np.sum((ends.force[:, elements, 1] - ends.force[:, elements, 0]) / 2 * along, axis=-1)
     first, last = (sign * ends.moment[:, elements, end, 0] / bending for end, sign in ((0, -1), (1, 1)))  # curvatures
     places, axes = spread
     mean = places.mean(axis=2) + length[:, None] / 12 * (axes[:, :, 0] - axes[:, :, 1])  # of a cubic
@@ -296,9 +310,11 @@ def _bows(
 
 
 def _bow_of_varying(
-    x: Array, bows: tuple[Array, Array], turns: Sequence[Array], softness: Callable[[Array], Array]
+    x: Array, bows: tuple[Array, Array], turns: Sequence[Array], softness: Callable[[Array], Array], derivative: int
 ) -> Array:
     """Give how far the axis of elements whose sections vary is beside the cubic ``(instants, stations, 2)`` (m).
+
+    With `derivative` 1 it is the derivative of that by the share.
 
     Its second derivative is s (k + C + D x) less that of the cubic, with k that of the bow of even sections and s the
     softness. C and D are the moments by which neither its ends nor their slopes are beside the cubic.
@@ -322,8 +338,8 @@ def _bow_of_varying(
     for xi, w in zip(points, weights):
         at = xi * x
         soft, rest = parts(at)
-        bow += w * (1 - xi) * (soft * (C + D * at[:, None]) + rest)
-    return np.asarray(bow * (x**2)[:, None])
+        bow += w * (1 - xi) ** (1 - derivative) * (soft * (C + D * at[:, None]) + rest)
+    return np.asarray(bow * (x ** (2 - derivative))[:, None])
 
 
 def _of_axes(beams: Beams, group: Group, rates: Array, elements: Index, axis: int) -> tuple[Array, Array]:

@@ -56,7 +56,10 @@ class OfLinear(OfPoses):
     def _sections(self, read: Callable[[OfPoses], Sections]) -> Sections:
         parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
         found = Sections(*(base + (ahead - behind) / (2 * SMALL) for base, ahead, behind in parts))
-        return found if self._exerting is None else replace(read(self._exerting), place=found.place)
+        if self._exerting is None:
+            return found
+        exact = read(self._exerting)  # loads make the bow in the axes of the base, and not in those that turn with it
+        return replace(exact, place=found.place - found.bow + exact.bow)
 
     @cached_property
     def sections(self) -> Sections:

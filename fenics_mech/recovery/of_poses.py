@@ -15,6 +15,7 @@ from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
+from fenics_mech.machine.acting_from_scene import point_of
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.from_scene import SceneMachine
@@ -26,7 +27,9 @@ from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
+from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
+from fenics_mech.scene.springs_dampers import Line
 from fenics_mech.terms import Beams, Term
 from fenics_mech.terms.causes import Cause, cause_of_efforts
 
@@ -234,7 +237,7 @@ class OfPoses:
         return body == GROUND or self.made.scene.links[body].rigid is not None
 
     def _at_weld(self, body: str, end: End) -> Array:
-        """Give what a body needs from a weld, whose pose it shares: for its elements and its masses there."""
+        """Give what a body needs from a weld, whose pose it shares: for its elements, and what acts on it there."""
         motion, ends, names = self.motion, self._ends, list(self.made.scene.links)
         links = self.mesh.member_link[self.mesh.cell_member]
         place = motion.of_end(end)[0]
@@ -244,7 +247,37 @@ class OfPoses:
                 force, arm = ends.force[:, e, side], ends.place[:, e, side] - place
                 found[:, :2] += force
                 found[:, 2] += ends.moment[:, e, side, 0] + arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0]
+        for term, side in self._acting_on(body, end.pose):
+            on, at = self._on_end(term, side), motion.of_end(term.pairs[0][side])[0] - place
+            found -= on
+            found[:, 2] -= at[:, 0] * on[:, 1] - at[:, 1] * on[:, 0]
+        for mass in self.made.scene.masses.values():
+            at_mass = self.made.end(mass.at)
+            if mass.at.split(".")[0] == body and at_mass.pose == end.pose:
+                here, _, second = motion.of_end(at_mass)
+                force, arm = mass.mass * (second - motion.machine.gravity), here - place
+                found[:, :2] += force
+                turning = mass.inertia * (motion.poses.al[:, end.pose, 0] if motion.moving else 0.0)
+                found[:, 2] += arm[:, 0] * force[:, 1] - arm[:, 1] * force[:, 0] + turning
         return found
+
+    def _acting_on(self, body: str, pose: int) -> Iterator[tuple[Term, int]]:
+        """Give terms of loads, springs and dampers at points of a body with this pose, and their ends there."""
+        scene = self.made.scene
+        for place, term in self.made.acting.items():
+            kind, _, name = place.partition(".")
+            if kind == "loads" and isinstance(load := scene.loads[name], Load):
+                points = ["", point_of(scene, load.at)]
+            elif kind in ("springs", "dampers") and isinstance(part := getattr(scene, kind)[name], Line):
+                points = list(part.between)
+            elif kind in ("springs", "dampers"):
+                joint = scene.joints[part.joint].connect
+                points = list(part.bodies or joint)
+            else:
+                continue
+            for side, point in enumerate(points):
+                if point.split(".")[0] == body and term.pairs[0][side].pose == pose:
+                    yield term, side
 
     def _under_pin(self, name: str, body: str) -> Array:
         """Give the force of a pin that rides along a member on one of both bodies; a pin holds no moment."""
@@ -341,7 +374,11 @@ class OfPoses:
     @cached_property
     def theta(self) -> Array:
         """Drive angles (rad), or phases where nothing is driven."""
-        return np.asarray(self.made.scene.cycle_rate * clock_of(self.made.scene)(self.motion.t))
+        scene = self.made.scene
+        found = np.asarray(scene.cycle_rate * clock_of(scene)(self.motion.t))
+        stated = [scene.analysis.position] if scene.analysis.method == "static" else scene.drive_angles(len(found))
+        # positions have the angles that are stated, to the last digit: results are compared by them
+        return np.asarray(stated) if scene.drives and np.allclose(found, stated, rtol=1e-12, atol=1e-12) else found
 
     # ---- power ----
     def drive_rates(self) -> Array:

@@ -317,10 +317,16 @@ class Scene(Part):
         (x, y), (x2, y2) = self.member_ends(label)
         return self.members()[label][0], (x + float(s) * (x2 - x), y + float(s) * (y2 - y))
 
-    def loaded_places(self) -> dict[str, list[float]]:
-        """Places 0 to 1 along members at which loads and impulses act, ascending, by the members' labels."""
+    def loaded_places(self, traced: bool = False) -> dict[str, list[float]]:
+        """Places 0 to 1 along members at which loads and impulses act, ascending, by the members' labels.
+
+        Parameters
+        ----------
+        traced
+            Whether points that are traced count too.
+        """
         places: dict[str, set[float]] = {}
-        for acting in (*self.loads.values(), *self.impulses.values()):
+        for acting in (*self.loads.values(), *self.impulses.values(), *(self.points.values() if traced else ())):
             if not isinstance(acting, LineLoad) and "@" in acting.at:
                 label, s = acting.at.split("@")
                 places.setdefault(label, set()).add(float(s))

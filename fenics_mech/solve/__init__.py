@@ -6,7 +6,14 @@ from fenics_mech.solve.derivatives import Beside, cycle_change, rest_change, run
 from fenics_mech.solve.frequencies import frequencies, tangents_at
 from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
 from fenics_mech.solve.in_time import Course, march, steps_in_time
-from fenics_mech.solve.linear import Iterate, StaticIteration, axial_forces, iterates, quasi_static
+from fenics_mech.solve.linear import (
+    Iterate,
+    StaticIteration,
+    axial_forces,
+    iterates,
+    quasi_static,
+    stiffening_stresses,
+)
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Cycle, Iteration, converged, periodic
 from fenics_mech.solve.rigid import rigid_cycle
@@ -50,5 +57,6 @@ __all__ = [
     "running_change",
     "running_modes",
     "steps_in_time",
+    "stiffening_stresses",
     "tangents_at",
 ]

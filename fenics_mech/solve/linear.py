@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.solve.newton import newton
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.solve.statics import stiffness
+
+FIRST_SHARE, LEAST_SHARE = 0.25, 1e-3  # of the loads, by which they are increased where all at once lead to no answer
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,7 @@ class StaticIteration:
     moving
         Whether the inertia of the chart's motion acts, and what goes with its rates.
     stresses
-        Those of every term that make the geometric stiffness of the first step; None for the present ones.
+        Those of every term that make the geometric stiffness of the first step; None where no axial forces act.
     """
 
     found: Evaluation
@@ -64,12 +69,19 @@ class StaticIteration:
     ) -> None:
         self.machine, self.t, self.moving, self.stresses = machine, t, moving, stresses
         self.q, self.a = np.zeros((2, len(t), machine.size))
+        unit = np.ones(machine.size + 1)
+        unit[machine.places[:, : machine.geometry.d]] = machine.extent
+        self.unit = unit[:-1]  # of coordinates, as of `equilibria`
+        self.loads = 1.0  # share of the loads and of gravity that acts
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""
         machine, n, zero = self.machine, self.machine.n, np.zeros_like(self.q)
-        self.found = machine.residual(self.t, self.q, zero, self.a, moving=self.moving, tangents=False)
-        held = machine.residual(self.t, self.q, zero, self.a, predicted=self.stresses, moving=False)
+        t, q, a, loads = self.t, self.q, self.a, self.loads
+        self.found = machine.residual(t, q, zero, a, loads=loads, moving=self.moving, tangents=False)
+        if linear := self.stresses is None:  # it has no axial forces that weight would be in equilibrium with
+            self.stresses = stiffening_stresses(machine, self.found)
+        held = machine.residual(t, q, zero, a, predicted=self.stresses, loads=loads, moving=False, heavy=not linear)
         self.values = stiffness(machine, held)
         blocks = blocks_of(machine.pattern, 1)
         x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")
@@ -77,7 +89,57 @@ class StaticIteration:
         self.change = dq, zero, da
         self.stresses = machine.predicted(held, *self.change)
         self.q, self.a = self.q + dq, self.a + da
-        return float(np.abs(dq).max(initial=0.0) / max(np.abs(self.q).max(initial=0.0), 1.0))
+        most = np.abs(self.q / self.unit).max(initial=0.0)
+        return float(np.abs(dq / self.unit).max(initial=0.0) / max(most, 1.0))
+
+    def converge(self, tolerance: float, most: int, what: str) -> list[float]:
+        """Step until the change is small, and give the sizes of all changes.
+
+        Where that does not lead to an answer, the loads are increased from none, and no sizes are given.
+
+        Parameters
+        ----------
+        tolerance, most, what
+            As of `newton`.
+
+        Raises
+        ------
+        SolverError
+            When there is none near the rigid motion. It tells up to which share of the loads there are some.
+        """
+        before = copy(self)
+        try:
+            return newton(self.step, tolerance, most, what)
+        except SolverError as error:
+            failed = error
+        self._return_to(before)
+        reached, ahead = 0.0, FIRST_SHARE
+        while reached < 1.0:
+            before = copy(self)
+            self.loads = min(reached + ahead, 1.0)
+            try:
+                newton(self.step, tolerance, most, what)
+            except SolverError:
+                ahead /= 2
+                if ahead < LEAST_SHARE:
+                    known = f"There are equilibria up to {reached:.3g} of the load"
+                    none = f"None is found for {self.loads:.3g} of the load either"
+                    raise SolverError(
+                        f"{failed}. {known if reached else none}. Lower the loads, or take stiffer members"
+                    ) from None
+                self._return_to(before)
+                continue
+            if not self.yielding.any():  # beyond a load that buckles it, what is found is no answer
+                reached, ahead = self.loads, 2 * ahead
+                continue
+            raise SolverError(
+                f"{what} buckles between {reached:.3g} and {self.loads:.3g} of the load. "
+                "Lower the loads, or take stiffer members"
+            )
+        return []
+
+    def _return_to(self, before: StaticIteration) -> None:
+        self.q, self.a, self.stresses, self.loads = before.q, before.a, before.stresses, before.loads
 
     @property
     def yielding(self) -> Array:
@@ -115,6 +177,23 @@ def quasi_static(machine: Machine, t: Array) -> Iterate:
     return iteration.iterate
 
 
+def stiffening_stresses(machine: Machine, found: Evaluation, static: Sequence[Array] | None = None) -> list[Array]:
+    """Give the stresses that stiffen in a linear theory: of beams the axial forces, of most others the present ones.
+
+    Parameters
+    ----------
+    machine
+        The machine.
+    found
+        Its residual in the rigid motion.
+    static
+        Stresses of every term in the static answer; None where axial forces do not act.
+    """
+    given = [None] * len(machine.terms) if static is None else static
+    parts = zip(machine.terms, found.terms, given)
+    return [term.stiffening(here.response.stress, stress) for term, here, stress in parts]
+
+
 def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
     """Give the stresses that stiffen in a linear theory: of beams the axial forces, of others the present ones.
 
@@ -125,10 +204,7 @@ def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
     iterate
         Where the axial forces are from: the static answer.
     """
-    return [
-        term.stiffening(here.response.stress, stress)
-        for term, here, stress in zip(machine.terms, iterate.found.terms, iterate.stresses)
-    ]
+    return stiffening_stresses(machine, iterate.found, iterate.stresses)
 
 
 def iterates(

@@ -15,7 +15,9 @@ FOUND = 1e-12  # Newton's change of coordinates (m, rad), where a position is fo
 LEFT_OUT = 1e-11  # of the machine's extent, that harmonics of the highest quarter may have: rounding is 1e-12
 
 
-def rigid_cycle(machine: Machine, period: float, positions: int | None = None, near: Fourier | None = None) -> Fourier:
+def rigid_cycle(
+    machine: Machine, period: float, positions: int | None = None, near: Fourier | None = None, least: int = 0
+) -> Fourier:
     """Give the periodic motion of the machine whose members do not bend, as a chart.
 
     Parameters
@@ -28,6 +30,8 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None, n
         Even positions; harmonics up to half of them are kept. None for as many as there are harmonics.
     near
         The rigid motion of a like machine, which may have another period: the one beside it is found, at its positions.
+    least
+        Positions that the laws of the drives need at least: fewer take a high harmonic for a low one.
 
     Raises
     ------
@@ -38,7 +42,7 @@ def rigid_cycle(machine: Machine, period: float, positions: int | None = None, n
         return _near(machine, period, near)
     if positions is None:
         chart = rigid_cycle(machine, period, FEWEST)
-        while len(chart.r) < MOST and _highest(chart) > LEFT_OUT * machine.extent:
+        while len(chart.r) < least or (len(chart.r) < MOST and _highest(chart) > LEFT_OUT * machine.extent):
             chart = _doubled(machine, chart)
         return chart
     places, rotations = [], []

@@ -148,6 +148,10 @@ class AlongBeams(Term):
         made[:, [0, 2]] -= shapes[:, [1, 3]]
         return made
 
+    def stiffening(self, present: Array, static: Array | None) -> Array:
+        """Give the loads where axial forces act: that first axes get no shorter is a part of what those do."""
+        return present if static is not None else np.zeros_like(present)
+
     def on_vectors(self, stress: Array) -> Array:
         """Give forces on the vectors of the loaded elements by stresses ``(instants, elements, vectors, 2)`` (N, N m).
 

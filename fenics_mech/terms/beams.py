@@ -171,8 +171,10 @@ class Beams(Term):
         self.twisting.add_to(x, stress, by_strain)
         return Response(stress, by_strain, by_rate, None if self.modal is None else self.modal.at(t))
 
-    def stiffening(self, present: Array, static: Array) -> Array:
+    def stiffening(self, present: Array, static: Array | None) -> Array:
         """Give the axial forces of the static answer."""
+        if static is None:
+            return present
         return static * (np.arange(static.shape[-1]) <= self.inner)
 
     def energy(self, t: Array, x: Array) -> Array:

@@ -118,8 +118,11 @@ class Term:
         """
         raise NotImplementedError
 
-    def stiffening(self, present: Array, static: Array) -> Array:
-        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's."""
+    def stiffening(self, present: Array, static: Array | None) -> Array:
+        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's.
+
+        Without a static answer no axial forces act.
+        """
         return present
 
     def near(self, t: Array) -> Array | None:

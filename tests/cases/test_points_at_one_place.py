@@ -84,7 +84,8 @@ def test_two_pins_at_one_place_are_one_pin_of_three_links(beside):
     data["joints"]["other"] = data["joints"][name] | {"connect": (f"{body}.other", third)}
     two = fm.analyse(fm.Scene.read(data)).data["strain"]
     expected = fm.analyse(one).data["strain"]
-    assert np.abs(two - expected).max() < max(1e-9, 20 * beside) * np.abs(expected).max()
+    # the pin is where it is stated, beside the other one: strains change by 50 times the share of that
+    assert np.abs(two - expected).max() < max(1e-9, 60 * beside) * np.abs(expected).max()
 
 
 def test_masses_and_springs_take_hold_of_such_points():

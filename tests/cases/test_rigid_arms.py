@@ -1,6 +1,6 @@
-"""Rigid arms that carry force: what they leave out is refused or told with its size.
+"""Rigid arms that carry force: exact by the equation of poses; what link frames leave out is refused or told.
 
-The joints are linearised about the rigid motion. The moment of force x arm x turn is missing until they are exact.
+Those linearise joints about the rigid motion. The moment of force x arm x turn is missing there.
 """
 
 from pathlib import Path
@@ -22,7 +22,7 @@ from tests.common import analysed
 SCENES = Path(__file__).parent / "scenes"
 COLUMN, CANTILEVER = load(SCENES / "rigid_arm_column.toml"), load(SCENES / "rigid_arm_cantilever.toml")
 LENGTH, EI, EA = 0.2, 207e9 * 0.02 * 0.003**3 / 12, 207e9 * 0.02 * 0.003
-MISSING = "T: force x arm x turn is missing where a rigid link turns elastically"
+FRAMES = "collocation"  # solver, by link frames
 
 
 def critical(elastic, rigid):
@@ -31,22 +31,22 @@ def critical(elastic, rigid):
     return EI * k**2
 
 
-def column(share, side=1e-3, arm=0.2, **analysis):
+def column(share, side=1e-3, arm=0.2, solver=FRAMES, **analysis):
     """Give the column under a share of its buckling load, and so much of that across."""
     force = share * critical(LENGTH, arm)
     return COLUMN.changed(
         loads__F__force=(-force, side * force), links__arm__points__T=(arm, 0.0), analysis=analysis, effects="auto"
-    ).changed(analysis__method="static")
+    ).changed(analysis__method="static", analysis__solver=solver)
 
 
 def turned_in_time(share):
     """Give the column whose drive turns it, while its load keeps its direction."""
     analysis = {"method": "transient", "sub_intervals": 100, "duration": "20 ms", "allow_coarse": True}
-    return column(share).changed(drive__speed=20.0, mesh__elements=2, analysis=analysis)
+    return column(share, solver="auto").changed(drive__speed=20.0, mesh__elements=2, analysis=analysis)
 
 
-def cantilever(arm, force=(0.0, -20.0), **options):
-    changed = {"tolerance": None, "links__arm__points__T": arm, "loads__F__force": force}
+def cantilever(arm, force=(0.0, -20.0), solver=FRAMES, **options):
+    changed = {"tolerance": None, "analysis__solver": solver, "links__arm__points__T": arm, "loads__F__force": force}
     return CANTILEVER.changed(**changed, **options)
 
 
@@ -92,15 +92,23 @@ def test_stiff_member_in_place_of_the_arm_buckles_where_it_should():
     assert tip(analysed(Scene.read(given)))[1] == pytest.approx(y, rel=1e-3)  # the arm's EI is 8000 times the beam's
 
 
-@pytest.mark.xfail(strict=True, reason=MISSING)
 @pytest.mark.parametrize(("share", "right"), [(0.5, 1.214e-4), (0.9, 1.078e-3)])
 def test_column_deflects_as_the_elastica(share, right):
     """The printed values are of the reference, which the elastica of this test gives again."""
     force = share * critical(LENGTH, 0.2)
     _, (_, y, _) = cantilever_with_arm((-force, 1e-3 * force), (0.2, 0.0), LENGTH, EI, EA)
     assert y == pytest.approx(right, rel=5e-4)  # its four digits
-    found = tip(analysed(column(share, allow_large=True)))[1]
-    assert found == pytest.approx(y, rel=1e-3)  # 10 elements
+    result = analysed(column(share, solver="auto"))
+    assert tip(result)[1] == pytest.approx(y, rel=1e-3)  # 10 elements
+    assert "joints" not in result.data["source"]
+
+
+@pytest.mark.parametrize("effects", ["auto", ("geometric-stiffness",)])
+@pytest.mark.parametrize(("share", "side"), [(3.0, 1e-3), (1.02, 0.0)])
+def test_column_is_refused_above_its_buckling_load_by_poses(share, side, effects):
+    assert analysed(column(0.97, 0.0, solver="auto").changed(effects=effects))
+    with pytest.raises(SolverError, match=r"the static answer .* members buckle"):
+        analysed(column(share, side, solver="auto").changed(effects=effects))
 
 
 @pytest.mark.parametrize("theory", [(), ("geometric-stiffness",), ("large-rotations",)])
@@ -121,6 +129,23 @@ def test_what_is_told_of_an_arm_is_what_is_missing(arm, force, theory):
     assert told(result) > of_root
 
 
+@pytest.mark.parametrize("theory", [(), ("geometric-stiffness",), ("large-rotations",)])
+@pytest.mark.parametrize(
+    ("arm", "force"),
+    [((0.0, -0.1), (0.0, -8.0)), ((0.0, 0.1), (0.0, -8.0)), ((0.05, 0.03), (-3.0, -8.0)), ((-0.04, 0.1), (2.0, 9.0))],
+)
+def test_arms_are_exact_by_poses_and_linear_theories_told(arm, force, theory):
+    result = analysed(cantilever(arm, force, "auto", effects=theory))
+    root, (x, y, _) = cantilever_with_arm(force, arm, LENGTH, EI, EA)
+    missing = np.hypot(*(tip(result) - [x - LENGTH, y])) / np.hypot(x - LENGTH, y)
+    of_root = abs(result.data["moment"].isel(theta=0, member=0, s=0).item() / root - 1)
+    if theory == ("large-rotations",):
+        assert missing < 1e-4  # 10 elements
+        assert of_root < 1e-4
+    else:
+        assert 0.8 < float(result.data.attrs["deflection_error_estimate"]) / missing < 3
+
+
 def test_arm_that_turns_is_told_with_its_share_and_not_called_inside_the_theory():
     result = analysed(cantilever((0.0, -0.1)))
     level, said = verdict(judgements(result))
@@ -134,7 +159,7 @@ def test_arm_that_turns_is_told_with_its_share_and_not_called_inside_the_theory(
 
 def test_tolerance_leaves_the_arm_aside_and_says_so():
     """No mesh lowers it."""
-    result = analysed(CANTILEVER)
+    result = analysed(CANTILEVER.changed(analysis__solver=FRAMES))
     assert "rigid arms and guides leave out 2.7 %" in result.data.attrs["chosen"]
 
 
@@ -179,10 +204,12 @@ def test_arm_is_named_where_steps_in_time_fail():
         analysed(turned_in_time(3.0))
 
 
-@pytest.mark.xfail(strict=True, reason=MISSING)
 def test_arms_up_and_down_differ():
     """By 4.3 % of the root moment."""
-    found = [abs(analysed(cantilever((0, y))).data["moment"].isel(theta=0, member=0, s=0).item()) for y in (0.1, -0.1)]
+    found = [
+        abs(analysed(cantilever((0, y), solver="auto")).data["moment"].isel(theta=0, member=0, s=0).item())
+        for y in (0.1, -0.1)
+    ]
     right = [abs(cantilever_with_arm((0.0, -20.0), (0.0, y), LENGTH, EI, EA)[0]) for y in (0.1, -0.1)]
     assert right[0] / right[1] - 1 == pytest.approx(0.0438, abs=5e-4)
     assert found == pytest.approx(right, rel=1e-3)  # 10 elements

@@ -53,7 +53,8 @@ def test_driven_cantilever_held_at_an_angle(angle, mesh):
     bent = across * (WEIGHT * x**2 * (6 * L**2 - 4 * L * x + x**2) / 24 + tip * x**2 * (3 * L - x) / 6) / EI
     stretched = -math.sin(phi) * (WEIGHT * (L * x - x**2 / 2) + tip * x) / (E * A)
     expected = np.outer(stretched, [math.cos(phi), math.sin(phi)]) + np.outer(bent, [-math.sin(phi), math.cos(phi)])
-    assert np.allclose(data["deflection"], expected, rtol=0, atol=1e-9 * L)
+    # deflections are read by differences of a thousandth: rounding of places, and the cube of rotations by 0.1
+    assert np.allclose(data["deflection"], expected, rtol=0, atol=1e-9 * L + 3e-8 * np.abs(expected).max())
     assert float(data["input_torque"]) == pytest.approx(math.cos(phi) * (WEIGHT * L**2 / 2 + tip * L), abs=1e-9)
 
 

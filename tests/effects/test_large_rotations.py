@@ -120,9 +120,9 @@ def tip_of(turn):
     return root**2, droop, np.sqrt(2 * np.sin(turn)) / root
 
 
-def cantilever(force, **rest):
+def cantilever(force, solver="auto", **rest):
     scene = strips.beam({"O": {"kind": "weld"}}, effects=("large-rotations",), mesh={"elements": 16})
-    static = {"method": "static", "allow_large": True, "stations": 33}
+    static = {"method": "static", "allow_large": True, "stations": 33, "solver": solver}
     return scene.changed(loads={"tip": {"at": "beam.B", "force": (0, force)}}, analysis=static, **rest)
 
 
@@ -156,9 +156,11 @@ def test_elements_shorter_than_thick_bend_and_stretch_as_reissners_beam(turn, ar
 
 
 def test_an_equilibrium_that_is_not_found_is_told_with_the_share_of_the_load_that_has_one():
-    scene = cantilever(tip_of(1.45)[0] * strips.E * strips.INERTIA / strips.L**2, mesh__elements=8)
+    scene = cantilever(tip_of(1.45)[0] * strips.E * strips.INERTIA / strips.L**2, "collocation", mesh__elements=8)
     with pytest.raises(SolverError, match=r"There are equilibria up to 0\.\d+ of the load"):
         analyse(scene.changed(sections__strip__area=1e-3 * strips.A))
+    with pytest.raises(SolverError, match=r"None is found for 0\.0\d+ of the load either. Lower the loads"):
+        analyse(cantilever(1e3 * tip_of(1.45)[0]))  # so large that each element would turn by far over a radian
 
 
 def test_axes_keep_their_length_between_nodes():
@@ -166,7 +168,8 @@ def test_axes_keep_their_length_between_nodes():
     coarse = cantilever(force).changed(mesh={"elements": 3}, analysis__stations=101, analysis__allow_coarse=True)
     x, y = analyse(coarse).data["deflection"].isel(theta=0, member=0).to_numpy().T
     chords = np.hypot(np.diff(x) + strips.L / 100, np.diff(y)) * 100 / strips.L
-    assert chords == pytest.approx(1.0, abs=1e-4)  # 5e-2 if the shortening were spread evenly over an element
+    # of the cubic between ends that turn by 0.3 rad; 5e-2 if the shortening were spread evenly over an element
+    assert chords == pytest.approx(1.0, abs=3e-3)
 
 
 def test_a_motor_of_a_bent_crank_is_refused():
@@ -177,7 +180,7 @@ def test_a_motor_of_a_bent_crank_is_refused():
             ground__points={"O": (0, 0)},
             drive={"joint": "O", "speed": 5.0, "motor": motor},
             loads={"tip": {"at": "beam.B", "force": (0, force)}},
-            analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True},
+            analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True, "solver": "collocation"},
         )
         for force in (0.3, 1.5)
     )
@@ -193,7 +196,7 @@ def test_a_pin_that_travels_along_a_bent_axis_is_refused():
         effects=("coupling", "large-rotations"),
         damping={"material": 1e-3},
         loads={"end": {"at": "rod.B", "force": (0, 70.0)}},
-        analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True},
+        analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True, "solver": "collocation"},
     )
     with pytest.raises(SolverError, match=r"pin of joint 'C' acts on member 'rod', whose axis turns by up to 0\.1"):
         analyse(scene)
@@ -202,9 +205,12 @@ def test_a_pin_that_travels_along_a_bent_axis_is_refused():
 def test_an_axis_that_turns_beyond_the_theory_is_refused():
     force = tip_of(1.4)[0] * strips.E * strips.INERTIA / strips.L**2
     with pytest.raises(SolverError, match=r"turns the axis of member 'beam' by 1\.4 rad.* good up to 1\.3 rad"):
-        analyse(cantilever(force).changed(analysis__allow_large=False))
+        analyse(cantilever(force, "collocation").changed(analysis__allow_large=False))
     with pytest.raises(SolverError, match=r"an axis may turn by less than 90 degrees|would turn by 90 degrees or more"):
-        analyse(cantilever(20 * force))
+        analyse(cantilever(20 * force, "collocation"))
+    load, _, _ = tip_of(1.55)  # poses have no such limits
+    tip = analyse(cantilever(load * strips.E * strips.INERTIA / strips.L**2, mesh__elements=32)).data["rotation"]
+    assert tip.item() == pytest.approx(1.55, abs=1e-4)
 
 
 def test_an_axis_that_turns_too_far_between_its_nodes_is_refused():
@@ -290,7 +296,8 @@ def test_a_stretched_bar_bends_by_its_new_length(share):
     """A bar on two pins, stretched or pressed by 2 %, under a small force across its middle.
 
     Along the bar before, the energy of bending is ``EI (w''/lambda)^2/2``, and the axial force N acts on
-    ``w'^2/(2 lambda)``. Moments balance at the places that points have moved to.
+    ``w'^2/(2 lambda)``. Moments balance at the places that points have moved to. Of 4, 8 and 16 elements 9e-5, 2e-5
+    and 6e-6 of the deflection are missing.
     """
     inertia, push, half = 5e-8, 1e-3, strips.L / 2
     bar = strips.beam({"O": {}, "B": {"kind": "slot", "angle": 0.0}})
@@ -307,9 +314,9 @@ def test_a_stretched_bar_bends_by_its_new_length(share):
     k = np.emath.sqrt(force / longer / (strips.E * inertia / longer**2))
     middle = (push * longer / (2 * force * k) * (k * half - np.tanh(k * half))).real
     here = {"member": "beam.OM", "s": 1.0}
-    assert data["deflection"].sel(here)[0, 1].item() == pytest.approx(middle, rel=1e-6)
+    assert data["deflection"].sel(here)[0, 1].item() == pytest.approx(middle, rel=1e-4)
     moment = force * middle - push / 2 * longer * half
-    assert abs(data["moment"].sel(here).item()) == pytest.approx(abs(moment), rel=1e-6)
+    assert abs(data["moment"].sel(here).item()) == pytest.approx(abs(moment), rel=1e-4)
     shear = push / 2 * (np.cosh(k * half * data["s"].to_numpy()) / np.cosh(k * half)).real  # between nodes too
     assert abs(data["shear_force"].sel(member="beam.OM")[0]).to_numpy() == pytest.approx(
         abs(shear), abs=1e-5 * push
@@ -340,11 +347,15 @@ def test_points_inside_elements_and_beside_the_axis_move_as_those_of_the_elastic
     assert "not_estimated" not in data.attrs
 
 
-def test_arms_of_rigid_links_are_told_to_be_those_of_small_rotations():
+def test_arms_of_rigid_links_turn_with_them():
     scene = cantilever(tip_of(0.8)[0] * strips.E * strips.INERTIA / strips.L**2)
     plate = {"points": {"B": (0, 0), "C": (0, 0.1)}, "rigid": {"centre": (0, 0.05)}}
     weld = {"kind": "weld", "connect": ("beam.B", "plate.B")}
     given = scene.model_dump()
     given = given | {"links": given["links"] | {"plate": plate}, "joints": given["joints"] | {"weld": weld}}
+    data = analyse(Scene.read(given)).data
+    tip, end = (data["point_position_bent"].sel(point=f"plate.{name}")[0].to_numpy() for name in "BC")
+    assert end - tip == pytest.approx(0.1 * np.array([-np.sin(0.8), np.cos(0.8)]), abs=1e-6)
+    assert "not_estimated" not in data.attrs
     told = "rotation by 0.72 rad changes of the places of points on the rigid link 'plate'"
-    assert told in analyse(Scene.read(given)).data.attrs["not_estimated"]
+    assert told in analyse(Scene.read(given).changed(analysis__solver="collocation")).data.attrs["not_estimated"]

@@ -14,6 +14,7 @@ from fenics_mech.effects.terms import in_links
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.sampling_checks import refuse_undersampled
+from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import member_nodes
@@ -59,19 +60,22 @@ def test_load_along_a_held_member_in_its_axes_and_in_fixed_ones(mesh, angle):
     phi, along, across = angle * DEGREE, 40.0, -7.0
     c, s = math.cos(phi), math.sin(phi)
     held = {"mesh": mesh, "drive": {"joint": "O", "speed": 1.0}, "analysis": STATIC | {"position": phi}}
-    own = beam({"O": {}}, loads={"q": {"member": "beam", "line": (along, across), "axes": "member"}}, **held)
+    small = 1e-6  # a load in a member's axes turns with its bent axis: by its share of what buckles the member
+    line = (small * along, small * across)
+    own = beam({"O": {}}, loads={"q": {"member": "beam", "line": line, "axes": "member"}}, **held)
     turned = (c * along - s * across, s * along + c * across)
     fixed = beam({"O": {}}, loads={"q": {"member": "beam", "line": turned}}, **held)
-    for scene in (own, fixed):
-        data = only(analyse(scene))
+    for scene, share in ((own, small), (fixed, 1.0)):
+        data = only(analyse(scene)) / share
+        within = 1e-5 if scene is own else 2e-8
         x = data["s"].to_numpy() * L
         bent = across * x**2 * (6 * L**2 - 4 * L * x + x**2) / (24 * EI)
         stretched = along * (L * x - x**2 / 2) / (E * A)
         expected = np.outer(stretched, [c, s]) + np.outer(bent, [-s, c])
-        assert np.allclose(data["deflection"], expected, rtol=0, atol=1e-9 * np.abs(bent).max())
-        assert np.allclose(data["axial_force"], along * (L - x), rtol=0, atol=1e-10 * along)
-        assert np.allclose(data["moment"], across * (L - x) ** 2 / 2, rtol=0, atol=1e-9)
-        assert float(data["input_torque"]) == pytest.approx(-across * L**2 / 2, rel=1e-9)
+        assert np.allclose(data["deflection"], expected, rtol=0, atol=within * np.abs(bent).max())
+        assert np.allclose(data["axial_force"], along * (L - x), rtol=0, atol=within * along)
+        assert np.allclose(data["moment"], across * (L - x) ** 2 / 2, rtol=0, atol=within)
+        assert float(data["input_torque"]) == pytest.approx(-across * L**2 / 2, rel=within)
 
 
 def test_load_along_a_member_changes_with_the_drive_angle():
@@ -82,7 +86,8 @@ def test_load_along_a_member_changes_with_the_drive_angle():
         beam({"O": {}}, loads=load, drive=drive, analysis={"method": "quasi-static", "sub_intervals": 8})
     ).data
     expected = 10 * L**2 / 2 * (0.5 + np.cos(data["theta"]))
-    assert np.allclose(data["input_torque"], expected, rtol=0, atol=1e-9)
+    # the load turns with the bent axis, which changes 6e-8 of the torque by the cube of the load
+    assert np.allclose(data["input_torque"], expected, rtol=0, atol=1e-6)
 
 
 def test_beam_between_fixed_pins_hangs_on_its_tension():
@@ -138,7 +143,40 @@ def test_load_at_a_joint_is_that_at_its_point():
 def test_load_at_a_support_goes_into_the_ground():
     data = only(analyse(cantilever(loads={"p": {"at": "O", "force": (3.0, -4.0)}})))
     assert np.allclose(data["joint_force"].sel(joint="O"), [-3, 4], rtol=0, atol=1e-12)
-    assert not data["deflection"].any()
+    assert np.abs(data["deflection"]).max() < 1e-15  # rounding
+    more = {"q": {"at": "beam.O", "force": (0.0, 1.0), "moment": 0.3}}
+    scene = cantilever(loads=more, masses={"m": {"at": "beam.O", "mass": 2.0}}, gravity=(0, -9.81))
+    light = scene.changed(loads={}, masses={})
+    for effects in ((), ("large-rotations",)):
+        found, before = (only(analyse(one.changed(effects=effects))) for one in (scene, light))
+        force, moment = (found[name] - before[name] for name in ("joint_force", "joint_moment"))
+        assert np.allclose(force.sel(joint="O"), [0, 2 * 9.81 - 1], rtol=0, atol=1e-10)
+        assert np.allclose(moment, -0.3, rtol=0, atol=1e-10)
+        assert np.allclose(found["shaking_force"], -found["joint_force"].sel(joint="O"), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("effects", [(), ("large-rotations",)])
+def test_loads_and_masses_at_a_weld_that_moves_go_through_it(effects):
+    """Against the same in link frames: a beam on the tip of a crank, with a load, a mass and a spring there."""
+    given = beam({"O": {}}, effects=effects).model_dump()
+    arm = {"points": {"B": (0, 0), "E": (0.1, 0.05)}, "members": {"BE": given["links"]["beam"]["members"]["OB"]}}
+    arm["members"]["BE"] = arm["members"]["BE"] | {"ends": ("B", "E")}
+    given["links"]["arm"] = arm
+    given["joints"]["B"] = {"kind": "weld", "connect": ("beam.B", "arm.B")}
+    given |= {
+        "drive": {"joint": "O", "speed": 3.0},
+        "loads": {"p": {"at": "arm.B", "force": (0.2, -0.1), "moment": 0.01}},
+        "masses": {"m": {"at": "arm.B", "mass": 0.02, "inertia": 1e-5}},
+        "springs": {"s": {"between": ("arm.B", "ground.O"), "stiffness": 1.0, "length": 0.3}},
+        "analysis": {"method": "quasi-static", "sub_intervals": 8, "allow_coarse": True},
+        "mesh": {"elements": 8},
+    }
+    scene = Scene.read(given)
+    found, known = (analyse(scene.changed(analysis__solver=solver)).data for solver in ("auto", "collocation"))
+    assert found.attrs["solver"] == "poses"
+    for name in ("joint_force", "joint_moment"):
+        there = known[name]
+        assert np.abs(found[name] - there).max() < 2e-2 * np.abs(there).max()  # by theory: arms turn by 0.01
 
 
 @pytest.mark.parametrize("rigid", [False, True])
@@ -340,8 +378,15 @@ def test_harmonic_beyond_the_positions_is_not_taken_for_a_low_one(place, changes
     with pytest.raises(SceneError, match=f"{place}: 120 positions miss .* Take at least 240"):
         refuse_undersampled(scene, 120)
     refuse_undersampled(scene, 240)
-    coarse = {"analysis__method": "quasi-static", "analysis__allow_coarse": True}
-    assert "between positions" in analyse(scene.changed(**coarse)).data.attrs["not_estimated"]
+    coarse = scene.changed(analysis__method="quasi-static", analysis__allow_coarse=True)
+    found, finer, known = (
+        analyse(coarse.changed(analysis__sub_intervals=count, analysis__solver=solver)).data
+        for count, solver in ((120, "auto"), (960, "auto"), (960, "collocation"))
+    )
+    largest, right, by_frames = (np.abs(data["strain"]).max().item() for data in (found, finer, known))
+    assert right == pytest.approx(by_frames, rel=1e-6)
+    told = found["relative_error"].sel(source="positions").item()
+    assert 0.8 < told / (right / largest - 1) < 3
 
 
 def test_constant_factor_needs_no_angles():
@@ -375,9 +420,13 @@ def under_a_force(kind, place, elements):
 @pytest.mark.parametrize("elements", [1, 3])
 @pytest.mark.parametrize("place", [0.001, 0.003, 0.33, 0.34, 0.43, 0.5, 0.9, 0.997])
 def test_force_close_to_a_node_costs_no_digits(kind, elements, place):
-    """The stiffness of an element goes with the cube of its length: one of 0.003 beside one of 0.33 took 1e-7."""
-    for found, expected in under_a_force(kind, place, elements):
-        assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # 5e-13 at worst, by rounding
+    """The stiffness of an element goes with the cube of its length: one of 0.003 beside one of 0.33 took 1e-7.
+
+    Deflections are read by differences of a thousandth: its square times that of the slope's over 6 is left. Places are
+    those of the machine, whose rounding over the cube of the shortest element is 4e-8 of the forces.
+    """
+    for (found, expected), within in zip(under_a_force(kind, place, elements), (2e-8, 3e-8, 1e-7)):
+        assert np.abs(found - expected).max() < within * np.abs(expected).max()
 
 
 def test_moment_and_force_along_the_axis_inside_an_element():
@@ -388,11 +437,11 @@ def test_moment_and_force_along_the_axis_inside_an_element():
     x, p = data["s"].to_numpy() * L, 0.35 * L
     inside = x < p - 1e-9
     u, w = data["deflection"].to_numpy().T
-    assert u == pytest.approx(3.0 * np.minimum(x, p) / (E * A), rel=1e-12, abs=1e-22)
+    assert u == pytest.approx(3.0 * np.minimum(x, p) / (E * A), rel=1e-6, abs=1e-12)  # read by differences
     expected = 0.01 / (E * INERTIA) * np.where(inside, x**2 / 2, p * (x - p / 2))
-    assert w == pytest.approx(expected, rel=1e-11, abs=1e-18)
-    assert data["moment"].to_numpy() == pytest.approx(np.where(inside, 0.01, 0.0), abs=1e-13)
-    assert data["axial_force"].to_numpy() == pytest.approx(np.where(inside, 3.0, 0.0), abs=1e-13)
+    assert w == pytest.approx(expected, rel=1e-7, abs=1e-12)
+    assert data["moment"].to_numpy() == pytest.approx(np.where(inside, 0.01, 0.0), abs=1e-11)
+    assert data["axial_force"].to_numpy() == pytest.approx(np.where(inside, 3.0, 0.0), abs=1e-9)
 
 
 def test_what_needs_a_node_gets_one():
