@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
-from fenics_mech.by_poses import RefinedByPoses, by_poses, planned
+from fenics_mech.by_poses import RefinedByPoses, by_poses
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
@@ -19,7 +19,6 @@ from fenics_mech.in_time_by_poses import in_time_by_poses
 from fenics_mech.joints.dry_friction import creeping
 from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
-from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.mechanism import System
 from fenics_mech.planning.answer_remarks import answer_remarks
 from fenics_mech.planning.effect_choice import Rung, rungs, sized, suffices, theory_share
@@ -49,7 +48,6 @@ from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
 
 logger = logging.getLogger(__name__)
-AT_REST = "static", "quasi-static"  # methods without vibration
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
 Progress = Callable[[str], None]
 
@@ -110,7 +108,7 @@ def analyse(
     if not scene.members():
         progress("response")
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
-    elif scene.analysis.solver == "poses" or has_poses(scene):
+    elif scene.analysis.solver == "poses":
         if scene.analysis.method == "transient":
             result = fine_enough(scene, in_time_by_poses)
         elif scene.tolerance is None:
@@ -135,21 +133,6 @@ def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     if scene.analysis.method == "static":
         return rigid_at_rest(scene, any(part.start is not None for part in stated.freedoms.values()))
     return rigid_in_time(scene, start)
-
-
-def has_poses(scene: Scene) -> bool:
-    """Say whether the equation of poses answers a scene whose solver the program chooses: without vibration it does.
-
-    What it has no term for is left to link frames.
-    """
-    if scene.analysis.solver != "auto" or scene.analysis.method not in AT_REST or scene.freedoms:
-        return False
-    try:
-        machine_of(planned(scene))
-    except SceneError as error:
-        logger.info("by link frames: %s", error)
-        return False
-    return True
 
 
 def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:

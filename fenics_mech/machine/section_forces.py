@@ -200,6 +200,7 @@ def inside(
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
+    beside = np.array([element.moment[0] for element in beams.elements])[elements, None]  # rho A e (kg)
     spread = [_of_axes(beams, group, at.inert, elements, axis) for axis in (0, 1)]
     at_ends = ends.place[:, elements], ends.axes[:, elements]
     force, moment = -ends.force[:, elements, 0], -ends.moment[:, elements, 0, 0]
@@ -258,12 +259,12 @@ def inside(
     nodes, weights = np.polynomial.legendre.leggauss(5 + shapes.inner)  # mass times two shapes has degree 7 + 2 inner
     for node, weight in zip((nodes + 1) / 2, weights / 2):
         x, share = node * places, weight * places * length
-        held = line_mass(x)[:, None] * _between_all(shapes.at(x), accelerations) - load_at(x)
-        here = axis(x)
+        of_axis, of_normal = _between_all(shapes.at(x), accelerations), _between(x, spread[1][1])
+        held = line_mass(x)[:, None] * of_axis + beside * of_normal - load_at(x)
         force = force + share[:, None] * held
-        moment = moment + share * _cross(here - cut, held)
-        normal = _between(x, at_ends[1][..., 1])
-        moment = moment + share * rotary * _cross(normal, _between(x, spread[1][1]))
+        moment = moment + share * _cross(axis(x) - cut, held)
+        normal = _between(x, at_ends[1][..., 1])  # on which mass beside the axis has an arm, and sections turn
+        moment = moment + share * _cross(normal, beside * of_axis + rotary[:, None] * of_normal)
     for k, element in enumerate(() if loads is None else loads.element):
         assert loads is not None
         own = np.nonzero(elements == element)[0]

@@ -483,11 +483,10 @@ def test_a_law_too_fast_for_viscous_stress_in_time_is_named():
     assert "law of the drive" not in analysed(slow).data.attrs.get("not_estimated", "")
 
 
-def test_mesh_in_time_at_few_positions():
-    """A finer mesh moves in steps of its own, so that few positions tell of vibration too."""
+def test_vibration_that_positions_are_too_few_for_is_said_not_to_be_estimated():
+    """In time; measured 0.1 to 0.2 of the mesh's error with 24 positions."""
     scene = seed_four_bar(effects=("coupling",), analysis=IN_TIME | {"sub_intervals": 24})
-    found, exact = meshed(scene, 2, 8)
-    assert ratio(found, exact, "mesh") == TOLD
+    assert "vibration from 4" in analysed(scene).data.attrs["not_estimated"]
 
 
 def test_harmonics():
