@@ -108,14 +108,14 @@ def analyse(
     if not scene.members():
         progress("response")
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
-    elif scene.analysis.solver == "poses":
-        if scene.analysis.method == "transient":
-            result = fine_enough(scene, in_time_by_poses)
-        elif scene.tolerance is None:
+    elif scene.analysis.solver == "poses" and scene.analysis.method != "transient" and not scene.freedoms:
+        if scene.tolerance is None:
             last = common.last
             result = fine_enough(scene, lambda finer: by_poses(finer, last))
         else:
             result = within(scene, RefinedByPoses())
+    elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
+        result = fine_enough(scene, in_time_by_poses)
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:
