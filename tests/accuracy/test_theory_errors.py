@@ -161,6 +161,12 @@ def test_motions_in_time_from_their_own_equilibrium_and_at_few_positions(start, 
     assert told["joint_force"].max() < 2  # 86 and 420 times the truth from starts that were those of linear strains
 
 
+def test_positions_too_few_for_the_vibration_leave_the_theory_unknown():
+    analysis = {"method": "transient", "sub_intervals": 60, "time_tolerance": 0.02}
+    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=1.0, analysis=analysis, **ALL)
+    assert "what the theory leaves out" in analyse(scene).data.attrs["not_estimated"]
+
+
 def test_impulses_against_exact_strains():
     """Own steps are taken, as a Fourier series of a motion with jumps of its velocity does not end."""
     blow = {"hit": {"at": "coupler.A", "impulse": [0.0, 0.2], "angle": 1.0}}
@@ -267,6 +273,13 @@ def test_motions_with_freedoms_against_exact_strains():
         assert result[f"{name}_error"].sel(source="theory").max().item() == pytest.approx(true, rel=0.1)
 
 
+def test_auto_takes_exact_strains_of_reduced_members_where_the_answer_calls_for_them():
+    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto", analysis__sub_intervals=120, **REDUCED)
+    slow, fast = (analyse(scene.changed(drive__speed=speed)) for speed in (60.0, 160.0))
+    assert slow.scene.effects == ("coupling", "geometric-stiffness")
+    assert set(fast.scene.effects) == set(EXACT)
+
+
 @pytest.mark.parametrize("solver", ["harmonic-balance", "sub-intervals"])
 def test_every_periodic_solver_tells_the_same(solver):
     scene = load(DEMOS / "slider_crank.toml").changed(effects=(), **FAST)
@@ -345,13 +358,21 @@ def test_damping_ratios_of_modes_under_tension_count():
     assert float(error) == pytest.approx(float(true), rel=0.3)
 
 
-def test_a_tolerance_is_met_with_exact_strains_where_the_program_chooses():
-    """Then the theory leaves nothing out; linear strains leave out 1 % of the deflection: what shortens the members."""
-    scene = load(DEMOS / "counterweighted_rocker.toml").changed(effects="auto", tolerance={"deflection": 1e-2})
-    met = analyse(scene)
-    assert "large-rotations" in met.scene.effects
-    assert "theory" not in met.data["source"]
-    assert met.data.attrs["deflection_error_estimate"] < 1e-2
+def test_auto_takes_exact_strains_where_the_answer_calls_for_them():
+    scene = load(DEMOS / "slider_crank.toml").changed(effects="auto", analysis__sub_intervals=120)
+    slow, fast = (analyse(scene.changed(drive__speed=speed)) for speed in (60.0, 160.0))
+    assert slow.scene.effects == ("coupling", "geometric-stiffness")
+    assert 1e-4 < told(slow) < 5e-4
+    assert set(fast.scene.effects) == set(EXACT)
+
+
+def test_a_tolerance_is_met_by_the_theory_too():
+    scene = load(DEMOS / "counterweighted_rocker.toml").changed(effects="auto")
+    rough, narrow = (analyse(scene.changed(tolerance=tolerance)) for tolerance in (1e-2, 1e-3))
+    assert "large-rotations" not in rough.scene.effects
+    assert "large-rotations" in narrow.scene.effects
+    of_deflection = analyse(scene.changed(tolerance={"deflection": 1e-2}))  # shortening is 1 % of it
+    assert "large-rotations" in of_deflection.scene.effects
 
 
 def test_a_tolerance_with_listed_effects_says_what_they_leave_out():
@@ -364,8 +385,7 @@ def test_a_tolerance_with_listed_effects_says_what_they_leave_out():
 
 def test_a_tolerance_says_that_the_theory_is_not_in_it_where_that_is_unknown(seed, monkeypatch):
     monkeypatch.setattr(estimate, "theory_errors", lambda solution: None)
-    analysis = {"solver": "collocation", "allow_large": True}
-    scene = seed.changed(effects=("coupling",), tolerance=3e-2, analysis=analysis)
+    scene = seed.changed(effects=("coupling",), tolerance=3e-2, analysis__allow_large=True)
     met = analyse(scene.changed(drive__speed=16.0)).data.attrs["chosen"]
     assert "; errors of the rest: deflections " in met
     assert "met by" not in met

@@ -42,7 +42,7 @@ def column(share, side=1e-3, arm=0.2, solver=FRAMES, **analysis):
 def turned_in_time(share):
     """Give the column whose drive turns it, while its load keeps its direction."""
     analysis = {"method": "transient", "sub_intervals": 100, "duration": "20 ms", "allow_coarse": True}
-    return column(share, solver="auto").changed(drive__speed=20.0, mesh__elements=2, analysis=analysis)
+    return column(share, solver="poses").changed(drive__speed=20.0, mesh__elements=2, analysis=analysis)
 
 
 def cantilever(arm, force=(0.0, -20.0), solver=FRAMES, **options):
@@ -98,7 +98,7 @@ def test_column_deflects_as_the_elastica(share, right):
     force = share * critical(LENGTH, 0.2)
     _, (_, y, _) = cantilever_with_arm((-force, 1e-3 * force), (0.2, 0.0), LENGTH, EI, EA)
     assert y == pytest.approx(right, rel=5e-4)  # its four digits
-    result = analysed(column(share, solver="auto"))
+    result = analysed(column(share, solver="poses"))
     assert tip(result)[1] == pytest.approx(y, rel=1e-3)  # 10 elements
     assert "joints" not in result.data["source"]
 
@@ -106,9 +106,9 @@ def test_column_deflects_as_the_elastica(share, right):
 @pytest.mark.parametrize("effects", ["auto", ("geometric-stiffness",)])
 @pytest.mark.parametrize(("share", "side"), [(3.0, 1e-3), (1.02, 0.0)])
 def test_column_is_refused_above_its_buckling_load_by_poses(share, side, effects):
-    assert analysed(column(0.97, 0.0, solver="auto").changed(effects=effects))
+    assert analysed(column(0.97, 0.0, solver="poses").changed(effects=effects))
     with pytest.raises(SolverError, match=r"the static answer .* members buckle"):
-        analysed(column(share, side, solver="auto").changed(effects=effects))
+        analysed(column(share, side, solver="poses").changed(effects=effects))
 
 
 @pytest.mark.parametrize("theory", [(), ("geometric-stiffness",), ("large-rotations",)])
@@ -135,7 +135,7 @@ def test_what_is_told_of_an_arm_is_what_is_missing(arm, force, theory):
     [((0.0, -0.1), (0.0, -8.0)), ((0.0, 0.1), (0.0, -8.0)), ((0.05, 0.03), (-3.0, -8.0)), ((-0.04, 0.1), (2.0, 9.0))],
 )
 def test_arms_are_exact_by_poses_and_linear_theories_told(arm, force, theory):
-    result = analysed(cantilever(arm, force, "auto", effects=theory))
+    result = analysed(cantilever(arm, force, "poses", effects=theory))
     root, (x, y, _) = cantilever_with_arm(force, arm, LENGTH, EI, EA)
     missing = np.hypot(*(tip(result) - [x - LENGTH, y])) / np.hypot(x - LENGTH, y)
     of_root = abs(result.data["moment"].isel(theta=0, member=0, s=0).item() / root - 1)
@@ -207,7 +207,7 @@ def test_arm_is_named_where_steps_in_time_fail():
 def test_arms_up_and_down_differ():
     """By 4.3 % of the root moment."""
     found = [
-        abs(analysed(cantilever((0, y), solver="auto")).data["moment"].isel(theta=0, member=0, s=0).item())
+        abs(analysed(cantilever((0, y), solver="poses")).data["moment"].isel(theta=0, member=0, s=0).item())
         for y in (0.1, -0.1)
     ]
     right = [abs(cantilever_with_arm((0.0, -20.0), (0.0, y), LENGTH, EI, EA)[0]) for y in (0.1, -0.1)]

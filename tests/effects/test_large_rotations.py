@@ -120,7 +120,7 @@ def tip_of(turn):
     return root**2, droop, np.sqrt(2 * np.sin(turn)) / root
 
 
-def cantilever(force, solver="auto", **rest):
+def cantilever(force, solver="poses", **rest):
     scene = strips.beam({"O": {"kind": "weld"}}, effects=("large-rotations",), mesh={"elements": 16})
     static = {"method": "static", "allow_large": True, "stations": 33, "solver": solver}
     return scene.changed(loads={"tip": {"at": "beam.B", "force": (0, force)}}, analysis=static, **rest)

@@ -23,7 +23,7 @@ TABLE = {"kind": "table", "angles": (1.23456, WHERE, 1.234562), "values": (0.0, 
 PULSE = {"kind": "pulse", "start": WHERE - WIDTH / 2, "end": WHERE + WIDTH / 2, "ramp": 5e-7}
 IN_TIME = {"method": "transient", "cycles": 1, "sub_intervals": 40, "allow_coarse": True}
 BY_POINTS = {"solver": "collocation", "sub_intervals": 60, "allow_coarse": True, "stability": False}
-BY_POSES = BY_POINTS | {"solver": "auto"}
+BY_POSES = BY_POINTS | {"solver": "poses"}
 
 
 def struck(**rest):
@@ -39,6 +39,7 @@ def struck(**rest):
         (TABLE, 1, BY_POINTS),
         (PULSE, 1, BY_POINTS),
         (TABLE, -1, BY_POINTS),
+        (TABLE, 1, IN_TIME),
         (TABLE, -1, BY_POSES),
         (PULSE, 1, BY_POSES),
     ],
@@ -66,7 +67,7 @@ def test_steps_in_time_are_cut_at_a_pulse():
     """Measured 1 % of the strain in which pulses of 1e-6 and of 1e-4 rad differ; it was missed, by 60 %."""
     wide = 100 * WIDTH
     broad = {"kind": "table", "angles": (WHERE - wide, WHERE, WHERE + wide), "values": (0.0, 1.0, 0.0)}
-    narrow = struck(analysis=IN_TIME | {"sub_intervals": 20, "error_estimates": False})
+    narrow = struck(analysis=IN_TIME | {"sub_intervals": 20, "error_estimates": False, "solver": "poses"})
     found, expected, without = (
         analyse(scene).data["strain"]
         for scene in (
@@ -92,6 +93,8 @@ def test_pulse_that_positions_cannot_see_is_refused(analysis):
     effects = () if "harmonics" not in analysis else ("coupling",)
     with pytest.raises(SceneError, match=r"loads.p.factor: \d+ positions miss .* whose steps are cut at corners"):
         analyse(struck(effects=effects, analysis=analysis))
+    with pytest.raises(SceneError, match=r"loads.p.factor: effects = 'auto' looks at .* which miss"):
+        analyse(struck(effects="auto", analysis={"method": "periodic"}))
 
 
 @pytest.mark.parametrize(
