@@ -20,10 +20,11 @@ from fenics_mech.views.details import details
 from fenics_mech.views.frequency_table import frequency_table, write_frequencies
 from fenics_mech.views.result_figures import plot_all
 from fenics_mech.views.summary import summary
-from fenics_mech.views.tables import check_table, scene_overview
+from fenics_mech.views.tables import scene_overview
 from fenics_mech.views.words import share
 from tests.common import DEMOS
 from tests.demos.machines import crane
+from tests.validation.__main__ import check_table
 from tests.validation.check import Finding
 
 
