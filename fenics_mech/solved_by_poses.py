@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.errors import DerivativeError, SceneError, SolverError
+from fenics_mech.errors import DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.kinematics.freedom import describe
+from fenics_mech.kinematics.freedom import describe, nothing_holds
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
@@ -533,12 +533,7 @@ def _refuse_free(scene: Scene, theta: float) -> None:
     motion = solve_motion(scene, np.array([theta]))
     if len(motion.free) and not scene.springs:
         moves = describe(scene.links, scene.joints, coordinates(motion.position, motion.angle)[0], motion.free)
-        raise SceneError(
-            f"nothing holds the mechanism against its loads: {'; '.join(moves)}",
-            place="analysis.method",
-            hint="State its [freedoms] for an equilibrium that is searched, add a drive, a spring or a support, or "
-            "write method = 'quasi-static' for links that give way to the loads and carry their own inertia",
-        )
+        raise nothing_holds(moves)
 
 
 def instants_of(scene: Scene, share: float = 0.0) -> Array:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.conditioning import CONDITION
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.scene import Link
@@ -60,6 +61,22 @@ def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
         others = np.arange(len(left)) != k
         left[others] -= np.outer(left[others, column], left[k])
     return left
+
+
+def nothing_holds(moves: Sequence[str]) -> SceneError:
+    """Give the error of a mechanism at rest that loads move.
+
+    Parameters
+    ----------
+    moves
+        What moves, as `describe` says it.
+    """
+    return SceneError(
+        f"nothing holds the mechanism against its loads: {'; '.join(moves)}",
+        place="analysis.method",
+        hint="State its [freedoms] for an equilibrium that is searched, add a drive, a spring or a support, or "
+        "write method = 'quasi-static' for links that give way to the loads and carry their own inertia",
+    )
 
 
 def describe(links: Mapping[str, Link], joints: Mapping[str, Joint], q: Array, motions: Array) -> list[str]:

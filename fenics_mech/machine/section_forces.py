@@ -232,10 +232,12 @@ def inside(
             bent,
         )
 
-    ones, normal = np.ones(len(elements)), at_ends[1][..., 1].mean(axis=2)
-    turns = [
-        np.sum(_between_all(shapes.at(x * ones, 2), vectors) * normal, axis=-1)[..., None] * normal for x in (0.0, 1.0)
-    ]
+    turns: list[Array] = []  # second derivatives of the cubic at both ends
+    if softness is not None:
+        ones, across = np.ones(len(elements)), at_ends[1][..., 1].mean(axis=2)
+        for x in (0.0, 1.0):
+            turn = np.sum(_between_all(shapes.at(x * ones, 2), vectors) * across, axis=-1)
+            turns.append(turn[..., None] * across)
 
     def bow(x: Array, derivative: int = 0, turned: float = 1.0) -> Array:
         """Give how far the axis is beside the cubic, or its derivative by the share; `turned` 0 for a straight one."""

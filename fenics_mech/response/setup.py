@@ -21,7 +21,7 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.element_ends import axial_forces, uneven_tension
 from fenics_mech.kinematics import Linkage, Motion, refuse_unresolved, solve_motion
 from fenics_mech.kinematics.free_linkage import FreeLinkage
-from fenics_mech.kinematics.freedom import describe
+from fenics_mech.kinematics.freedom import describe, nothing_holds
 from fenics_mech.kinematics.linkage import CACHE
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.mechanism import RigidModes, System, build_system
@@ -286,13 +286,7 @@ def static_response(scene: Scene, system: System) -> ElasticResponse:
         return solve_static(system)
     at_rest, rigid = scene.analysis.method == "static", RigidModes.of(system)
     if unconstrained := rigid.moved_by(system.load[0]) if at_rest else []:
-        free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid, unconstrained))
-        raise SceneError(
-            f"nothing holds the mechanism against its loads: {free}",
-            place="analysis.method",
-            hint="State its [freedoms] for an equilibrium that is searched, add a drive, a spring or a support, or "
-            "write method = 'quasi-static' for links that give way to the loads and carry their own inertia",
-        )
+        raise nothing_holds(freedoms_in_words(scene.links, scene.joints, system, rigid, unconstrained))
     if len(rigid) and system.terms.law is not None:
         free = "; ".join(freedoms_in_words(scene.links, scene.joints, system, rigid))
         raise SceneError(

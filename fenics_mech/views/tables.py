@@ -1,4 +1,4 @@
-"""Tables for people: effects, the overview of a scene file, what `fenics-mech check` found."""
+"""Tables for people: effects, the overview of a scene file."""
 
 from __future__ import annotations
 
