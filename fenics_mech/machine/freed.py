@@ -94,11 +94,47 @@ class Carried:
 
 @dataclass(frozen=True)
 class Balanced:
-    """What holds a motion: the residual at its multipliers, these, and the inverse of their derivatives."""
+    """What holds a motion: the residual beside it, all multipliers, and the inverse of its derivatives by these.
+
+    Parameters
+    ----------
+    found
+        The residual at multipliers of before.
+    pulls, change
+        Multipliers that balance it to first order, and what that changed ``(instants, rows)``.
+    back
+        The inverse ``(instants, rows, rows)``.
+    """
 
     found: Evaluation
     pulls: Array
+    change: Array
     back: Array
+
+    def settled(self, machine: Machine, change: Array) -> bool:
+        """Say whether a change of forces is rounding of the largest force of a row, of inertia or of a term."""
+        inertia = machine.inertia.mass.max(initial=0.0) * np.abs(self.found.at.acc[:, :, 0]).max()
+        stresses = [np.abs(term.response.stress).max(initial=0.0) for term in self.found.terms]
+        return bool(np.abs(change).max() <= BALANCED * max(np.abs(self.pulls).max(), inertia, *stresses))
+
+
+def reacted(
+    machine: Machine,
+    t: Array,
+    motion: tuple[Array, Array, Array],
+    pulls: Array,
+    *,
+    predicted: Sequence[Array] | None = None,
+    angles: Sequence[Array] | None = None,
+    moving: bool = True,
+) -> Balanced:
+    """Make a step of Newton's method for the multipliers; arguments as of `balanced`."""
+    n = machine.n
+    q, v, a = (np.concatenate([x, y], axis=1) for x, y in zip(motion, (0 * pulls, 0 * pulls, pulls)))
+    found = machine.residual(t, q, v, a, predicted=predicted, angles=angles, moving=moving)
+    back = np.linalg.inv(machine.pattern.dense(found.M)[:, :n, n:])
+    change = -(back @ found.force[:, :n, None])[..., 0]
+    return Balanced(found, pulls + change, change, back)
 
 
 def balanced(
@@ -107,7 +143,6 @@ def balanced(
     motion: tuple[Array, Array, Array],
     *,
     pulls: Array | None = None,
-    predicted: Sequence[Array] | None = None,
     angles: Sequence[Array] | None = None,
     moving: bool = True,
 ) -> Balanced:
@@ -123,7 +158,7 @@ def balanced(
         Coordinates, rates and accelerations beside the chart ``(instants, n)`` each.
     pulls
         Multipliers near to those that are sought ``(instants, rows)``.
-    predicted, angles, moving
+    angles, moving
         As of the residual.
 
     Raises
@@ -133,23 +168,23 @@ def balanced(
     SolverError
         When friction locks the linkage.
     """
-    n, rubs = machine.n, any(len(term.rows) for term in machine.terms)
+    n, known = machine.n, pulls is not None
     if machine.size != 2 * n:
         raise ValueError(f"{machine.size - n} rows do not hold {n} coordinates")
-    known = pulls is not None
     pulls = np.zeros((len(t), n)) if pulls is None else pulls
     for k in range(BALANCES):
-        q, v, a = (np.concatenate([x, y], axis=1) for x, y in zip(motion, (0 * pulls, 0 * pulls, pulls)))
-        found = machine.residual(t, q, v, a, predicted=predicted, angles=angles, moving=moving)
-        back = np.linalg.inv(machine.pattern.dense(found.M)[:, :n, n:])
-        change = -(back @ found.force[:, :n, None])[..., 0]
-        pulls = pulls + change
-        if not rubs and (known or k):  # forces are linear in them: geometric stiffness alone takes those of before
-            return Balanced(found, pulls, back)
-        inertia = machine.inertia.mass.max(initial=0.0) * np.abs(found.at.acc[:, :, 0]).max()
-        if rubs and np.abs(change).max() <= BALANCED * max(np.abs(pulls).max(), inertia):
-            return Balanced(found, pulls, back)
+        held = reacted(machine, t, motion, pulls, angles=angles, moving=moving)
+        pulls = held.pulls
+        if not rubs(machine) and (known or k):  # linear in them: geometric stiffness alone takes those of before
+            return held
+        if rubs(machine) and held.settled(machine, held.change):
+            return held
     raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
+
+
+def rubs(machine: Machine) -> bool:
+    """Say whether forces of joints press bodies that rub."""
+    return any(len(term.rows) for term in machine.terms)
 
 
 class Freed:
@@ -188,11 +223,11 @@ class Freed:
         self.terms, self.geometry, self.extent = machine.terms, machine.geometry, machine.extent
         self.pattern = Pattern.of(self.n, [np.arange(self.n, dtype=np.int32)[None]])
         self._turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
-        self.rubs = any(len(term.rows) for term in machine.terms)
         zero, drawn = np.zeros((1, machine.size)), np.zeros(1)
         at = machine.moved(drawn, zero, zero, zero, moving=False)
         self._drawn = [group.measure(at, term.near(drawn)).x for term, group in zip(self.terms, machine.groups)]
-        self.side, self.pulls = 0.0, np.zeros((0, machine.n))
+        self.side = 0.0
+        self.pulls: Array | None = None  # multipliers at the end of the last step ``(1, rows)``
         still = np.zeros((1, self.n))
         zero, none = np.zeros((1, machine.n)), np.zeros((1, 0, 0))
         self._here = self.stages = Carried(np.array([t]), place[None], still, near[None], zero, zero, none, none)
@@ -207,6 +242,7 @@ class Freed:
         """Move on to other values, beside which all others then are."""
         self.place = self.place + q
         self._here = self.stages = self.stages.last()
+        self.pulls = self._held.pulls[-1:]
         return v, a
 
     def go_back(self, known: Carried) -> None:
@@ -362,35 +398,41 @@ class Freed:
         predicted, angles, moving
             As of `Machine.residual`; it knows the angles.
         """
-        n, known = self.machine.n, self.carried(t, self.place + q, v, a)
-        known = known if moving else known.resting()
-        self.stages = known
-        pulls = self.pulls if len(self.pulls) == len(t) else None
-        held = self._balanced(known, pulls, predicted, moving)
-        self.pulls, ways = held.pulls, self._ways(known)
+        known = self.carried(t, self.place + q, v, a)
+        self.stages = known = known if moving else known.resting()
+        if predicted is not None:
+            pulls = self._held.pulls
+        elif self.pulls is not None:
+            pulls = np.tile(self.pulls, (len(t), 1))
+        else:
+            pulls = self._balanced(known, moving=moving).pulls
+        motion = known.Q, known.V, known.A
+        angles = self.angles(known.Q)
+        self._held = reacted(self.machine, t, motion, pulls, predicted=predicted, angles=angles, moving=moving)
+        return self._condensed(known, self._held)
+
+    def _condensed(self, known: Carried, held: Balanced) -> Evaluation:
+        """Give the residual of the freedoms, by that of all coordinates."""
+        n, t, (W, W1, W2) = self.machine.n, known.t, self._ways(known)
         M, C, K = (self.machine.pattern.dense(x)[:, :n, :n] for x in (held.found.M, held.found.C, held.found.K))
-        W, W1, W2 = ways
         self._by = by = M @ W, C @ W + 2 * M @ W1, K @ W + C @ W1 + M @ W2
-        self._changes = ways, held.back
+        self._led = W, W1
         M, C, K = (np.reshape(held.back[:, self.own] @ x, (len(t), -1)) for x in by)
         return replace(held.found, force=-held.pulls[:, self.own], M=M, C=C, K=K, pattern=self.pattern)
 
-    def _balanced(
-        self, known: Carried, pulls: Array | None, predicted: Sequence[Array] | None = None, moving: bool = True
-    ) -> Balanced:
+    def _balanced(self, known: Carried, pulls: Array | None = None, moving: bool = True) -> Balanced:
         motion, angles = (known.Q, known.V, known.A), self.angles(known.Q)
-        return balanced(self.machine, known.t, motion, pulls=pulls, predicted=predicted, angles=angles, moving=moving)
+        return balanced(self.machine, known.t, motion, pulls=pulls, angles=angles, moving=moving)
 
-    def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array] | None:
-        """Predict the stresses of all terms after a step of Newton's method, where friction needs them."""
-        if not self.rubs:
-            return None
-        (W, W1, _), back = self._changes
+    def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
+        """Predict the stresses of all terms after a step of Newton's method, and the multipliers, which it finds too."""
+        (W, W1), held = self._led, self._held
         given = [x[..., None] for x in (da, dv, dq)]
-        pulls = -back @ np.sum([by @ x for by, x in zip(self._by, given)], axis=0)
-        dQ, dV = W @ given[2], W @ given[1] + W1 @ given[2]
+        pulls = -(held.back @ np.sum([by @ x for by, x in zip(self._by, given)], axis=0))[..., 0]
+        dQ, dV = (W @ given[2])[..., 0], (W @ given[1] + W1 @ given[2])[..., 0]
         none = np.zeros_like(dQ)
-        whole = (np.concatenate(pair, axis=1)[..., 0] for pair in ((dQ, none), (dV, none), (none, pulls)))
+        whole = (np.concatenate(pair, axis=1) for pair in ((dQ, none), (dV, none), (none, held.change + pulls)))
+        self._held = replace(held, pulls=held.pulls + pulls)
         return self.machine.predicted(found, *whole)
 
     def freely(self, known: Carried, v: Array) -> tuple[Carried, Balanced]:
@@ -408,17 +450,18 @@ class Freed:
         SolverError
             When a freedom moves no mass, or friction leaves no acceleration.
         """
-        a, pulls, n = np.zeros_like(v), None, self.machine.n
-        for _ in range(BALANCES):
-            found = self.carried(known.t, known.r, v, a, known.Q)
-            held = self._balanced(found, pulls)
-            left, pulls = -held.pulls[:, self.own], held.pulls
-            M = self.machine.pattern.dense(held.found.M)[:, :n, :n]
-            mass = held.back[:, self.own] @ M @ np.linalg.inv(found.J)[:, :, self.own]
-            change = -self.by_mass(mass, left)
-            a = a + change
-            if np.abs(change).max(initial=0.0) <= BALANCED * max(np.abs(a).max(initial=0.0), 1.0):
-                return found, held
+        machine, n, a = self.machine, self.machine.n, np.zeros_like(v)
+        at = self.carried(known.t, known.r, v, a, known.Q)
+        W, angles, pulls = np.linalg.inv(at.J)[:, :, self.own], self.angles(at.Q), np.zeros((len(v), n))
+        for k in range(BALANCES):
+            moved = replace(at, a=a, A=at.A + (W @ a[..., None])[..., 0])
+            held = reacted(machine, at.t, (moved.Q, moved.V, moved.A), pulls, angles=angles)
+            by_a = -held.back @ machine.pattern.dense(held.found.M)[:, :n, :n] @ W
+            da = self.by_mass(-by_a[:, self.own], held.pulls[:, self.own])
+            change = (by_a @ da[..., None])[..., 0]
+            if k and (not rubs(machine) or held.settled(machine, np.abs(held.change) + np.abs(change))):
+                return moved, held
+            a, pulls = a + da, held.pulls + change
         raise SolverError("the friction of the joints leaves no acceleration of the freedoms")
 
     def by_mass(self, mass: Array, force: Array) -> Array:
@@ -438,13 +481,16 @@ class Freed:
     # ---- as an equation of motion at many states ----
     def residuals(self, time: Array, place: Array, rate: Array, second: Array) -> Array:
         """Give what is left at values of the freedoms' rows, rates and second rates ``(instants, freedoms)``."""
-        return self.residual(time, place - self.place, rate, second).force
+        known = self.carried(time, place, rate, second)
+        return -self._balanced(known).pulls[:, self.own]
 
     def tangents_at(
         self, time: Array, place: Array, rate: Array, second: Array, *, moving: bool = True
     ) -> tuple[Array, Array, Array]:
         """Give tangents by second rates, rates and values ``(instants, freedoms, freedoms)`` each."""
-        for _ in range(2):  # geometric stiffness is that of the multipliers before
-            found = self.residual(time, place - self.place, rate, second, moving=moving)
+        known = self.carried(time, place, rate, second)
+        known = known if moving else known.resting()
+        pulls = self._balanced(known, moving=moving).pulls  # which make geometric stiffness
+        found = self._condensed(known, self._balanced(known, pulls, moving))
         M, C, K = (x.reshape(len(time), self.n, self.n) for x in (found.M, found.C, found.K))
         return M, C, K
