@@ -69,11 +69,10 @@ class Rubbing(Term):
         force = np.sqrt(np.sum(pulls**2, axis=1))
         limit = arm * largest(stated, sliding) * force
         scaled = sliding / stated.width
-        held, off = scaled, float(limit.any())  # nothing is known of it before a step predicted it
+        held, dry = scaled, np.zeros_like(scaled)  # nothing is predicted before the first step
         if predicted is not None:
             dry = predicted[:, 0, 0] - drag
             held = held_at(dry / np.maximum(limit, TINY), scaled)
-            off = float(np.abs(dry - limit * np.tanh(scaled)).max() / max(limit.max(), TINY))
         share, slope = line(held, scaled), 1 - np.tanh(held) ** 2
         least, step = np.maximum(force, TINY), STEP * (stated.stribeck or stated.width)
         fall = (largest(stated, sliding + step) - largest(stated, sliding - step)) / (2 * step)
@@ -83,5 +82,6 @@ class Rubbing(Term):
             (limit * share + drag)[:, None, None],
             by_rate=diagonal(by_rate[:, None, None]),
             by_pulls=by_pulls[:, None, None],
-            off=off,
+            off=float(np.abs(dry - limit * np.tanh(scaled)).max()),
+            limit=float(limit.max()),
         )

@@ -19,7 +19,7 @@ from fenics_mech._arrays import Array, Index, solved
 from fenics_mech.errors import SolverError
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine.evaluation import Evaluation
-from fenics_mech.machine.groups import Group, Moved
+from fenics_mech.machine.groups import Group, InertiaPlan, Moved
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern
@@ -252,6 +252,11 @@ class Freed:
     def turned(self, angles: Sequence[Array] | None, q: Array) -> None:
         """Give no angles: it knows those of its terms, as it knows the way of every link from the start."""
 
+    @property
+    def inertia(self) -> InertiaPlan:
+        """The constant mass."""
+        return self.machine.inertia
+
     # ---- how links follow ----
     def _by_coordinates(self, by_variables: Array) -> Array:
         """Give derivatives of the rows by all coordinates ``(instants, rows, n)``."""
@@ -462,7 +467,10 @@ class Freed:
             if k and (not rubs(machine) or held.settled(machine, np.abs(held.change) + np.abs(change))):
                 return moved, held
             a, pulls = a + da, held.pulls + change
-        raise SolverError("the friction of the joints leaves no acceleration of the freedoms")
+        raise SolverError(
+            f"the friction of the joints leaves no acceleration of the freedoms near {known.t[0]:.6g} s: a pin jams in "
+            "motion where its coefficient times its radius exceeds the arm of what it carries. Give a smaller one"
+        )
 
     def by_mass(self, mass: Array, force: Array) -> Array:
         """Give accelerations by the mass of the freedoms ``(instants, freedoms, freedoms)``, and a force.

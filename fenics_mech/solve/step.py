@@ -10,12 +10,14 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine import Machine
+from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.measured import Measured
 from fenics_mech.solve.newton import newton
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, stage_matrix
 
 CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
+UNPRESSED = 1e-9  # of the largest force of inertia: limits of friction below it are rounding
 SHORT = 1e-2  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
 
 
@@ -98,7 +100,10 @@ class Step:
             When it has no solution.
         """
         machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
-        a, size, stages = self.a, machine.size, len(tableau.c)
+        a, size, stages = self.a.copy(), machine.size, len(tableau.c)
+        rubs = any(len(term.rows) for term in machine.terms)
+        if rubs:  # from the rates at the start: what sticks is not taken for what slides
+            a[:, :n] = 0.0
         instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
         measures: list[Array] = []
 
@@ -114,11 +119,24 @@ class Step:
             dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
             dq[:, n:] = dv[:, n:] = 0.0
             stresses = machine.predicted(found, dq, dv, da)
-            off = max((term.response.off for term in found.terms), default=0.0)
-            return max(off, float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)))
+            places = np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)
+            return max(float(places), self._slipping(found, stresses) if rubs else 0.0)
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
+
+    def _slipping(self, found: Evaluation, predicted: Sequence[Array] | None) -> float:
+        """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit.
+
+        Changes of places in a short step do not show it.
+        """
+        weight, worst = self.machine.inertia.mass.max(initial=0.0) * np.abs(found.at.acc[:, :, 0]).max(), 0.0
+        for k, term in enumerate(self.machine.terms):
+            response = found.terms[k].response
+            if len(term.rows) and predicted is not None and response.limit:
+                change = float(np.abs(predicted[k] - response.stress).max())
+                worst = max(worst, (response.off + change) / max(response.limit, UNPRESSED * weight))
+        return worst
 
     def at_stages(self) -> States:
         """Give the poses at its stages."""
