@@ -25,6 +25,7 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern
 
 CLOSED, CLOSINGS = 1e-9, 20  # of Newton's method for the links (m, rad), whose next step squares that, and its steps
+EXACT = 1e-13  # the same (m, rad), where derivatives of before are those of now
 LONGEST = 0.5  # rad in one of them
 BALANCED, BALANCES = 1e-12, 30  # of the multipliers, or of inertia, where they press bodies that rub, and steps
 APART = 1e-4  # of a radian or of the extent, by which J' is differentiated along the motion
@@ -260,22 +261,20 @@ class Freed:
     # ---- how links follow ----
     def _by_coordinates(self, by_variables: Array) -> Array:
         """Give derivatives of the rows by all coordinates ``(instants, rows, n)``."""
-        group, n = self.machine.row_group, self.machine.n
-        each = group.on_coordinates(by_variables, group.dof.shape[1])[:, :, 0]
-        whole = np.zeros((len(each), len(group.dof), n + 1))  # no two links share coordinates; the ground has the last
-        whole[:, np.arange(len(group.dof))[:, None], group.dof] = each
-        return whole[..., :n]
+        machine, (d, own) = self.machine, (self.machine.geometry.d, self.machine.geometry.size)
+        dof, x = machine.row_group.dof, by_variables[:, :, 0]
+        whole = np.zeros((*x.shape[:2], machine.n + 1))  # no two links share coordinates; the ground has the last
+        rows = np.arange(len(dof))[:, None]
+        whole[:, rows, dof[:, :own]] = np.concatenate([-x[..., :d], x[..., d:own]], axis=-1)
+        whole[:, rows, dof[:, own:]] = np.concatenate([x[..., :d], x[..., own:]], axis=-1)
+        return whole[..., : machine.n]
 
-    def _looked(self, t: Array, value: Array, Q: Array, V: Array | None = None) -> Measured:
-        machine, none = self.machine, np.zeros((len(t), machine_size := self.machine.size))
-        q = none.copy()
-        q[:, : machine.n] = Q
-        at = machine.moved(t, q, none, none, moving=False)
-        found = machine.row_group.measure(at, value[..., None])
-        if V is None:
-            return found
-        changes = np.pad(V, ((0, 0), (0, machine_size - machine.n)))
-        return replace(found, ways=machine.row_group.variables(changes))
+    def _looked(self, t: Array, value: Array, Q: Array) -> Measured:
+        """Measure the rows, whose angles are near to their values."""
+        return self.machine.row_group.measure(self.machine.placed(t, Q), value[..., None])
+
+    def _moving(self, found: Measured, V: Array) -> Measured:
+        return replace(found, ways=self.machine.row_group.variables(V))
 
     def carried(self, t: Array, r: Array, v: Array, a: Array, near: Array | None = None) -> Carried:
         """Find the links by values of the freedoms' rows, their rates and second rates ``(instants, freedoms)`` each.
@@ -313,10 +312,13 @@ class Freed:
                 break
         else:
             raise self._strayed(t[int(np.abs(change).max(axis=1).argmax())])
+        if np.abs(change).max(initial=0.0) > EXACT:
+            found = self._looked(t, value, Q)
+            J = self._by_coordinates(found.gradient)
         back = np.linalg.inv(J)
         V = (back @ first[..., None])[..., 0]
-        rates = self._looked(t, value, Q, V)
-        J, by_rate = self._by_coordinates(rates.gradient), rates.rate_by_variables
+        rates = self._moving(found, V)
+        by_rate = rates.rate_by_variables
         convective = np.einsum("tran,trn->tr", by_rate, rates.ways)
         A = (back @ (second - convective)[..., None])[..., 0]
         sides = np.linalg.slogdet(J)[0]
@@ -354,11 +356,11 @@ class Freed:
         if not fastest:
             return W, W1, 0 * W
         step, value = APART / fastest, np.zeros((len(known.t), len(self.machine.rows)))
-        sides = []
-        for dt in (step, -step):
-            Q, V = known.Q + dt * known.V + dt**2 / 2 * known.A, known.V + dt * known.A
-            sides.append(self._by_coordinates(self._looked(known.t, value, Q, V).rate_by_variables))
-        J2 = (sides[0] - sides[1]) / (2 * step)
+        beside = [known.Q + dt * known.V + dt**2 / 2 * known.A for dt in (step, -step)]
+        rates = np.concatenate([known.V + dt * known.A for dt in (step, -step)])
+        found = self._looked(np.tile(known.t, 2), np.tile(value, (2, 1)), np.concatenate(beside))
+        one, other = np.split(self._by_coordinates(self._moving(found, rates).rate_by_variables), 2)
+        J2 = (one - other) / (2 * step)
         return W, W1, -back @ (J2 @ W + 2 * known.J1 @ W1)
 
     def moved(self, t: Array, q: Array, v: Array, a: Array) -> Moved:

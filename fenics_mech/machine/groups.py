@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,6 +39,15 @@ class Drag:
     def whole(self) -> float:
         """How it changes with a velocity (1/s)."""
         return self.external + self.relative
+
+
+class Placed(NamedTuple):
+    """All poses at rest at some instants: what measures look at, as of `Moved`."""
+
+    r: Array
+    c: Array
+    R0: Array
+    ways: Array
 
 
 @dataclass(frozen=True)
@@ -160,7 +170,7 @@ class Group:
             return made
         return InnerGroup(geometry, places, term) if term.inner else Group(geometry, places, term.pairs, term)
 
-    def measure(self, at: Moved, angles: Array | None) -> Measured:
+    def measure(self, at: Moved | Placed, angles: Array | None) -> Measured:
         """Measure all elements, angles near to given ones ``(instants, elements, measures)``; no response yet."""
         g, T, E, m = self.geometry, len(at.r), len(self.pose), self.count
         ways = self.variables_of(at.ways)

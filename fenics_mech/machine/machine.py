@@ -13,7 +13,7 @@ from fenics_mech.geometry import Chart, End, Geometry, PoseMotion, Rest
 from fenics_mech.geometry.charts import Path
 from fenics_mech.joints import Ride, Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
-from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Target
+from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Placed, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.machine.rides import Rides
@@ -406,6 +406,12 @@ class Machine:
                 rate[:] = 0.0
         Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
         return Moved.by(self.geometry, chart, Q, V, A, loads * heavy * self.gravity, self.drag)
+
+    def placed(self, t: Array, q: Array) -> Placed:
+        """Place all poses by coordinates beside a chart that rests ``(instants, n)``, for measures without rates."""
+        d, chart = self.geometry.d, self.known.at(t)
+        Q = np.concatenate([q, np.zeros((len(t), 1))], axis=1)[:, self.places]
+        return Placed(chart.r + Q[..., :d], np.ascontiguousarray(Q[..., d:]), chart.R, np.zeros_like(Q))
 
     def residual(
         self,
