@@ -259,16 +259,6 @@ class Freed:
         return self.machine.inertia
 
     # ---- how links follow ----
-    def _by_coordinates(self, by_variables: Array) -> Array:
-        """Give derivatives of the rows by all coordinates ``(instants, rows, n)``."""
-        machine, (d, own) = self.machine, (self.machine.geometry.d, self.machine.geometry.size)
-        dof, x = machine.row_group.dof, by_variables[:, :, 0]
-        whole = np.zeros((*x.shape[:2], machine.n + 1))  # no two links share coordinates; the ground has the last
-        rows = np.arange(len(dof))[:, None]
-        whole[:, rows, dof[:, :own]] = np.concatenate([-x[..., :d], x[..., d:own]], axis=-1)
-        whole[:, rows, dof[:, own:]] = np.concatenate([x[..., :d], x[..., own:]], axis=-1)
-        return whole[..., : machine.n]
-
     def _looked(self, t: Array, value: Array, Q: Array) -> Measured:
         """Measure the rows, whose angles are near to their values."""
         return self.machine.row_group.measure(self.machine.placed(t, Q), value[..., None])
@@ -301,7 +291,7 @@ class Freed:
         turns = self._turns
         for _ in range(CLOSINGS):
             found = self._looked(t, value, Q)
-            J = self._by_coordinates(found.gradient)
+            J = self.machine.rows_by_coordinates(found.gradient)
             try:
                 change = solved(J, found.x[..., 0] - value)
             except np.linalg.LinAlgError as error:
@@ -314,7 +304,7 @@ class Freed:
             raise self._strayed(t[int(np.abs(change).max(axis=1).argmax())])
         if np.abs(change).max(initial=0.0) > EXACT:
             found = self._looked(t, value, Q)
-            J = self._by_coordinates(found.gradient)
+            J = self.machine.rows_by_coordinates(found.gradient)
         back = np.linalg.inv(J)
         V = (back @ first[..., None])[..., 0]
         rates = self._moving(found, V)
@@ -325,7 +315,7 @@ class Freed:
         self.side = self.side or float(sides[0])
         if (sides != self.side).any():
             raise self._strayed(t[int((sides != self.side).argmax())])
-        return Carried(t, r, a, Q, V, A, J, self._by_coordinates(by_rate))
+        return Carried(t, r, a, Q, V, A, J, self.machine.rows_by_coordinates(by_rate))
 
     def _guess(self, t: Array, r: Array) -> Array:
         """Give coordinates near to those at some instants, by what was found last."""
@@ -359,7 +349,7 @@ class Freed:
         beside = [known.Q + dt * known.V + dt**2 / 2 * known.A for dt in (step, -step)]
         rates = np.concatenate([known.V + dt * known.A for dt in (step, -step)])
         found = self._looked(np.tile(known.t, 2), np.tile(value, (2, 1)), np.concatenate(beside))
-        one, other = np.split(self._by_coordinates(self._moving(found, rates).rate_by_variables), 2)
+        one, other = np.split(self.machine.rows_by_coordinates(self._moving(found, rates).rate_by_variables), 2)
         J2 = (one - other) / (2 * step)
         return W, W1, -back @ (J2 @ W + 2 * known.J1 @ W1)
 

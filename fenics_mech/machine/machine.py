@@ -413,6 +413,15 @@ class Machine:
         Q = np.concatenate([q, np.zeros((len(t), 1))], axis=1)[:, self.places]
         return Placed(chart.r + Q[..., :d], np.ascontiguousarray(Q[..., d:]), chart.R, np.zeros_like(Q))
 
+    def rows_by_coordinates(self, by_variables: Array) -> Array:
+        """Give derivatives of the rows by coordinates, by those by their variables ``(instants, rows, n)``."""
+        (d, own), dof, x = (self.geometry.d, self.geometry.size), self.row_group.dof, by_variables[:, :, 0]
+        whole = np.zeros((*x.shape[:2], self.n + 1))  # what rests has the last
+        rows = np.arange(len(dof))[:, None]
+        whole[:, rows, dof[:, :own]] = np.concatenate([-x[..., :d], x[..., d:own]], axis=-1)
+        whole[:, rows, dof[:, own:]] += np.concatenate([x[..., :d], x[..., own:]], axis=-1)
+        return whole[..., : self.n]
+
     def residual(
         self,
         t: Array,
