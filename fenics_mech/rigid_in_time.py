@@ -256,7 +256,7 @@ class Course:
             ends = np.unique([*ends, *due])
         freed.freely(freed.stages, start.velocity[None])  # which says where a freedom moves no mass
         tableau = Tableau.of("radau", stages)
-        beside = Beside.of(scene, freed, tableau, np.ones(freed.n), carries=carries)
+        beside = Beside.of(scene, freed, tableau, np.ones(freed.n), times, carries=carries)
         taken = _Taken(freed, times, start.velocity, tableau, beside)
         steps = steps_in_time(
             freed,  # type: ignore[arg-type]  # it is a machine to them

@@ -229,6 +229,7 @@ class Freed:
         self._drawn = [group.measure(at, term.near(drawn)).x for term, group in zip(self.terms, machine.groups)]
         self.side = 0.0
         self.pulls: Array | None = None  # multipliers at the end of the last step ``(1, rows)``
+        self._held: Balanced  # and those of Newton's method
         still = np.zeros((1, self.n))
         zero, none = np.zeros((1, machine.n)), np.zeros((1, 0, 0))
         self._here = self.stages = Carried(np.array([t]), place[None], still, near[None], zero, zero, none, none)
@@ -422,7 +423,7 @@ class Freed:
         return balanced(self.machine, known.t, motion, pulls=pulls, angles=angles, moving=moving)
 
     def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
-        """Predict the stresses of all terms after a step of Newton's method, and the multipliers, which it finds too."""
+        """Predict the stresses of all terms after a step of Newton's method, and move the multipliers on."""
         (W, W1), held = self._led, self._held
         given = [x[..., None] for x in (da, dv, dq)]
         pulls = -(held.back @ np.sum([by @ x for by, x in zip(self._by, given)], axis=0))[..., 0]
