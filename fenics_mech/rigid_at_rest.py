@@ -22,7 +22,7 @@ from fenics_mech.response.static.rest import refuse_friction, resting, without_f
 from fenics_mech.response.static.small_motions import RestSearch, SmallMotions
 from fenics_mech.response.transient.course import StartState
 from fenics_mech.rigid_by_poses import of_laws, with_all_units
-from fenics_mech.rigid_in_time import freed_of, rigid_at, theta_of
+from fenics_mech.rigid_in_time import freed_of, rigid_at
 from fenics_mech.scene import Scene
 
 LED = 0.2  # rad, by which drives lead links to where they are held
@@ -72,8 +72,7 @@ def _labelled(at_rest: _AtRest, place: Array, motions: SmallMotions | None, held
     """Label what acts at places of the freedoms ``(freedoms,)``."""
     scene, freed, still = at_rest.made.scene, at_rest.freed, np.zeros((1, len(place)))
     known = freed.carried(at_rest.t, place[None], still, still).resting()
-    theta = scene.cycle_rate * at_rest.t if scene.drives else theta_of(scene, at_rest.t, place[None])
-    found = rigid_at(at_rest.made, freed, known, theta, None)
+    found = rigid_at(at_rest.made, freed, known, scene.cycle_rate * at_rest.t, None)
     along, labels = ("theta", "freedom"), {"freedom": list(scene.freedoms)}
     states = xr.Dataset({"freedom_place": (along, place[None]), "freedom_rate": (along, still)}, labels)
     parts = [states] if motions is None else [states, of_small_motions(motions)]
