@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech import Scene
+from fenics_mech import Scene, analyse
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.response.transient.course import StartState
 from fenics_mech.rigid_in_time import freed_of
@@ -53,6 +53,30 @@ def test_tangents_are_differences_of_the_residual(laws):
             sides.append(freed.residuals(t, *beside))
         differences = (sides[0] - sides[1]) / (2 * step)
         np.testing.assert_allclose(tangent[:, :, 0], differences, rtol=1e-6, atol=1e-7)
+
+
+@pytest.mark.parametrize("laws", [{}, {"rubs": {"kind": "friction", "joint": "O", "coefficient": 0.0, "radius": 0.01}}])
+def test_a_fast_rotor_with_its_mass_beside_the_axis_is_pulled_by_it_alone(laws):
+    """Its forces are m r w^2 = 2.5 kN about, and what is left of the moment is rounding of that, not of 1 N m."""
+    rotor = {
+        "ground": {"points": {"O": (0, 0)}},
+        "links": {"rotor": {"points": {"O": (0, 0)}, "rigid": {"mass": 2.0, "inertia": 0.1, "centre": (0.05, 0)}}},
+        "joints": {"O": {"connect": ["ground.O", "rotor.O"]}},
+        "freedoms": {"O": {"start": 0.0, "speed": "1500 rpm"}},
+        "joint_laws": laws,
+        "analysis": {"method": "transient", "duration": 1.0, "sub_intervals": 10, "error_estimates": False},
+    }
+    data, speed = analyse(Scene.read(rotor)).data, 50 * np.pi
+    np.testing.assert_allclose(np.linalg.norm(data["joint_force"][:, 0], axis=-1), 2 * 0.05 * speed**2, rtol=1e-10)
+    assert data["freedom_place"][-1, 0].item() == pytest.approx(speed, rel=1e-11)
+
+
+def test_friction_tells_how_far_it_is_off_its_law_under_a_share_of_the_loads():
+    machine = machine_of(four_bar(joint_laws=RUBS)).machine
+    t, q, a = np.zeros(1), np.zeros((1, machine.size)), np.full((1, machine.size), 2.0)
+    told = [machine.residual(t, q, q + np.arange(machine.size), a, loads=loads).terms for loads in (1.0, 0.5)]
+    for terms in told:
+        assert max(term.response.off / term.response.limit for term in terms if term.response.limit) > 0.1
 
 
 def test_what_moves_freely_fulfils_the_equation_and_keeps_the_work_of_what_acts():
