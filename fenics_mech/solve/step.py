@@ -101,8 +101,7 @@ class Step:
         """
         machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
         a, size, stages = self.a.copy(), machine.size, len(tableau.c)
-        rubs = any(len(term.rows) for term in machine.terms)
-        if rubs:  # from the rates at the start: what sticks is not taken for what slides
+        if self._rubs:  # from the rates at the start: what sticks is not taken for what slides
             a[:, :n] = 0.0
         instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
         measures: list[Array] = []
@@ -120,10 +119,14 @@ class Step:
             dq[:, n:] = dv[:, n:] = 0.0
             stresses = machine.predicted(found, dq, dv, da)
             places = np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)
-            return max(float(places), self._slipping(found, stresses) if rubs else 0.0)
+            return max(float(places), self._slipping(found, stresses) if self._rubs else 0.0)
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
+
+    @property
+    def _rubs(self) -> bool:
+        return any(len(term.rows) for term in self.machine.terms)
 
     def _slipping(self, found: Evaluation, predicted: Sequence[Array] | None) -> float:
         """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit.
@@ -169,7 +172,8 @@ class Step:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
         n, tableau = self.machine.n, self.tableau
         missed = (tableau.back @ self.a - before)[:n] / self.tolerance
-        return float(tableau.inside * self.h**2 * np.abs(missed).max(initial=0.0))
+        inside = tableau.kinked if self._rubs else tableau.inside
+        return float(inside * self.h**2 * np.abs(missed).max(initial=0.0))
 
 
 def now(machine: Machine, t: float, v: Array, a: Array) -> PoseMotion:
