@@ -61,11 +61,15 @@ def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Arra
 
     `t` is an instant, or one for each position.
     """
+    n, pattern, zero = machine.n, machine.pattern, np.zeros_like(q)
     t = np.broadcast_to(t, len(q))
-    values, sizes = np.stack([_value(row, t) for row in machine.rows], axis=1), _sizes(machine, t)
-    found = machine.row_group.measure(machine.placed(t, q[:, : machine.n]), values[..., None])
-    derivatives = machine.rows_by_coordinates(found.gradient)
-    return (found.x[..., 0] - values) / sizes, derivatives * units_of(machine) / sizes[..., None]
+    found = machine.residual(t, q, zero, zero, loads=0.0, moving=False)
+    row, column = np.repeat(np.arange(pattern.size), np.diff(pattern.indptr)), pattern.indices
+    by = (row >= n) & (column < n)
+    derivatives = np.zeros((len(q), machine.size - n, n))
+    derivatives[:, row[by] - n, column[by]] = found.K[:, by]
+    sizes = _sizes(machine, t)
+    return found.force[:, n:] / sizes, derivatives * units_of(machine) / sizes[..., None]
 
 
 def _sizes(machine: Machine, t: Array) -> Array:
