@@ -113,6 +113,7 @@ OF_PROGRAM = {  # labels that are words of the program
     "gauge": {"mid-span", "peak"},
     "axis": {"x", "y"},
 }
+SUPPORTS = frozenset({"spring", "damper", "joint", "law"})  # words before the names of supports that are no joints
 NAMES = re.compile(r"[A-Za-z0-9_\-]+")
 VARIABLE = re.compile(r"[A-Za-z_][\w. \-]{0,300}")
 JOINED = re.compile(r"[A-Za-z_][A-Za-z0-9_ .,:()\-]*")
@@ -154,7 +155,8 @@ def refuse_strange(data: xr.Dataset, names: Callable[[], Collection[str]]) -> No
 
 def _is_label(name: str, label: str, known: frozenset[str]) -> bool:
     if name in OF_SCENE:
-        return JOINED.fullmatch(label) is not None and known.issuperset(NAMES.findall(label))
+        kinds = SUPPORTS if name == "support" else frozenset()
+        return JOINED.fullmatch(label) is not None and (known | kinds).issuperset(NAMES.findall(label))
     return label in OF_PROGRAM.get(name, (label,)) and label.isprintable() and len(label) <= LONGEST_LABEL
 
 

@@ -30,7 +30,6 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.labelled import labelled, recovered
 from fenics_mech.recovery.peaks import PEAKS
-from fenics_mech.recovery.rigid_result import rigid_result
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.steady_state import by_collocation, stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
@@ -41,6 +40,9 @@ from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
 from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
+from fenics_mech.rigid_at_rest import rigid_at_rest
+from fenics_mech.rigid_by_poses import rigid_by_poses
+from fenics_mech.rigid_in_time import rigid_in_time
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
@@ -105,7 +107,7 @@ def analyse(
         scene = with_freedoms(scene)
     if not scene.members():
         progress("response")
-        result = fine_enough(scene, lambda finer: rigid_result(finer, state_to_go_on_from(finer, 0), stated))
+        result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
     elif has_poses(scene) and scene.tolerance is None:
@@ -120,6 +122,16 @@ def analyse(
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
+
+
+def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
+    """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are."""
+    start = state_to_go_on_from(scene, 0)
+    if not scene.freedoms:
+        return rigid_by_poses(scene)
+    if scene.analysis.method == "static":
+        return rigid_at_rest(scene, any(part.start is not None for part in stated.freedoms.values()))
+    return rigid_in_time(scene, start)
 
 
 def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:

@@ -456,7 +456,7 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
     names
         Variables that are wanted: where members have all of them, nothing else is read. None for all.
     """
-    scene, links = found.made.scene, found.links()
+    scene, links, bends = found.made.scene, found.links(), found.made.links is not None
     variables: dict[str, Any] = found.members()
     efforts, forces, moments = dict[str, Array](), dict[str, Array](), dict[str, Array]()
     if names is None or not variables.keys() >= set(names):
@@ -467,14 +467,15 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
     if efforts:
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
-    variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+    if bends:
+        variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
     if moments:
         variables["joint_moment"] = (("theta", "held"), np.stack(list(moments.values()), axis=1))
     labels = {
         "held": list(moments),
         "theta": links.theta,
         "time": ("theta", links.time),
-        "member": list(found.mesh.members),
+        "member": list(found.mesh.members) if bends else [],
         "s": found.stations,
         "fibre": ["+", "-"],
         "joint": list(forces),
@@ -484,12 +485,17 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
         "point": list(found.traced),
     }
     labels |= {kind: list(own) for kind, own in (("spring", scene.springs), ("damper", scene.dampers)) if own}
-    solver = "harmonic-balance" if scene.analysis.solver == "harmonic-balance" else "poses"
-    attributes = stamp(scene) | {"mobility": mobility(scene), "solver": solver}
-    attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), choices_of(scene, by_exact_strains))
+    if bends:
+        solver = "harmonic-balance" if scene.analysis.solver == "harmonic-balance" else "poses"
+        attributes = stamp(scene) | {"mobility": mobility(scene), "solver": solver}
+        attributes |= decisions(found.motion.machine.n, len(found.mesh.cell), choices_of(scene, by_exact_strains))
+    else:
+        attributes = stamp(scene) | {"solver": str(scene.analysis.method), "effects": "[]", "elements": 0}
+        attributes |= {"dofs": len(scene.freedoms), "time_steps": 0}
     used = {dimension for dimensions, _ in variables.values() for dimension in dimensions} | {"time"}
     data = xr.Dataset(variables, {name: label for name, label in labels.items() if name in used}, attributes)
-    return joined(data, rigid_places(scene, links), motion_of_links(scene, links))
+    places = rigid_places(scene, links)
+    return joined(data, places if bends else places[["link_position", "link_angle"]], motion_of_links(scene, links))
 
 
 def collected(

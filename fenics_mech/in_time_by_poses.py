@@ -54,7 +54,7 @@ from fenics_mech.solve.held_modes import POSITIONS
 from fenics_mech.terms.causes import Cause
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
-PEAKS = 20  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-3
+PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
@@ -337,6 +337,27 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     )
 
 
+def noted_peaks(peaks: dict[str, float], step: Step, scene: Scene) -> None:
+    """Note the most that contacts exert in a step, which places and rates tell between its stages too.
+
+    Parameters
+    ----------
+    peaks
+        The most by law so far, which is added to (N or N m).
+    step
+        The step.
+    scene
+        The scene.
+    """
+    shares = np.linspace(0, 1, PEAKS)
+    for k, term in enumerate(step.machine.terms):
+        if isinstance(term, LawTerm) and term.closed.any():
+            found = step.measured(k, shares)
+            alone = term.law.joint.name in scene.open_joints
+            size = term.size(step.t + step.h * shares, found.x, found.rate, alone)
+            peaks[term.name] = max(peaks.get(term.name, 0.0), float(np.abs(size).max()))
+
+
 class _Taken:
     """Takes the positions of the result as steps come to them, and says whether cycles have settled."""
 
@@ -356,23 +377,12 @@ class _Taken:
         reached(step.t + step.h, 0.0, float(self.times[-1]))
         self.stages.append(step.at_stages())
         self.weights.append(step.h * step.tableau.A[-1])
-        self._note_peaks(step)
+        noted_peaks(self.peaks, step, self.made.scene)
         self.end = step.at_end()
         if self.end.t[0] < self.times[len(self.positions)] * (1 - 1e-12):
             return False
         self.positions.append(self.end)
         return self._is_settled()
-
-    def _note_peaks(self, step: Step) -> None:
-        """Note the most that contacts exert in a step, which places and rates tell between its stages too."""
-        scene, shares = self.made.scene, np.linspace(0, 1, PEAKS)
-        for k, term in enumerate(step.machine.terms):
-            if isinstance(term, LawTerm) and term.closed.any():
-                found = step.measured(k, shares)
-                size = term.size(
-                    step.t + step.h * shares, found.x, found.rate, term.law.joint.name in scene.open_joints
-                )
-                self.peaks[term.name] = max(self.peaks.get(term.name, 0.0), float(np.abs(size).max()))
 
     def _is_settled(self) -> bool:
         """Compare the last two cycles, where one is full."""

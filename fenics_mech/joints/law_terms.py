@@ -64,6 +64,11 @@ class LawTerm(Term):
         """How often contacts closed."""
         return sum(int((after.closed & ~one.closed).sum()) for one, after in zip(self._states, self._states[1:]))
 
+    @property
+    def openings(self) -> int:
+        """How often contacts opened."""
+        return sum(int((one.closed & ~after.closed).sum()) for one, after in zip(self._states, self._states[1:]))
+
     def begin(self, depth: Array) -> None:
         """State which contacts are closed at first, by indentations ``(contacts,)``.
 
@@ -79,6 +84,10 @@ class LawTerm(Term):
                 hint="Start from another place, where they do not touch",
             )
         self._since, self._states = [-np.inf], [Touching(depth > 0, np.ones(self.contacts))]
+
+    def shut(self) -> None:
+        """Close all contacts: they push where bodies overlap."""
+        self._since, self._states = [-np.inf], [Touching.shut(self.contacts)]
 
     def change(self, t: float, contact: int, rate: float) -> None:
         """Close or open a contact after an instant (s), at a rate of indentation."""

@@ -40,6 +40,7 @@ class Rubbing(Term):
     ) -> None:
         super().__init__([pair])
         self.measures, self.stated, self.rows, self.start = (measure,), stated, tuple(rows), start
+        self.held: float | None = None  # friction on the second body at rest, which holds it (N m, N)
 
     def near(self, t: Array) -> Array:
         """Give the angle at the start: steps in time count whole turns from it."""
@@ -59,6 +60,8 @@ class Rubbing(Term):
         predicted
             The stress that the last step predicted, by which it is held; None where it is by its law.
         """
+        if self.held is not None:
+            return Response(np.full_like(x, -self.held))
         assert pulls is not None
         stated, rate = self.stated, v[:, 0, 0]
         arm, drag = stated.radius or 1.0, stated.viscous * rate
@@ -66,9 +69,10 @@ class Rubbing(Term):
         force = np.sqrt(np.sum(pulls**2, axis=1))
         limit = arm * largest(stated, sliding) * force
         scaled = sliding / stated.width
-        held = scaled
+        held, dry = scaled, np.zeros_like(scaled)  # nothing is predicted before the first step
         if predicted is not None:
-            held = held_at((predicted[:, 0, 0] - drag) / np.maximum(limit, TINY), scaled)
+            dry = predicted[:, 0, 0] - drag
+            held = held_at(dry / np.maximum(limit, TINY), scaled)
         share, slope = line(held, scaled), 1 - np.tanh(held) ** 2
         least, step = np.maximum(force, TINY), STEP * (stated.stribeck or stated.width)
         fall = (largest(stated, sliding + step) - largest(stated, sliding - step)) / (2 * step)
@@ -78,5 +82,6 @@ class Rubbing(Term):
             (limit * share + drag)[:, None, None],
             by_rate=diagonal(by_rate[:, None, None]),
             by_pulls=by_pulls[:, None, None],
-            off=float(np.abs(share - np.tanh(scaled)).max(initial=0.0)),
+            off=float(np.abs(dry - limit * np.tanh(scaled)).max()),
+            limit=float(limit.max()),
         )

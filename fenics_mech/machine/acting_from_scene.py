@@ -66,7 +66,8 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     acting: dict[str, Term] = {}
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
-        if near and scene.drives and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
+        cyclic = scene.drives and scene.analysis.method not in ("transient", "static")
+        if near and cyclic and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
             raise SceneError(
                 "the bodies turn against each other without end, which winds the spring up in every cycle",
                 place=f"springs.{name}",
@@ -74,7 +75,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
             )
         free = spring.angle if isinstance(spring, HingeSpring) else spring.length
         if free is None:
-            free = float(near(np.zeros(1))[0]) if near else _distance(machine, pair)
+            free = _angle_at_start(scene, spring, bodies) if isinstance(spring, Hinge) else _distance(machine, pair)
         acting[f"springs.{name}"] = Spring([pair], spring.stiffness, free, look, near)
     for name, load in scene.loads.items():
         acting[f"loads.{name}"] = _load(scene, machine, name, load, at, bodies, links)
@@ -163,15 +164,20 @@ def _between(
     by_body = {point.split(".")[0]: point for point in scene.joints[part.joint].connect}
     first, second = part.bodies or tuple(by_body)
     numbers = {"ground": 0} | {name: k for k, name in enumerate(scene.links, start=1)}
-    turned = bodies.turned[:, numbers[second]] - bodies.turned[:, numbers[first]]
-
     clock = clock_of(scene)
 
     def near(t: Array) -> Array:
+        turned = bodies.turned[:, numbers[second]] - bodies.turned[:, numbers[first]]
         share = np.mod(clock(t) / scene.period, 1.0) if scene.drives else np.zeros(len(t))
         return turned[(share * (len(turned) - 1)).astype(int)]
 
     return (at.end(by_body[first]), at.end(by_body[second])), Look.ANGLE, near
+
+
+def _angle_at_start(scene: Scene, part: Hinge, bodies: Bodies) -> float:
+    """Give the angle at the start between the bodies of a spring (rad)."""
+    first, second = part.bodies or (point.split(".")[0] for point in scene.joints[part.joint].connect)
+    return float(bodies.at_start[second] - bodies.at_start[first])
 
 
 def _distance(machine: Machine, pair: tuple[End, End]) -> float:

@@ -49,7 +49,7 @@ class Assemblies:
     names: frozenset[str] = frozenset()
 
 
-def _units(machine: Machine) -> Array:
+def units_of(machine: Machine) -> Array:
     """Give sizes of coordinates that count as equal ``(coordinates,)``: the longest arm of a joint (m), and 1 rad."""
     turns, units = machine.places[:, machine.geometry.d :], np.full(machine.n, machine.arm)
     units[turns[turns >= 0]] = 1.0
@@ -69,7 +69,7 @@ def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Arra
     derivatives = np.zeros((len(q), machine.size - n, n))
     derivatives[:, row[by] - n, column[by]] = found.K[:, by]
     sizes = _sizes(machine, t)
-    return found.force[:, n:] / sizes, derivatives * _units(machine) / sizes[..., None]
+    return found.force[:, n:] / sizes, derivatives * units_of(machine) / sizes[..., None]
 
 
 def _sizes(machine: Machine, t: Array) -> Array:
@@ -127,11 +127,13 @@ def closed(
         change = -(np.linalg.pinv(J[kept][:, rows][:, :, columns], SMALLEST) @ missed[kept][:, rows, None])[..., 0]
         longest = np.abs(change[:, is_turn]).max(axis=1, initial=0.0)
         change *= np.minimum(1.0, LONGEST / np.maximum(longest, LONGEST))[:, None]
-        q[np.ix_(going, columns)] += change * _units(machine)[columns]
+        q[np.ix_(going, columns)] += change * units_of(machine)[columns]
     return q, gaps
 
 
-def rates_of(machine: Machine, t: Array, q: Array, first: Array, second: Array) -> tuple[Array, Array]:
+def rates_of(
+    machine: Machine, t: Array, q: Array, first: Array, second: Array, J: Array | None = None
+) -> tuple[Array, Array]:
     """Give rates and accelerations of bodies that meet all rows, by those that the rows demand.
 
     Parameters
@@ -142,6 +144,8 @@ def rates_of(machine: Machine, t: Array, q: Array, first: Array, second: Array) 
         Instants (s) and coordinates there ``(instants, size)``.
     first, second
         Rates of the rows' values, and their second rates ``(instants, rows)``.
+    J
+        Derivatives of the rows, as `left_open` gives them there; None where they are not known.
 
     Returns
     -------
@@ -149,11 +153,12 @@ def rates_of(machine: Machine, t: Array, q: Array, first: Array, second: Array) 
         Rates and accelerations ``(instants, size)`` each.
     """
     n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine, t)
-    back = np.linalg.pinv(left_open(machine, t, q)[1], SMALLEST)
+    J = left_open(machine, t, q)[1] if J is None else J
+    back = np.linalg.inv(J) if J.shape[1] == J.shape[2] else np.linalg.pinv(J, SMALLEST)
 
     def solved(demanded: Array) -> Array:
         found = zero.copy()
-        found[:, :n] = (back @ (demanded / sizes)[..., None])[..., 0] * _units(machine)
+        found[:, :n] = (back @ (demanded / sizes)[..., None])[..., 0] * units_of(machine)
         return found
 
     v = solved(first)
@@ -235,7 +240,7 @@ def _groups(machine: Machine, t: float) -> list[tuple[Index, Index]]:
     from scipy.sparse.csgraph import connected_components, maximum_bipartite_matching  # noqa: PLC0415
 
     anywhere = np.zeros((1, machine.size))
-    anywhere[0, : machine.n] = np.random.default_rng(0).uniform(-1.0, 1.0, machine.n) * _units(machine)
+    anywhere[0, : machine.n] = np.random.default_rng(0).uniform(-1.0, 1.0, machine.n) * units_of(machine)
     pattern = np.abs(left_open(machine, t, anywhere)[1][0]) > SMALLEST
     rows, columns = np.arange(pattern.shape[0]), np.arange(pattern.shape[1])
     solved_for = maximum_bipartite_matching(csr_matrix(pattern), perm_type="column")  # unknown of each row
@@ -274,7 +279,7 @@ def _apart(machine: Machine, q: Array, turns: Index, weight: Array) -> Array:
     """
     q, n = q.copy(), machine.n
     q[:, turns] = _within_half(q[:, turns])
-    sizes = q[:, :n] / _units(machine)
+    sizes = q[:, :n] / units_of(machine)
     keys = np.column_stack([-sizes[:, turns[::-1]].round(6), np.sum(weight * sizes**2, axis=1).round(6)])
     kept: list[int] = []
     for i in np.lexsort(keys.T):

@@ -56,6 +56,11 @@ class Bodies:
         made = {name: (rough + q[:2], PLANE.turn(angle + q[2:])) for name, rough, q, angle in at}
         return {"ground": (np.zeros(2), np.eye(2))} | made
 
+    @property
+    def at_start(self) -> dict[str, float]:
+        """Angles of the ground, 0, and of all links at the start, by name (rad)."""
+        return {"ground": 0.0} | dict(zip(self.scene.links, self.angles + self.q[2 : self.machine.n : 3]))
+
     @cached_property
     def turned(self) -> Array:
         """Angles of the ground, 0, and of all links, at even instants from the start to the end of the cycle (rad).

@@ -42,10 +42,25 @@ def energy_of_weight(motion: Motion) -> Array:
         The motion.
     """
     at = motion.found.at
-    vectors = np.concatenate([at.r[:, :, None], np.swapaxes(at.R, -1, -2)], axis=2)
+    return -_weighed(motion, np.concatenate([at.r[:, :, None], np.swapaxes(at.R, -1, -2)], axis=2))
+
+
+def power_of_weight(motion: Motion) -> Array:
+    """Give what the weight of all masses gives to them ``(instants,)`` (W).
+
+    Parameters
+    ----------
+    motion
+        The motion.
+    """
+    return _weighed(motion, motion.found.at.rates)
+
+
+def _weighed(motion: Motion, vectors: Array) -> Array:
+    """Give vectors of all poses, or their rates, times the mass and free fall ``(instants,)``."""
     falling = np.zeros_like(vectors)
     falling[:, :, 0] = motion.machine.gravity
-    return -_between(motion, vectors, falling)
+    return _between(motion, vectors, falling)
 
 
 def _between(motion: Motion, one: Array, other: Array | None = None) -> Array:

@@ -21,7 +21,7 @@ from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_o
 from fenics_mech.machine.machine import Machine
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.applied_loads import Load
-from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld, members_under_pins
+from fenics_mech.scene.joints import Prismatic, Revolute, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
 from fenics_mech.terms import Element, Term
 
@@ -157,12 +157,9 @@ class _Nodes:
         welded = self._welded()
         poses: dict[int, int] = {}
         for name, link in scene.links.items():
-            if link.rigid is not None and welded.get(name, name) == name:
+            if link.rigid is not None:
                 place, axes = frames[name]
                 self.rigid[name] = machine.add_pose(place + axes @ np.array(link.rigid.centre), axes)
-        for name in welded:
-            if name in scene.links and scene.links[name].rigid is not None and name not in self.rigid:
-                self.rigid[name] = self.rigid[welded[name]]
         fixed, shared = self._pinned()
         for node, (label, link, at) in enumerate(nodes):
             body = names[link]
@@ -178,10 +175,10 @@ class _Nodes:
         self.pose = [poses[node] for node in range(len(nodes))]
 
     def _welded(self) -> dict[str, str]:
-        """Give by "link.point", or by rigid link, what carries it: "ground", a rigid link, or another point."""
+        """Give by "link.point" of a link that bends what carries it: "ground", a rigid link, or another point."""
         carried: dict[str, str] = {}
         for name, joint in self.scene.joints.items():
-            if not isinstance(joint, Weld):
+            if not isinstance(joint, Weld) or not any(self.stiffness(point) == BENDING for point in joint.connect):
                 continue
             sides = [point if self.stiffness(point) == BENDING else point.split(".")[0] for point in joint.connect]
             sides = [self._same.get(side, side) for side in sides]
@@ -249,16 +246,23 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
             first, *others = sorted(joint.connect, key=nodes.stiffness)
             for point in others:
                 machine.join(joint.kind, (nodes.end(first), nodes.end(point)), name=name)
-        elif isinstance(joint, Slot | Prismatic) and joint.member is None:
-            guide, slide = (nodes.end(point, joint.angle) for point in joint.connect)
-            axes = machine.R[slide.pose].T @ machine.R[guide.pose] @ guide.turn  # those of the guide, as drawn
-            machine.join(joint.kind, (guide, replace(slide, turn=axes)), name=name)
+        elif isinstance(joint, Weld):
+            if all(nodes.stiffness(point) != BENDING for point in joint.connect):
+                machine.join(joint.kind, _with_same_axes(machine, *map(nodes.end, joint.connect)), name=name)
+        elif joint.member is None:
+            ends = (nodes.end(point, joint.angle) for point in joint.connect)
+            machine.join(joint.kind, _with_same_axes(machine, *ends), name=name)
         elif isinstance(joint, Prismatic) or (joint.member is not None and name in scene.moved_joints):
             raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
     clock = clock_of(scene)
     for number, drive in enumerate(scene.drives):
         if drive.motor is None:
             made.driven.append(lead(made, drive.joint, law_of(scene, number, clock)))
+
+
+def _with_same_axes(machine: Machine, one: End, other: End) -> tuple[End, End]:
+    """Give two ends, the second with the axes of the first, as both are drawn."""
+    return one, replace(other, turn=machine.R[other.pose].T @ machine.R[one.pose] @ one.turn)
 
 
 def moved_ends(made: SceneMachine, name: str) -> tuple[str, tuple[End, End]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -38,6 +39,15 @@ class Drag:
     def whole(self) -> float:
         """How it changes with a velocity (1/s)."""
         return self.external + self.relative
+
+
+class Placed(NamedTuple):
+    """All poses at rest at some instants: what measures look at, as of `Moved`."""
+
+    r: Array
+    c: Array
+    R0: Array
+    ways: Array
 
 
 @dataclass(frozen=True)
@@ -160,7 +170,7 @@ class Group:
             return made
         return InnerGroup(geometry, places, term) if term.inner else Group(geometry, places, term.pairs, term)
 
-    def measure(self, at: Moved, angles: Array | None) -> Measured:
+    def measure(self, at: Moved | Placed, angles: Array | None) -> Measured:
         """Measure all elements, angles near to given ones ``(instants, elements, measures)``; no response yet."""
         g, T, E, m = self.geometry, len(at.r), len(self.pose), self.count
         ways = self.variables_of(at.ways)
@@ -193,7 +203,7 @@ class Group:
     def _spread_across(self, found: Measured, across: Array, pattern: Pattern, target: Target) -> None:
         """Add the tangents of elements that respond together: K += G'(D G + B G'), C += G' B G, with rates G' of G."""
         T, (sets, n) = len(found.x), self.block.shape
-        one, rate = (self._on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
+        one, rate = (self.on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
         forces = np.einsum("tsia,dtsij->dtsaj", one, across)
         by_q, by_v = forces[0] @ one + forces[1] @ rate, forces[1] @ one
         entries = pattern.at(self.block, self.block).ravel()
@@ -202,7 +212,7 @@ class Group:
         target[3][:] += by_q.reshape(T, -1) @ to
         target[2][:] += by_v.reshape(T, -1) @ to
 
-    def _on_coordinates(self, by_variables: Array, n: int) -> Array:
+    def on_coordinates(self, by_variables: Array, n: int) -> Array:
         """Give derivatives of the measures of sets by their coordinates ``(instants, sets, measures, n)``."""
         d, own = self.geometry.d, self.geometry.size
         way, first, second = np.split(by_variables, [d, own], axis=-1)
@@ -235,7 +245,7 @@ class Group:
 
     def add_pulls(self, found: Measured, by_pulls: Array, numbers: Places, pattern: Pattern, M: Array) -> None:
         """Add derivatives of forces by multipliers, whose numbers among the unknowns are ``(rows,)``."""
-        on = self._on_coordinates(found.gradient, self.dof.shape[1])
+        on = self.on_coordinates(found.gradient, self.dof.shape[1])
         entries, values = pattern.at(self.dof, numbers), np.einsum("tema,temr->tear", on, by_pulls)
         for place in np.argwhere(entries >= 0):
             M[:, entries[tuple(place)]] += values[:, *place]

@@ -103,7 +103,7 @@ def _touching(
     points = [point for joint in joints for point in scene.joints[joint].connect if not point.startswith("ground.")]
     along = [] if links is None else nodes_along(scene, links.mesh, law.joint)  # of a member that is the guide
     points = list(dict.fromkeys([*points, *along]))
-    ends, turned = [end(point) for point in points], _turned(scene, bodies)
+    ends, turned = [end(point) for point in points], bodies.at_start
     angles = [turned[point.split("@")[0].split(".")[0]] for point in points]
 
     def place(joint: str) -> JointPlace:
@@ -124,11 +124,6 @@ def _touching(
     return {f"joint_laws.{key}": LawTerm(key, machine.at_ground(), ends, one, angles) for key, one in laws.items()}
 
 
-def _turned(scene: Scene, bodies: Bodies) -> dict[str, float]:
-    """Give the angles of the ground and of all links at the start (rad)."""
-    return {"ground": 0.0} | dict(zip(scene.links, bodies.angles + bodies.q[2 : bodies.machine.n : 3]))
-
-
 def _effort(pair: tuple[End, End], measure: Measure, effort: Stated, start: float) -> Effort:
     """Give the term of an effort at a joint that starts from a place."""
 
@@ -144,6 +139,5 @@ def _joint(scene: Scene, end: Callable[..., End], name: str, bodies: Bodies) -> 
     first, second = joint.connect[:2]
     if isinstance(joint, Slot | Prismatic):
         return (end(first, joint.angle), end(second, joint.angle)), Measure(Look.ALONG, 0), 0.0
-    turned = _turned(scene, bodies)
-    one, other = (turned[point.split(".")[0]] for point in (first, second))
+    one, other = (bodies.at_start[point.split(".")[0]] for point in (first, second))
     return (end(first), end(second)), Measure(Look.ANGLE), float(other - one)

@@ -13,7 +13,7 @@ from fenics_mech.geometry import Chart, End, Geometry, PoseMotion, Rest
 from fenics_mech.geometry.charts import Path
 from fenics_mech.joints import Ride, Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
-from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Target
+from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Placed, Target
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern, Places
 from fenics_mech.machine.rides import Rides
@@ -357,6 +357,44 @@ class Machine:
         of_turns = motion.w + rates[..., d:], motion.al + seconds[..., d:]
         return PoseMotion(motion.r, motion.R, of_places[0], of_turns[0], of_places[1], of_turns[1])
 
+    def turned(self, angles: Sequence[Array] | None, q: Array) -> list[Array] | None:
+        """Give angles near those of every term at some coordinates: in the plane given ones, and the turns beside.
+
+        Parameters
+        ----------
+        angles
+            Angles ``(1, elements, measures)`` where the coordinates are 0; None where the terms know.
+        q
+            Coordinates ``(instants, n)`` or more.
+        """
+        if angles is None:
+            return None
+        g, found = self.geometry, []
+        turns = np.append(q[:, : self.n], np.zeros((len(q), 1)), axis=1)[:, self.places[:, g.d]] * (g.turns == 1)
+        for group, near in zip(self.groups, angles):
+            turned = turns[:, group.pose[:, 1]] - turns[:, group.pose[:, 0]]
+            found.append(near + (turned[..., None] if turned.shape[1] == near.shape[1] else 0 * q[:, :1, None]))
+        return found
+
+    def predicted(self, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
+        """Predict the stresses of all terms after a step, to first order, for the geometric stiffness of the next one.
+
+        That is Newton's method with the stresses as unknowns, condensed.
+
+        Parameters
+        ----------
+        found
+            Where the step was made.
+        dq, dv, da
+            Changes of coordinates, rates, and accelerations with multipliers ``(instants, size)`` each.
+        """
+        return [
+            measured.predicted(
+                group.variables(dq), group.variables(dv), da[:, modes], da[:, self.n :][:, list(term.rows)]
+            )
+            for measured, group, modes, term in zip(found.terms, self.groups, self.mode_numbers, self.terms)
+        ]
+
     # ---- the equation ----
     def moved(
         self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True, heavy: bool = True
@@ -368,6 +406,21 @@ class Machine:
                 rate[:] = 0.0
         Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
         return Moved.by(self.geometry, chart, Q, V, A, loads * heavy * self.gravity, self.drag)
+
+    def placed(self, t: Array, q: Array) -> Placed:
+        """Place all poses by coordinates beside a chart that rests ``(instants, n)``, for measures without rates."""
+        d, chart = self.geometry.d, self.known.at(t)
+        Q = np.concatenate([q, np.zeros((len(t), 1))], axis=1)[:, self.places]
+        return Placed(chart.r + Q[..., :d], np.ascontiguousarray(Q[..., d:]), chart.R, np.zeros_like(Q))
+
+    def rows_by_coordinates(self, by_variables: Array) -> Array:
+        """Give derivatives of the rows by coordinates, by those by their variables ``(instants, rows, n)``."""
+        (d, own), dof, x = (self.geometry.d, self.geometry.size), self.row_group.dof, by_variables[:, :, 0]
+        whole = np.zeros((*x.shape[:2], self.n + 1))  # what rests has the last
+        rows = np.arange(len(dof))[:, None]
+        whole[:, rows, dof[:, :own]] = np.concatenate([-x[..., :d], x[..., d:own]], axis=-1)
+        whole[:, rows, dof[:, own:]] += np.concatenate([x[..., :d], x[..., own:]], axis=-1)
+        return whole[..., : self.n]
 
     def residual(
         self,

@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech.terms import Response
+
+
+@cache
+def _in_triangle(n: int) -> Index:
+    """Give where the entries of a symmetric matrix lie in its lower triangle ``(n, n)``."""
+    at = np.zeros((n, n), dtype=int)
+    i, j = np.tril_indices(n)
+    at[i, j] = at[j, i] = np.arange(len(i))
+    return at
 
 
 @dataclass(frozen=True)
@@ -45,11 +55,8 @@ class Measured:
     @property
     def rate_by_variables(self) -> Array:
         """Derivatives of the rates by the variables ``(instants, elements, measures, variables)``."""
-        n = self.gradient.shape[-1]
-        at = np.zeros((n, n), dtype=int)
-        i, j = np.tril_indices(n)
-        at[i, j] = at[j, i] = np.arange(len(i))
-        return np.einsum("temab,teb->tema", np.take(self.hessian, at, axis=-1), self.ways)
+        whole = np.take(self.hessian, _in_triangle(self.gradient.shape[-1]), axis=-1)
+        return np.einsum("temab,teb->tema", whole, self.ways)
 
     def predicted(self, change: Array, change_of_ways: Array, change_of_modes: Array, change_of_pulls: Array) -> Array:
         """Give the stresses after a change of the variables, their rates, the modes and multipliers, to first order."""

@@ -13,6 +13,7 @@ from fenics_mech.geometry import PLANE, Given, PoseMotion
 from fenics_mech.machine.assembly import COARSELY_MET, closed, rates_of
 from fenics_mech.machine.drawn_from_scene import Law
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.machine.motion import coordinates
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.terms import Beams
 
@@ -21,6 +22,16 @@ Places = tuple[Array, Array, Array]  # of freedoms, and two derivatives by time 
 
 def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None) -> Given:
     """Give the motion of all poses as if each were fixed to its link, and links did not bend.
+
+    Parameters and errors are those of `motion_of_bodies`.
+    """
+    return Given(t, poses_of_links(made, *motion_of_bodies(made, t, near, freedoms, drives)))
+
+
+def motion_of_bodies(
+    made: SceneMachine, t: Array, near: Array, freedoms: Places, drives: Places | None = None
+) -> Places:
+    """Give coordinates, rates and accelerations of the links as bodies ``(instants, size)`` each.
 
     Parameters
     ----------
@@ -41,7 +52,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, dr
         When the links do not come together there.
     """
     bodies = made.bodies
-    value, first, second = (np.hstack(pair) for pair in zip(drives or _driven(made, t), freedoms))
+    value, first, second = (np.hstack(pair) for pair in zip(drives or driven(made, t), freedoms))
     machine, loose = copy(bodies.machine), made.scene.open_joints
     still = [row for row in machine.rows if not row.leads and row.name not in loose]
     given = [
@@ -53,7 +64,7 @@ def rigid_motion(made: SceneMachine, t: Array, near: Array, freedoms: Places, dr
     if (gaps > COARSELY_MET).any():
         raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
     rates = (np.pad(x, ((0, 0), (len(still), 0))) for x in (first, second))
-    return Given(t, _of_poses(made, q, *rates_of(machine, t, q, *rates)))
+    return q, *rates_of(machine, t, q, *rates)
 
 
 def values_at(t: Array, values: Array) -> Law:
@@ -61,8 +72,34 @@ def values_at(t: Array, values: Array) -> Law:
     return lambda at: values[np.searchsorted(t, at)]
 
 
-def _driven(made: SceneMachine, t: Array) -> Places:
-    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each."""
+def coordinates_of_links(made: SceneMachine, links: Array) -> Array:
+    """Give the coordinates of poses that are fixed to links ``(instants, n)``.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene of which no link bends.
+    links
+        Places (m) and angles (rad) of all links ``(instants, 3 links)``.
+    """
+    bodies, machine = made.bodies, made.machine
+    drawn = np.column_stack([np.array(bodies.machine.r)[1:], bodies.angles]).ravel()
+    motion = poses_of_links(made, *(links - drawn, 0 * links, 0 * links))
+    turned = np.pad((links - drawn - bodies.q[: links.shape[1]])[:, 2::3], ((0, 0), (0, 1)))
+    turns = turned[:, links_of_poses(made)][..., None]
+    return coordinates(machine, motion.r - np.array(machine.r), turns)[:, : machine.n]
+
+
+def driven(made: SceneMachine, t: Array) -> Places:
+    """Give angles and strokes of the drives, and two derivatives by time ``(instants, drives)`` each.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    t
+        Instants (s).
+    """
     scene = made.scene
     if not scene.drives:
         return (np.zeros((len(t), 0)),) * 3
@@ -92,8 +129,16 @@ def links_of_poses(made: SceneMachine) -> Index:
     return found
 
 
-def _of_poses(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMotion:
-    """Give the motion of all poses by coordinates, rates and accelerations of the links as bodies."""
+def poses_of_links(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMotion:
+    """Give the motion of all poses, as if each were fixed to its link.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    q, v, a
+        Coordinates, rates and accelerations of the links as bodies ``(instants, size)``.
+    """
     bodies, machine = made.bodies, made.machine
     count, drawn = len(made.scene.links), made.bodies.frames()
     of_links = [x[:, : 3 * count].reshape(len(x), count, 3) for x in (q, v, a)]

@@ -9,6 +9,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.response.transient.beside import Beside
+from fenics_mech.response.transient.disturbances import quarters_of
 from fenics_mech.response.transient.shooting import RepeatedMotion
 from fenics_mech.scene import Scene
 
@@ -45,7 +46,7 @@ def _of_growth(of_each: list[tuple[float, Array]], time: Array) -> xr.Dataset:
     ends = np.append(time[0], [end for end, _ in of_each])
     grown = np.vstack([np.zeros_like(of_each[0][1]), *(growth for _, growth in of_each)])
     at = np.stack([np.interp(time, ends, column) for column in grown.T], axis=1)
-    quarters = np.linspace(time[0], time[-1], 5)[2:]
+    quarters = quarters_of(time)
     there = np.stack([np.interp(quarters, ends, column) for column in grown.T], axis=1)
     rates = np.diff(there, axis=0) / np.diff(quarters)[:, None]
     exponents = (there[-1] - there[0]) / (quarters[-1] - quarters[0])

@@ -53,10 +53,11 @@ def with_missed_peaks(solution: Solution, fields: Fields) -> AtStations:
 class _WithoutVibration(OfLinkage):
     """A scene without effects by which axial forces act on bending, and its answer by linear statics at any angles.
 
-    `s` are the stations. `twist` are curves of the angle of a motor's crank ahead of its drive and of two time
-    derivatives, ``(positions, 3)``.
+    `linkage` gives the rigid motion at any angles. `s` are the stations. `twist` are curves of the angle of a motor's
+    crank ahead of its drive and of two time derivatives, ``(positions, 3)``.
     """
 
+    linkage: Linkage
     beams: Beams
     s: Array
     twist: CycleCurves | None
@@ -76,11 +77,16 @@ class _WithoutVibration(OfLinkage):
         linkage = driven.linkage or Linkage(straight)  # whose branch is followed in steps of its own
         return cls(straight, system.motion, linkage, beams, fields.coordinates["s"], twist)
 
+    @property
+    def knots(self) -> Array:
+        """Drive angles to which the branch was followed (rad)."""
+        return self.linkage.branch.over(np.array([0.0, len(self.motion.theta) * self.step])).theta
+
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle, in positions."""
-        if self.twist is None:
-            return super().at(places)
         theta, rate = places * self.step, self.scene.cycle_rate
+        if self.twist is None:
+            return self.of(self.linkage.motion(theta, rate))
         ahead, faster, change = self.twist.at(places).T
         crank = at_rate(self.linkage.motion(theta + ahead, rate), rate, rate + faster, change)
         return self.of(replace(crank, theta=theta, time=theta / rate))

@@ -24,7 +24,7 @@ def law_efforts(efforts: Efforts, depths: Efforts, largest: Mapping[str, float],
     depths
         Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each.
     largest
-        Largest effort of each law in the whole motion, where it is known between the times too.
+        Largest effort of each law between the times, where it is known.
     contacts
         How often contacts closed.
 
@@ -36,7 +36,7 @@ def law_efforts(efforts: Efforts, depths: Efforts, largest: Mapping[str, float],
     """
     if not efforts:
         return xr.Dataset()
-    seen = {name: float(np.abs(values).max()) for name, values in efforts.items()} | dict(largest)
+    seen = {name: max(float(np.abs(x).max()), largest.get(name, 0.0)) for name, x in efforts.items()}
     found = xr.Dataset(
         {
             "law_effort": (("theta", "law"), np.stack(list(efforts.values()), axis=1)),

@@ -85,6 +85,8 @@ class OfPoses:
 
     def members(self) -> Variables:
         """Give strains, stresses, section forces and deflections at the stations of all members."""
+        if self.made.links is None:
+            return {}
         forces, s, lengths = self.sections, self.stations, self.mesh.member_length
         sections, along = self.made.scene.rigidities(s), ("theta", "member", "s")
         stretch, bending = self.strains
@@ -222,12 +224,17 @@ class OfPoses:
         end = self.made.end(bodies[body])
         if joint.member is not None:
             return self._under_pin(name, body)
-        if isinstance(joint, Weld):
+        if isinstance(joint, Weld) and not all(self._rigid(part) for part in bodies):
+            if self._rigid(body):  # it shares its pose with what bends, which has all elements there
+                return -self.held(name, joint, next(part for part in bodies if part != body))
             return self._at_weld(body, end)
         found = self._reactions.of(name)[:, end.pose]
         arm = self.motion.of_end(end)[0] - self.motion.found.at.r[:, end.pose]
         moment = found[:, 2] - arm[:, 0] * found[:, 1] + arm[:, 1] * found[:, 0]
         return np.concatenate([found[:, :2], moment[:, None]], axis=1) + self._of_drive(name, joint, body)
+
+    def _rigid(self, body: str) -> bool:
+        return body == GROUND or self.made.scene.links[body].rigid is not None
 
     def _at_weld(self, body: str, end: End) -> Array:
         """Give what a body needs from a weld, whose pose it shares: for its elements, and what acts on it there."""
@@ -323,9 +330,10 @@ class OfPoses:
 
     # ---- places ----
     def points(self) -> Variables:
-        """Give place, velocity and acceleration of all points, with links that do not bend and with bent ones."""
+        """Give place, velocity and acceleration of all points, with links that do not bend, and with bent ones."""
         found: Variables = {}
-        for suffix, moved in (("", self.motion.chart.of_end), ("_bent", self.moved)):
+        bent = () if self.made.links is None else (("_bent", self.moved),)
+        for suffix, moved in (("", self.motion.chart.of_end), *bent):
             for name, values in zip(("position", "velocity", "acceleration"), zip(*map(moved, self.traced.values()))):
                 found[f"point_{name}{suffix}"] = (("theta", "point", "component"), np.stack(values, axis=1))
         return found
@@ -403,7 +411,9 @@ class OfPoses:
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
         causes |= {id(term): _cause_of(self.made.scene, name, term) for name, term in self._laws.items()}
-        taken: list[tuple[str | None, Array]] = list(_of_beams(machine.beams, self.measured[0]))
+        taken: list[tuple[str | None, Array]] = []
+        if self.made.links is not None:
+            taken += _of_beams(machine.beams, self.measured[0])
         drag, at = machine.drag, found.at
         for cause, factor, rates in (
             (Cause.EXTERNAL_DRAG, drag.external, at.rates),

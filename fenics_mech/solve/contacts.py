@@ -64,9 +64,15 @@ class Contacts:
         return step, event or due
 
     def pass_event(self, step: Step, event: Event) -> None:
-        """Close or open the contact of an event at the end of a step."""
-        rate = self._depths(event.term, step, np.ones(1))[1][event.contact, 0]
-        self._term(event.term).change(step.t + step.h, event.contact, float(rate))
+        """Close or open the contact of an event at the end of a step, and all others that come to theirs with it."""
+        for k in self.terms:
+            term, (depths, rates) = self._term(k), self._depths(k, step, np.ones(1))
+            signs = np.where(term.closed, -1.0, 1.0)
+            away, speeds = signs * depths[:, 0], signs * rates[:, 0]
+            due = (speeds > 0) & (away > -AT_END * step.h * speeds)
+            due[event.contact] |= k == event.term
+            for contact in np.flatnonzero(due):
+                term.change(step.t + step.h, int(contact), float(rates[contact, 0]))
 
     def error(self, step: Step, before: Array) -> float:
         """Bound the errors of rates of indentation over what they may be, by the acceleration at the start ``(size,)``.
@@ -75,11 +81,12 @@ class Contacts:
         """
         missed, worst = step.tableau.back @ step.a - before, 0.0
         missed[self.machine.n :] = 0.0
-        start = replace(step, v=missed)
+        start, led = replace(step, v=missed), replace(step, v=0 * missed)
         for k in self.terms:
             term = self._term(k)
             if term.closed.any():
-                rates = self._depths(k, start, np.zeros(1))[1][:, 0]
+                at, rest = (self._depths(k, one, np.zeros(1))[1][:, 0] for one in (start, led))
+                rates = at - rest
                 allowed = self.share * term.speed + ROUNDING * max(self.machine.extent, 1.0) / step.h
                 worst = max(worst, float(np.abs(rates / allowed)[term.closed].max()))
         return step.tableau.inside_rate * step.h * worst

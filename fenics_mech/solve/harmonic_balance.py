@@ -25,7 +25,7 @@ from scipy.sparse.linalg import splu
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.newton import newton
 from fenics_mech.solve.operators import by_gmres
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import LEAST
@@ -137,7 +137,7 @@ class Balance:
         change = Series(nearly(x).reshape(shape), self.series.period, n)
         self.change = change.at(self.t)
         forces(*self.change)
-        self.stresses = predicted(machine, found, *self.change)
+        self.stresses = machine.predicted(found, *self.change)
         self.series = Series(self.series.coefficients + change.coefficients, self.series.period, n)
         largest = max(np.abs(self.series.at(self.t)[0]).max(), LEAST * machine.extent)
         return float(np.abs(self.change[0]).max() / largest)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,6 +51,7 @@ def steps_in_time(
     share: float = 1e-4,
     stages: int = 3,
     longest: float = np.inf,
+    struck: Callable[[float, Array], Array] | None = None,
 ) -> Iterator[Step]:
     """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
 
@@ -75,6 +76,9 @@ def steps_in_time(
         Stages of a step.
     longest
         Longest step where steps are chosen (s).
+    struck
+        Gives the rates after impulses at the stated instants, all but the last, by their instant (s) and the rates
+        before; None where there are none.
 
     Raises
     ------
@@ -86,10 +90,11 @@ def steps_in_time(
     allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
     a, angles, contacts = np.zeros((stages, machine.size)), None, Contacts(machine, share)
     contacts.begin(t, v)
-    if not fixed:
-        short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
-        a = np.tile(tableau.back @ short.a, (stages, 1))
     for stop in times[1:]:
+        v = v if struck is None else struck(t, v)
+        if not fixed and (t == times[0] or struck is not None):
+            short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
+            a = np.tile(tableau.back @ short.a, (stages, 1))
         while t < stop:
             parts = math.ceil((stop - t) / min(step, longest) - ROUNDING)
             step = (stop - t) / parts
@@ -110,7 +115,7 @@ def steps_in_time(
             t = float(stop) if parts == 1 and made.h == step else t + made.h
             angles = [x[-1:] for x in made.measures]
             v, last = machine.rebase(*(x[-1] for x in made.at(np.ones(1))))
-            v = with_rows(machine, t, v) if contacts.terms else v
+            v = with_rows(machine, t, v) if contacts.terms and machine.rows else v
             a = np.tile(last, (stages, 1))
             step = h or step * min(MOST, SAFETY * max(error, 1e-300) ** -exponent)
 

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.newton import increased, newton, predicted
+from fenics_mech.solve.newton import increased, newton
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
@@ -84,7 +84,7 @@ class StaticIteration:
         x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")
         dq, da = np.where(np.arange(machine.size) < n, x, 0.0), np.where(np.arange(machine.size) < n, 0.0, x)
         self.change = dq, zero, da
-        self.stresses = predicted(machine, held, *self.change)
+        self.stresses = machine.predicted(held, *self.change)
         self.q, self.a = self.q + dq, self.a + da
         most = np.abs(self.q / self.unit).max(initial=0.0)
         return float(np.abs(dq / self.unit).max(initial=0.0) / max(most, 1.0))

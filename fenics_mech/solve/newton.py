@@ -1,16 +1,14 @@
-"""Newton's method, and the stresses that it predicts."""
+"""Newton's method."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.machine import Evaluation, Machine
 
 ROUNDING = 1e-2  # changes below which Newton's method converges, unless rounding makes them
 
@@ -102,16 +100,3 @@ def increased(answer: Loaded, tolerance: float, what: str, failed: SolverError) 
         else:
             answer.refuse_beyond(reached)
             reached, ahead = answer.share, 2 * ahead
-
-
-def predicted(machine: Machine, found: Evaluation, dq: Array, dv: Array, da: Array) -> Sequence[Array]:
-    """Predict the stresses of all terms after a step, to first order, for the geometric stiffness of the next tangents.
-
-    That is Newton's method with the stresses as unknowns, condensed. `dq`, `dv` and `da` are ``(instants, size)``.
-    """
-    return [
-        measured.predicted(
-            group.variables(dq), group.variables(dv), da[:, modes], da[:, machine.n :][:, list(term.rows)]
-        )
-        for measured, group, modes, term in zip(found.terms, machine.groups, machine.mode_numbers, machine.terms)
-    ]

@@ -16,7 +16,7 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.blows import Blows, blows_of, gaps_between
 from fenics_mech.solve.compiled_steps import CompiledSteps, order_of
-from fenics_mech.solve.newton import increased, newton, predicted
+from fenics_mech.solve.newton import increased, newton
 from fenics_mech.solve.operators import by_gmres, shell
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.sparse import Factors, blocks_of
@@ -320,7 +320,7 @@ class Iteration:
         _, q, v, a = change.at(self.path.tableau.c)
         size = self.machine.size
         self.change = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
-        self.stresses = self.predicted = predicted(self.machine, self.found, *self.change)
+        self.stresses = self.predicted = self.machine.predicted(self.found, *self.change)
 
     def step(self) -> float:
         """Take a step, and give the size of its change."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.polynomial import Polynomial, legendre
@@ -38,6 +38,14 @@ class Tableau:
     back: Array
     inside: float
     inside_rate: float
+
+    @cached_property
+    def kinked(self) -> float:
+        """As `inside`, where the acceleration has a kink in the step, as where bodies stick or slip: the median."""
+        shares, places = np.linspace(0, 1, 201), np.linspace(0.01, 0.99, 99)
+        kinks = np.maximum(self.c[:, None] - places, 0)
+        errors = self.at(shares)[1] @ self.A @ kinks - np.maximum(shares[:, None] - places, 0) ** 3 / 6
+        return float(np.median(np.abs(errors).max(axis=0) / np.abs(self.back @ kinks)))
 
     def at(self, s: Array) -> tuple[Array, Array]:
         """Give values and integrals from 0 of the stages' polynomial at shares of a step: ``(shares, stages)`` each."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.newton import newton
 from fenics_mech.solve.sparse import blocks_of, solutions
 
 
@@ -103,7 +103,7 @@ def equilibria(
         found = machine.residual(t, q, zero, a, predicted=stresses, loads=loads, moving=moving)
         x = solutions(blocks, stiffness(machine, found)[..., None, None], -found.force, what)
         change = np.where(np.arange(machine.size) < n, x, 0.0)
-        stresses = predicted(machine, found, change, zero, x)
+        stresses = machine.predicted(found, change, zero, x)
         q[:] += change
         a[:, n:] += x[:, n:]
         most = np.abs(q / unit[:-1]).max(initial=0.0)

@@ -10,12 +10,14 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import PoseMotion
 from fenics_mech.machine import Machine
+from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.measured import Measured
-from fenics_mech.solve.newton import newton, predicted
+from fenics_mech.solve.newton import newton
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, stage_matrix
 
 CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
+UNPRESSED = 1e-9  # of the largest force of inertia: limits of friction below it are rounding
 SHORT = 1e-2  # of the first step: one that leads back to the accelerations at the start, to the order of its stages
 
 
@@ -98,15 +100,16 @@ class Step:
             When it has no solution.
         """
         machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
-        a, size, stages = self.a, machine.size, len(tableau.c)
+        a, size, stages = self.a.copy(), machine.size, len(tableau.c)
+        if self._rubs:  # from the rates at the start: what sticks is not taken for what slides
+            a[:, :n] = 0.0
         instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
-        near = None if self.angles is None else [np.broadcast_to(x, (stages, *x.shape[1:])) for x in self.angles]
         measures: list[Array] = []
 
         def step() -> float:
             nonlocal stresses, a
             q, v, _ = replace(self, a=a).at(tableau.c)
-            found = machine.residual(instants, q, v, a, predicted=stresses, angles=near)
+            found = machine.residual(instants, q, v, a, predicted=stresses, angles=machine.turned(self.angles, q))
             measures[:] = [term.x for term in found.terms]
             matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
             da = Factors(blocks, matrix, f"step at {self.t:.6g} s").solve(-found.force.T.ravel())
@@ -114,12 +117,29 @@ class Step:
             a = a + da
             dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
             dq[:, n:] = dv[:, n:] = 0.0
-            stresses = predicted(machine, found, dq, dv, da)
-            off = max((term.response.off for term in found.terms), default=0.0)
-            return max(off, float(np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)))
+            stresses = machine.predicted(found, dq, dv, da)
+            places = np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)
+            return max(float(places), self._slipping(found, stresses) if self._rubs else 0.0)
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
+
+    @property
+    def _rubs(self) -> bool:
+        return any(len(term.rows) for term in self.machine.terms)
+
+    def _slipping(self, found: Evaluation, predicted: Sequence[Array] | None) -> float:
+        """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit.
+
+        Changes of places in a short step do not show it.
+        """
+        weight, worst = self.machine.inertia.mass.max(initial=0.0) * np.abs(found.at.acc[:, :, 0]).max(), 0.0
+        for k, term in enumerate(self.machine.terms):
+            response = found.terms[k].response
+            if len(term.rows) and predicted is not None and response.limit:
+                change = float(np.abs(predicted[k] - response.stress).max())
+                worst = max(worst, (response.off + change) / max(response.limit, UNPRESSED * weight))
+        return worst
 
     def at_stages(self) -> States:
         """Give the poses at its stages."""
@@ -152,7 +172,8 @@ class Step:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
         n, tableau = self.machine.n, self.tableau
         missed = (tableau.back @ self.a - before)[:n] / self.tolerance
-        return float(tableau.inside * self.h**2 * np.abs(missed).max(initial=0.0))
+        inside = tableau.kinked if self._rubs else tableau.inside
+        return float(inside * self.h**2 * np.abs(missed).max(initial=0.0))
 
 
 def now(machine: Machine, t: float, v: Array, a: Array) -> PoseMotion:

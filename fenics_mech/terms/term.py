@@ -57,8 +57,8 @@ class Response:
         these: ``(2, instants, sets, stresses of a set, measures of a set)``. The others are then None.
     by_pulls
         Derivatives by the multipliers that the term looks at ``(instants, elements, measures, rows)``.
-    off
-        How far what Newton's method holds is from the term's law, without units.
+    off, limit
+        How far what Newton's method predicted is from the term's law, and the size by which that is judged (N, N m).
     """
 
     stress: Array
@@ -68,11 +68,13 @@ class Response:
     across: Array | None = None
     by_pulls: Array | None = None
     off: float = 0.0
+    limit: float = 0.0
 
     def times(self, share: float) -> Response:
         """Give a share of the stresses."""
-        parts = (self.stress, self.by_measure, self.by_rate, None, self.across, self.by_pulls)
-        return Response(*(None if x is None else share * x for x in parts))  # type: ignore[arg-type]
+        parts = {name: getattr(self, name) for name in ("by_measure", "by_rate", "across", "by_pulls")}
+        shares = {name: share * x for name, x in parts.items() if x is not None}
+        return replace(self, stress=share * self.stress, modes=None, **shares)
 
     def under(self, sizes: Array) -> Response:
         """Give the same with the stress of its modes, whose sizes are given ``(instants, modes)``."""

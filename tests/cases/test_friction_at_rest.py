@@ -58,6 +58,24 @@ def test_a_block_coasts_to_rest_and_stays_there(angle):
     assert np.ptp(place[data["time"] > 2.5]) < 1e-6
 
 
+def wide_pin(**freedom) -> fm.Scene:
+    """Give a mass 0.2 m beside a pin whose friction acts at 3 x 0.3 m = 0.9 m."""
+    law = {"kind": "friction", "coefficient": 3.0, "radius": 0.3}
+    body = fm.RigidBody(mass=1.0, centre=(0.2, 0))
+    scene = bar(law, **{"links.bar.rigid": body, "freedoms": {"O": freedom}})
+    return scene.changed({"analysis.sub_intervals": 10})
+
+
+def test_a_pin_whose_friction_acts_beyond_the_arm_of_its_mass_sticks():
+    place = fm.analyse(wide_pin(start=0.5 - np.pi / 2)).data["freedom_place"]
+    assert np.abs(place - place[0]).max() < 1e-7  # 1e-8 m/s artanh(0.2 sin(0.5)/0.9)/0.3 m in 1 s is 3.6e-9 rad
+
+
+def test_a_pin_whose_friction_acts_beyond_the_arm_of_its_mass_jams_in_motion():
+    with pytest.raises(fm.SolverError, match="a pin jams in motion where its coefficient times its radius exceeds"):
+        fm.analyse(wide_pin(start=0.0, speed=2.0))
+
+
 @pytest.mark.parametrize("away", [0.0035, -0.0035, 0.0])
 def test_a_pendulum_is_held_by_the_friction_of_its_pin(away):
     # m g s sin(phi) < mu r N with N = m g: held up to 0.004 rad; a pin of 10 mm may creep by 1e-6 artanh(0.875) rad/s

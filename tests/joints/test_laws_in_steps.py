@@ -124,7 +124,7 @@ def test_tangents_of_friction_are_those_of_differences(stribeck):
 
 def test_a_pin_that_rubs_has_rows_between_links_that_bend():
     """Its force is told as that of a pin without rows, which shares a place."""
-    changes = {"analysis.duration": 0.01, "analysis.sub_intervals": 4, "analysis.start": "rigid"}
+    changes = {"analysis.duration": 0.01, "analysis.sub_intervals": 4, "analysis.start": "smooth"}
     small = {"rod": {"kind": "friction", "coefficient": 1e-9, "joint": "A", "radius": 0.01, "width": 1e-2}}
     with_rows, without = (fm.analyse(slider_crank(True, joint_laws=laws, **changes)).data for laws in (small, {}))
     force, shared = (data["joint_force"].to_numpy() for data in (with_rows, without))

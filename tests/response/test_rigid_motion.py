@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import fenics_mech as fm
 from fenics_mech.scene.answer_units import AnswerUnits
@@ -48,6 +49,24 @@ def slider_crank(**changes) -> fm.Scene:
         analysis=fm.Analysis(method="transient", duration=1.0, sub_intervals=10, time_tolerance=1e-9),
     )
     return scene.changed(changes)
+
+
+def test_disturbances_grow_within_steps_as_the_variational_equation_says():
+    """Of a bar that falls from near its top: phi'' = -(3 g/2) cos phi, d'' = (3 g/2) sin phi d."""
+
+    def rates(_, y):
+        return [y[1], -1.5 * G * np.cos(y[0]), *y[4:6], *(1.5 * G * np.sin(y[0]) * y[2:4])]
+
+    scene = bars(1, 1e-8, duration=2.0, sub_intervals=9)
+    data = fm.analyse(scene.changed({"freedoms": {"P0": {"start": 1.2}}, "analysis.lyapunov": True})).data
+    times = np.concatenate([data["time"], [1.0]])
+    y = solve_ivp(rates, (0, 2), [1.2, 0, 1, 0, 0, 1], "DOP853", np.unique(times), rtol=1e-12, atol=1e-12).y
+    triangles = np.linalg.qr(y[2:].T.reshape(-1, 2, 2))[1]
+    grown = np.log(np.abs(np.diagonal(triangles, axis1=1, axis2=2)))
+    middle = np.unique(times) == 1.0
+    np.testing.assert_allclose(np.sort(data["disturbance_growth"]), np.sort(grown[~middle]), rtol=0, atol=1e-6)
+    exponents = np.sort(grown[-1] - grown[middle][0])[::-1]
+    np.testing.assert_allclose(data["lyapunov_exponent"], exponents, rtol=0, atol=1e-6)
 
 
 @pytest.mark.slow  # tight tolerances

@@ -1,25 +1,21 @@
-"""Equilibrium of a linkage with freedoms: of links that bend, and of rigid ones."""
+"""Equilibrium of a linkage with freedoms, of links that bend."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.errors import SceneError
+from fenics_mech.held_by_friction import holds
 from fenics_mech.joints.joint_state import Touching
-from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.rigid_dynamics import RigidStates
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import RestSolution
-from fenics_mech.response.static.held_by_friction import FrictionAtRest, holds
 from fenics_mech.response.static.small_motions import REST, RestSearch
+from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.free_state import FreeState, States
-from fenics_mech.response.transient.rigid_instants import instants_of, part_of
-from fenics_mech.response.transient.rigid_motion import RigidMotion, stated_start
-from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.scene import Friction, Scene
 
 
@@ -92,61 +88,6 @@ def resting(scene: Scene, places: Array) -> Scene:
     return scene.model_copy(update={"freedoms": found})
 
 
-def rigid_rest(scene: Scene, placed: bool = True) -> RigidMotion:
-    """Find where rigid links are at rest, and what acts there.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that can move.
-    placed
-        Whether it states where the freedoms are, so that friction may hold them there.
-
-    Raises
-    ------
-    SceneError
-        When joints rub and there are several freedoms.
-    SolverError
-        When there is no equilibrium near to the rough angles, or it is unstable.
-    """
-    if not any(map(holds, scene.joint_laws.values())):
-        return _at_rest(scene)
-    if len(scene.freedoms) > 1:
-        refuse_friction(scene, f"freedoms at joint {', '.join(scene.freedoms)}")
-    start, vibrations = float(stated_start(scene).displacement[0]), None
-    if not placed:
-        try:
-            quiet = _at_rest(without_friction(scene))
-        except SolverError:
-            pass
-        else:
-            start, vibrations = float(quiet.places[0][0, 0]), quiet.vibrations
-            scene = resting(scene, np.array([start]))
-    friction = FrictionAtRest(scene)
-    if not friction.acts(start):
-        return _at_rest(without_friction(scene))
-    held, still = friction.held_near(start), np.zeros((1, 1))
-    dynamics = replace(friction.state.dynamics, at_rest=held.friction)
-    found = part_of(instants_of(dynamics, friction.states(held.place), dynamics.all_closed()), slice(None))
-    return RigidMotion(scene, [found], [np.full((1, 1), held.place)], [still], vibrations=vibrations, held=held)
-
-
-def _at_rest(scene: Scene) -> RigidMotion:
-    """Where rigid links are at rest without friction that holds them."""
-    state, still = RigidState(scene, FreeLinkage(scene)), np.zeros((1, len(scene.freedoms)))
-    state.contacts = state.dynamics.all_closed()
-
-    def states(places: Array) -> RigidStates:
-        return state.states(np.zeros(1), (places[None], still, still))
-
-    search = RestSearch(
-        state, tuple(scene.freedoms), lambda places: state.move_on(states(places)), scene.analysis.allow_unstable
-    )
-    places, vibrations = search.found_from(stated_start(scene).displacement)
-    found = part_of(instants_of(state.dynamics, states(places), state.contacts), slice(None))
-    return RigidMotion(scene, [found], [places[None]], [still], vibrations=vibrations)
-
-
 def by_rest(scene: Scene, system: System) -> RestSolution:
     """Find where a linkage with freedoms is at rest, bent by what acts on it.
 
@@ -175,7 +116,7 @@ def by_rest(scene: Scene, system: System) -> RestSolution:
 
     names, allowed = tuple(scene.freedoms), analysis.allow_unstable
     search = RestSearch(BentEquation(state), names, move_on, allowed, min(n, REST.basis * modes))
-    y, motions = search.found_from(np.append(np.zeros(n), stated_start(scene).displacement))
+    y, motions = search.found_from(np.append(np.zeros(n), StartState.stated(scene).displacement))
     states = y[None], np.zeros((1, len(y))), np.zeros((1, len(y)))
     here = state.system_at(time, states)
     response = state.response(here, states)

@@ -8,9 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.transient.disturbances import Growth, Transition
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.static.small_motions import RestEquation
+from fenics_mech.response.transient.disturbances import Growth, Transition, quarters_of
 from fenics_mech.response.transient.section_points import PoincareRecord
-from fenics_mech.response.transient.stepping import Collocation, StepCurve
+from fenics_mech.response.transient.stepping import StepCurve
 from fenics_mech.scene import Scene
 
 
@@ -36,31 +38,35 @@ class Beside:
     transition: Transition | None = None
 
     @classmethod
-    def of(cls, scene: Scene, context: Collocation, weight: Array, *, carries: bool) -> Beside:
+    def of(
+        cls, scene: Scene, equation: RestEquation, tableau: Tableau, weight: Array, times: Array, *, carries: bool
+    ) -> Beside:
         """Begin to follow what a scene wants to know.
 
         Parameters
         ----------
         scene
             The scene, with its freedoms.
-        context
-            The steps.
+        equation, tableau
+            The equation that steps solve, and their points.
         weight
             Weights of the coordinates in those of the steps, ``(coordinates,)``; the freedoms are the last.
+        times
+            Instants of the result, ascending ``(times,)`` (s).
         carries
             Whether all disturbances of the state are carried on instead.
         """
-        equation, tableau, freedoms = context.equation, context.tableau, len(scene.freedoms)
+        freedoms = len(scene.freedoms)
         every = np.eye(2 * len(weight))
         if carries:
             return cls(weight, transition=Transition(equation, tableau, every))
         section = scene.analysis.poincare
         last = np.arange(len(weight) - freedoms, len(weight))  # of the freedoms' places, then of their rates
-        chosen = np.append(last, last + len(weight))
+        chosen, wanted = np.append(last, last + len(weight)), np.union1d(times, quarters_of(times))
         return cls(
             weight,
             None if section is None else PoincareRecord(scene, section, weight[-freedoms:]),
-            Growth(equation, tableau, every[:, chosen]) if scene.analysis.lyapunov else None,
+            Growth(equation, tableau, every[:, chosen], wanted) if scene.analysis.lyapunov else None,
         )
 
     @property

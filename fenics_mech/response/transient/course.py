@@ -10,7 +10,7 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import SceneError
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.beside import Beside
-from fenics_mech.scene import Analysis
+from fenics_mech.scene import Analysis, Scene
 
 
 @dataclass(frozen=True)
@@ -131,6 +131,19 @@ class StartState:
     displacement: Array
     velocity: Array
     links: Array | None = None
+
+    @classmethod
+    def stated(cls, scene: Scene) -> StartState:
+        """Give the state at time 0: angles, strokes and rates that the freedoms of a scene state.
+
+        Parameters
+        ----------
+        scene
+            The scene, with a freedom for all that can move.
+        """
+        names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
+        place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
+        return cls(0.0, place, rate)
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,18 @@
-"""Motions with freedoms that repeat: of rigid links, and of links that bend."""
+"""Motions with freedoms that repeat, of links that bend."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.kinematics.free_linkage import FreeLinkage
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import FreeSolution
 from fenics_mech.response.transient.course import FreeCourse, StartState
 from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
 from fenics_mech.response.transient.free_state import FreeState
-from fenics_mech.response.transient.rigid_motion import RigidMotion, free_course, stated_start
-from fenics_mech.response.transient.rigid_state import RigidState
 from fenics_mech.response.transient.shooting import (
     ANGLE,
     ELASTIC,
@@ -31,75 +27,6 @@ from fenics_mech.scene import Scene
 
 OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
 SAME = 1e-9  # of the accelerations, up to which they are the same at another time
-
-
-@dataclass(frozen=True)
-class RigidRunner:
-    """Integrates the motion of rigid links.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that can move and no drive leads.
-    """
-
-    scene: Scene
-
-    @cached_property
-    def _state(self) -> RigidState:
-        return RigidState(self.scene, FreeLinkage(self.scene))
-
-    @property
-    def kinds(self) -> Index:
-        """Kind of each freedom, ``(freedoms,)``."""
-        return kinds_of(self.scene)
-
-    def begin(self) -> StartState:
-        """Give the state that the freedoms state."""
-        return stated_start(self.scene)
-
-    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
-        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time.
-
-        Parameters
-        ----------
-        start, duration, samples
-            The state, the time (s), and the number of steps.
-        """
-        motion = free_course(lasting(self.scene, duration, samples), start)
-        return _end_of(motion), _history(motion)
-
-    def lap(self, start: StartState, duration: float) -> Lap:
-        """Give the motion from a state on, with all disturbances of it.
-
-        Parameters
-        ----------
-        start, duration
-            The state, and the time (s).
-        """
-        motion = free_course(lasting(self.scene, duration, SHOOTING.samples), start, carries=True)
-        assert motion.beside is not None
-        end, (_, place, rate) = _end_of(motion), _history(motion)
-        seconds = np.stack([self._second(state, state.time) for state in (start, end)])
-        sizes = sizes_of(place, rate, self.kinds)
-        return Lap(start, end, seconds, sizes, motion.beside.monodromy, motion.contacts.closed > 0)
-
-    def depends_on_time(self, start: StartState) -> bool:
-        """Whether the equation at a state is another one at other times.
-
-        Parameters
-        ----------
-        start
-            The state.
-        """
-        here = self._second(start, start.time)
-        others = [self._second(start, start.time + share * self.scene.period) for share in OTHER_TIMES]
-        return differs(here, np.array(others))
-
-    def _second(self, start: StartState, time: float) -> Array:
-        self._state.rewind(start)
-        states = start.displacement[None], start.velocity[None]
-        return self._state.accelerations(np.array([time]), *states)[0]
 
 
 @dataclass(frozen=True)
@@ -228,16 +155,6 @@ def differs(here: Array, others: Array) -> bool:
         ``(coordinates,)`` and ``(times, coordinates)``.
     """
     return bool(np.abs(others - here).max() > SAME * max(float(np.abs(here).max()), float(np.abs(others).max())))
-
-
-def _end_of(motion: RigidMotion) -> StartState:
-    states = motion.instants[-1].states
-    return StartState(float(states.time[-1]), motion.places[-1][-1], motion.rates[-1][-1], states.q[-1])
-
-
-def _history(motion: RigidMotion) -> History:
-    time = np.concatenate([part.states.time for part in motion.instants])
-    return time, np.concatenate(motion.places), np.concatenate(motion.rates)
 
 
 def _last_of(course: FreeCourse) -> StartState:

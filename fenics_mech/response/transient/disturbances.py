@@ -17,7 +17,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.stepping import EquationInTime, StepCurve
+from fenics_mech.response.static.small_motions import RestEquation
+from fenics_mech.response.transient.stepping import StepCurve
 
 
 @dataclass
@@ -34,7 +35,7 @@ class Transition:
         Disturbances of ``(z, z')``, one a column, ``(2 coordinates, disturbances)``.
     """
 
-    equation: EquationInTime
+    equation: RestEquation
     tableau: Tableau
     states: Array
 
@@ -46,6 +47,20 @@ class Transition:
         step
             The step, near to where the equation is.
         """
+        self._carry(step, self._seconds(step))
+
+    def _carry(self, step: StepCurve, second: Array) -> None:
+        (place, speed), once = np.split(self.states, 2), self.tableau.weights
+        h, twice = step.length, once @ self.tableau.inner
+        self.states = np.concatenate(
+            [
+                place + h * speed + h**2 * np.einsum("s,scd->cd", twice, second),
+                speed + h * np.einsum("s,scd->cd", once, second),
+            ]
+        )
+
+    def _seconds(self, step: StepCurve) -> Array:
+        """Give the accelerations of the disturbances at the points ``(points, coordinates, disturbances)``."""
         points, inner, square = self.tableau.points, self.tableau.inner, self.tableau.square
         h, z, rate, made = step.length, step.place, step.rate, step.made
         tangents = self.equation.tangents_at(
@@ -59,14 +74,17 @@ class Transition:
         ahead = place + h * points[:, None, None] * speed
         left = damping @ speed + stiffness @ ahead
         matrix = self.tableau.stage_matrix(h, *tangents)
-        second = -np.linalg.solve(matrix, left.reshape(-1, left.shape[-1])).reshape(left.shape)
-        once = self.tableau.weights
-        self.states = np.concatenate(
-            [
-                place + h * speed + h**2 * np.einsum("s,scd->cd", once @ inner, second),
-                speed + h * np.einsum("s,scd->cd", once, second),
-            ]
-        )
+        return np.asarray(-np.linalg.solve(matrix, left.reshape(-1, left.shape[-1])).reshape(left.shape))
+
+    def _inside(self, step: StepCurve, second: Array, times: Array) -> Array:
+        """Give the disturbances at instants in a step (s), ``(times, 2 coordinates, disturbances)``."""
+        h, share, (place, speed) = step.length, (times - step.start)[:, None] / step.length, np.split(self.states, 2)
+        orders = np.arange(1, len(self.tableau.points) + 1)
+        made = np.linalg.inv(np.vander(self.tableau.points, increasing=True))
+        polynomials = np.tensordot(made, second, 1)
+        once, twice = share**orders / orders, share ** (orders + 1) / (orders * (orders + 1))
+        places = place + h * share[..., None] * speed + h**2 * np.tensordot(twice, polynomials, 1)
+        return np.concatenate([places, speed + h * np.tensordot(once, polynomials, 1)], axis=1)
 
 
 @dataclass
@@ -75,10 +93,13 @@ class Growth(Transition):
 
     Parameters
     ----------
+    times
+        Instants at which the growth is wanted too: it is no straight line between the ends of steps ``(times,)`` (s).
     of_each
-        Time (s), and logarithm of what each disturbance has grown by since the start, at the end of each step.
+        Time (s), and logarithm of what each disturbance has grown by since the start, there and at the ends of steps.
     """
 
+    times: Array
     of_each: list[tuple[float, Array]] = field(default_factory=list)
 
     def take(self, step: StepCurve) -> None:
@@ -89,8 +110,27 @@ class Growth(Transition):
         step
             The step, near to where the equation is.
         """
-        super().take(step)
-        self.states, triangle = np.linalg.qr(self.states)
-        grown = np.log(np.maximum(np.abs(np.diag(triangle)), TINY))
+        second, end = self._seconds(step), step.start + step.length
         before = self.of_each[-1][1] if self.of_each else 0.0
-        self.of_each.append((step.start + step.length, before + grown))
+        if len(due := self.times[(self.times > step.start) & (self.times < end)]):
+            inside = np.linalg.qr(self._inside(step, second, due))[1]
+            self.of_each += [(float(t), before + _grown(triangle)) for t, triangle in zip(due, inside)]
+        self._carry(step, second)
+        self.states, triangle = np.linalg.qr(self.states)
+        self.of_each.append((end, before + _grown(triangle)))
+
+
+def _grown(triangle: Array) -> Array:
+    """Give logarithms of what disturbances have grown by, by the triangle of their QR factorisation."""
+    return np.asarray(np.log(np.maximum(np.abs(np.diag(triangle)), TINY)))
+
+
+def quarters_of(times: Array) -> Array:
+    """Give where the last two quarters of a motion begin and end (s), whose growth makes the exponents.
+
+    Parameters
+    ----------
+    times
+        Instants of the result, ascending ``(times,)`` (s).
+    """
+    return np.linspace(times[0], times[-1], 5)[2:]

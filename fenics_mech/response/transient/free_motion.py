@@ -186,7 +186,7 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carr
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(scaled, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
     context.held = scaled if state.rubs else None
-    beside = Beside.of(scene, context, weight, carries=carries)
+    beside = Beside.of(scene, context.equation, context.tableau, weight, times, carries=carries)
     context.beside, record.context = beside.takes, context
     here = start.displacement * weight, start.velocity * weight
     steps = stepped(context, here, times, scene.petsc, (strikes, record.forget))

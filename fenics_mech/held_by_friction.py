@@ -16,12 +16,15 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import AssemblyError, SolverError
+from fenics_mech.errors import SolverError
+from fenics_mech.joints.dry_friction import coefficient
 from fenics_mech.joints.friction_balance import FrictionBalance
-from fenics_mech.kinematics.free_linkage import FreeLinkage
-from fenics_mech.mechanism.rigid_dynamics import RigidStates
-from fenics_mech.response.transient.rigid_state import RigidState
-from fenics_mech.scene import Friction, Prismatic, Scene, Slot
+from fenics_mech.joints.rubbing import Rubbing
+from fenics_mech.machine.evaluation import Evaluation
+from fenics_mech.machine.freed import Carried, Freed, StrayedError
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.scene import Friction, Prismatic, Slot
+from fenics_mech.terms import Response
 
 
 @dataclass(frozen=True)
@@ -96,24 +99,28 @@ class FrictionAtRest:
 
     Parameters
     ----------
-    scene
-        The scene, with one freedom.
+    made, freed
+        The machine, with one freedom and all contacts closed.
+    t
+        When its drives are at their position ``(1,)`` (s).
     """
 
-    scene: Scene
+    made: SceneMachine
+    freed: Freed
+    t: Array
 
-    def __post_init__(self) -> None:
-        """Begin at the start, with all contacts closed."""
-        self.state = RigidState(self.scene, FreeLinkage(self.scene))
-        self.state.contacts = self.state.dynamics.all_closed()
+    @cached_property
+    def _laws(self) -> dict[str, Rubbing]:
+        acting = self.made.acting.items()
+        return {place.partition(".")[2]: term for place, term in acting if isinstance(term, Rubbing)}
 
     @cached_property
     def _limits(self) -> Array:
         """Limit of each law's friction over its joint's force (m of a pin, 1 of a slider), ``(laws,)``."""
-        rubbing = self.state.dynamics.rubbing.values()
-        return np.array([law.arm * limit_of(law.stated) if holds(law.stated) else 0.0 for law in rubbing])
+        stated = [term.stated for term in self._laws.values()]
+        return np.array([(law.radius or 1.0) * limit_of(law) if holds(law) else 0.0 for law in stated])
 
-    def states(self, place: float) -> RigidStates:
+    def at(self, place: float) -> Carried:
         """Give the links at rest.
 
         Parameters
@@ -122,7 +129,38 @@ class FrictionAtRest:
             Angle or stroke of the freedom.
         """
         still = np.zeros((1, 1))
-        return self.state.states(np.zeros(1), (np.full((1, 1), place), still, still))
+        known = self.freed.carried(self.t, np.full((1, 1), place), still, still).resting()
+        self.freed.go_back(known)
+        return known
+
+    def _balance(self, place: float) -> tuple[FrictionBalance, float]:
+        """Give what friction has to fulfil, and what is left of the freedom's equation without it.
+
+        Where no multiplier presses, no term of friction acts.
+        """
+        freed, known = self.freed, self.at(place)
+        machine, n = freed.machine, freed.machine.n
+        q, none = np.pad(known.Q, ((0, 0), (0, n))), np.zeros((1, 2 * n))
+        found = machine.residual(self.t, q, none, none, angles=freed.angles(known.Q), moving=False)
+        back = np.linalg.inv(machine.pattern.dense(found.M)[:, :n, n:])
+        units = [self._unit(found, term) for term in self._laws.values()]
+        shares = [-(x.radius or 1.0) * coefficient(x, np.array([-x.belt_speed])) for x in self._stated]
+        alone, by = -(back @ found.force[:, :n, None])[..., 0], -(back @ np.stack(units, axis=-1)).astype(float)
+        pressed = [np.array(term.rows) for term in self._laws.values()]
+        return FrictionBalance(alone, by, np.stack(shares, axis=-1), pressed), -float(alone[0, freed.own[0]])
+
+    @property
+    def _stated(self) -> list[Friction]:
+        return [term.stated for term in self._laws.values()]
+
+    def _unit(self, found: Evaluation, term: Rubbing) -> Array:
+        """Give the forces on the coordinates by a stress of size 1 ``(1, n)``."""
+        machine, number = self.freed.machine, self.freed.terms.index(term)
+        here, force = found.terms[number], np.zeros((1, machine.size))
+        none = np.zeros((1, machine.pattern.entries))
+        stressed = here.with_response(Response(np.ones_like(here.x)))
+        machine.groups[number].spread(stressed, None, machine.pattern, False, (force, none, none, none))
+        return force[:, : machine.n]
 
     def needed(self, place: float) -> tuple[float, Array, Array]:
         """Give the share of the limits that friction needs, each friction, and the share each takes, ``(laws,)``.
@@ -139,9 +177,7 @@ class FrictionAtRest:
         SolverError
             When Newton's method for the friction of several joints does not converge.
         """
-        still, dynamics, states = np.zeros((1, 1)), self.state.dynamics, self.states(place)
-        balance = dynamics.unsolved(states, self.state.contacts)[0]
-        left = self.state.left(np.zeros(1), (np.full((1, 1), place), still, still), balance.alone)[0, 0]
+        balance, left = self._balance(place)
         slopes = self._slopes(balance)
         against = np.where(np.abs(slopes) > HOLD.moves, np.sign(slopes) * self._limits, 0.0)
         if not against.any():
@@ -173,8 +209,7 @@ class FrictionAtRest:
 
     def _slopes(self, balance: FrictionBalance) -> Array:
         """How far each joint moves against its friction with the freedom, ``(laws,)``: by virtual work."""
-        efforts = self.state.dynamics.efforts
-        return np.array([efforts(balance.by_friction[..., k])[0, -1] for k in range(len(self._limits))])
+        return np.asarray(-balance.by_friction[0, self.freed.own[0]])
 
     def acts(self, start: float) -> bool:
         """Whether some joint whose friction may hold it moves with the freedom.
@@ -184,8 +219,7 @@ class FrictionAtRest:
         start
             Angle or stroke of the freedom, which may be a dead centre of that joint.
         """
-        beside = self.states(start + self._steps[0])
-        slopes = self._slopes(self.state.dynamics.unsolved(beside, self.state.contacts)[0])
+        slopes = self._slopes(self._balance(start + self._steps[0])[0])
         return bool((np.abs(slopes) * self._limits > HOLD.moves * self._limits).any())
 
     def share(self, place: float) -> float:
@@ -212,26 +246,31 @@ class FrictionAtRest:
             When there is none.
         """
         place, ends = self._first_held(start), []
-        here = self.states(place)
+        here = self.at(place)
         for sense in (-1, 1):
-            self.state.move_on(here)
+            self.freed.go_back(here)
             ends.append(self._last_held(place, sense))
-        self.state.move_on(here)
+        self.freed.go_back(here)
         share, friction, used = self.needed(place)
         if not HOLD.rounding < abs(share) <= 1 + HOLD.rounding:  # balanced without it, maybe where nothing presses
             friction, used = np.zeros_like(friction), np.zeros_like(used)
-        names = list(self.state.dynamics.rubbing)
+        names = list(self._laws)
         return Held(place, (ends[0], ends[1]), dict(zip(names, friction)), dict(zip(names, np.minimum(used, 1.0))))
+
+    def hold(self, held: Held) -> None:
+        """Let friction hold the freedom."""
+        for name, term in self._laws.items():
+            term.held = held.friction[name]
 
     @property
     def _name(self) -> str:
-        return next(iter(self.scene.freedoms))
+        return next(iter(self.made.scene.freedoms))
 
     @cached_property
     def _steps(self) -> tuple[float, float, float]:
         """First and longest step, and how far places are looked for."""
-        if isinstance(self.scene.joints[self._name], Prismatic | Slot):
-            size = self.state.linkage.loops.size
+        if isinstance(self.made.scene.joints[self._name], Prismatic | Slot):
+            size = self.freed.extent
             return HOLD.first * size, math.inf, HOLD.strokes * size
         return HOLD.first, HOLD.longest, HOLD.turns
 
@@ -242,7 +281,7 @@ class FrictionAtRest:
         sense = math.copysign(1.0, at_start)
         found = self._up_to(start, -int(sense), lambda place: self.share(place) * sense > 1 + HOLD.rounding)
         if found is None or found[1] is None:
-            rubs = next(name for name, law in self.scene.joint_laws.items() if holds(law))
+            rubs = next(name for name, law in self.made.scene.joint_laws.items() if holds(law))
             needs = f"it needs {abs(at_start):.4g} times the most that friction gives"
             if abs(at_start) >= HOLD.unpressed:
                 needs = "friction gives far too little, as where no force presses a joint"
@@ -268,8 +307,8 @@ class FrictionAtRest:
         while abs(place - start) < far:
             there = place + sense * step
             try:
-                self.state.move_on(self.states(there))
-            except AssemblyError:
+                self.at(there)
+            except StrayedError:
                 longest = step = step / 2
                 if step < HOLD.shortest * first:
                     return place, None

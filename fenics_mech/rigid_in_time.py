@@ -1,0 +1,512 @@
+"""Motion in time of rigid links with freedoms, by the equation of poses: a start, steps, errors, energy, a result.
+
+Unknown are the freedoms alone. Steps are few and long: forces at a position follow from places and rates of the
+freedoms there.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech._constants import TINY
+from fenics_mech._progress import reached
+from fenics_mech.accuracy.quantities import measures_of_efforts
+from fenics_mech.accuracy.remarks import after_contacts
+from fenics_mech.by_poses import read_off
+from fenics_mech.errors import AssemblyError, SceneError, shortened
+from fenics_mech.in_time_by_poses import LONGEST, SHARPER, noted_peaks
+from fenics_mech.joints.law_terms import LawTerm
+from fenics_mech.kinematics.motion import coordinates as of_links
+from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
+from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
+from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
+from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
+from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.beside_motion import beside_motion
+from fenics_mech.recovery.dataset import joined
+from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.running import running
+from fenics_mech.response.periodic.tableau import Tableau
+from fenics_mech.response.sampling_checks import require_positions
+from fenics_mech.response.transient.beside import Beside
+from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
+from fenics_mech.response.transient.cycles import differs, kinds_of, lasting
+from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, RepeatedMotion, repeated_motion, sizes_of
+from fenics_mech.response.transient.stepping import StepCurve
+from fenics_mech.response.transient.strikes import Strike, loaded, strikes_between
+from fenics_mech.rigid_by_poses import acting, of_laws, with_all_units
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.solve import Step, steps_in_time
+from fenics_mech.terms.causes import Cause
+
+STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
+LEAST = 1e-10  # of what a step may miss by: Newton's method ends at a thousandth of it, above rounding
+MISSED = 1e-3  # of the tolerance, which a step may miss by: rates and forces lose digits to places
+BOUNCED = 0.1  # of the tolerance, which a step in a contact may miss its rate by: what bounces keeps it
+OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
+
+
+def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
+    """Analyse a motion in time of rigid links.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that its drives leave free.
+    start
+        The state to go on from; None for that at time 0.
+
+    Raises
+    ------
+    SceneError
+        When it has more positions than a result holds, or what no term states yet.
+    SolverError
+        When a step has no solution, or a freedom moves no mass.
+    """
+    refuse_rough(scene.analysis)
+    repeated = repeated_motion(scene, Runner(scene)) if scene.analysis.start == "periodic" else None
+    if repeated is not None:
+        scene, start = repeated.scene, repeated.start
+    course = Course.of(scene, start)
+    data = _labelled(course)
+    parts = [_powers(course), _errors(course, data, start), *_of_freedoms(course, repeated)]
+    return with_all_units(scene, xr.merge([data, *parts], combine_attrs="no_conflicts"))
+
+
+def _times(scene: Scene, start: float) -> Array:
+    """Give the instants of the result (s)."""
+    analysis = scene.analysis
+    count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
+    if count + 1 > TRANSIENT.most_positions:
+        raise SceneError(
+            f"{shortened(count + 1)} positions are more than a result holds, {TRANSIENT.most_positions}",
+            place="analysis.sub_intervals",
+            hint="Give fewer cycles or sub_intervals",
+        )
+    require_positions(scene, count + 1)
+    return start + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
+
+
+def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
+    """Give the machine of a scene as one of its freedoms.
+
+    Parameters
+    ----------
+    made
+        The machine of rigid links.
+    start
+        Where they are.
+    near
+        Coordinates that they have there; None for those of the start.
+    """
+    holding = replace(made, machine=copy(made.machine))
+    holding.machine.rows = list(made.machine.rows)
+    own = [lead(holding, name, np.zeros_like) for name in made.scene.freedoms]
+    machine = holding.machine
+
+    def demanded(t: Array) -> Driven:
+        first, second = np.zeros((2, len(t), len(machine.rows)))
+        _, first[:, made.driven], second[:, made.driven] = driven(made, t)
+        return Driven(first, second)
+
+    if near is None:
+        near = np.zeros(machine.n) if start.links is None else coordinates_of_links(made, start.links[None])[0]
+    return Freed(machine, own, demanded, start.displacement, start.time, near)
+
+
+def theta_of(scene: Scene, t: Array, place: Array) -> Array:
+    """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
+    if scene.drives:
+        return scene.coordinate(t).value
+    if isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
+        return scene.cycle_rate * t
+    return place[:, 0]
+
+
+def found_at(made: SceneMachine, freed: Freed, known: Carried, rate: Array) -> OfRigid:
+    """Give what acts where the freedoms are at some places and rates, and nothing holds them.
+
+    Parameters
+    ----------
+    made, freed
+        The machine.
+    known
+        Links near to where they are, with the places.
+    rate
+        Rates ``(instants, freedoms)``.
+    """
+    moved, held = freed.freely(known, rate)
+    return rigid_at(made, freed, moved, theta_of(made.scene, known.t, known.r), held.pulls)
+
+
+def rigid_at(made: SceneMachine, freed: Freed, known: Carried, theta: Array, pulls: Array | None) -> OfRigid:
+    """Give what acts in a motion of the links; `theta` and `pulls` are those of `acting`."""
+    links = made.scene.links
+    poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in links.items()]
+    angle = np.array([made.bodies.at_start[name] for name in links]) + known.Q[:, freed.machine.places[poses, 2]]
+    return acting(replace(made, machine=freed.machine), known.t, freed.motion(known), angle, theta, pulls)
+
+
+@dataclass
+class _Struck:
+    """Impulses that strike in a motion: rates change by what they leave over over the mass."""
+
+    scene: Scene
+    freed: Freed
+    due: dict[float, Strike]
+    works: list[float] = field(default_factory=list)
+    after: dict[float, Array] = field(default_factory=dict)  # rates, by instant
+
+    def __call__(self, t: float, v: Array) -> Array:
+        """Give the rates after what strikes at an instant."""
+        if t not in self.due:
+            return v
+        freed, zero, left = self.freed, np.zeros((1, len(v))), []
+        for names in ((), self.due[t].names):
+            made = machine_of(loaded(self.scene, names))
+            other = freed_of(made, StartState(t, freed.place, v), freed.stages.Q[-1])
+            left.append(other.residual(np.array([t]), zero, zero, zero))
+        momentum = (left[0].force - left[1].force)[0]
+        mass = left[0].M.reshape(1, len(v), len(v))
+        after = v + freed.by_mass(mass, momentum[None])[0]
+        self.works.append(float(momentum @ (v + after)) / 2)
+        self.after[t] = after
+        return after
+
+
+@dataclass(frozen=True)
+class Course:
+    """A motion in time.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    made, freed
+        Its machine.
+    at, rate
+        Links at the positions of the result, and rates of the freedoms there ``(instants, freedoms)``.
+    stages, rates, weights
+        The same at the stages of all steps, and their weights in an integral over time (s).
+    steps
+        Number of steps.
+    peaks
+        The most that each law of contact exerts.
+    beside
+        What was followed beside the motion.
+    works
+        Energy that impulses gave (J).
+    """
+
+    scene: Scene
+    made: SceneMachine
+    freed: Freed
+    at: Carried
+    rate: Array
+    stages: Carried
+    rates: Array
+    weights: Array
+    steps: int
+    peaks: dict[str, float]
+    beside: Beside
+    works: float
+
+    @classmethod
+    def of(
+        cls, scene: Scene, start: StartState | None = None, sharper: float = 1.0, *, carries: bool = False
+    ) -> Course:
+        """Follow a motion from its start.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+        start
+            The state to go on from; None for that at time 0.
+        sharper
+            Factor on the tolerance of its steps.
+        carries
+            Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
+
+        Raises
+        ------
+        AssemblyError
+            When the freedoms do not say how the links move.
+        """
+        start = start or StartState.stated(scene)
+        times, analysis = _times(scene, start.time), scene.analysis
+        made = machine_of(scene)
+        freed = freed_of(made, start)
+        strokes = [isinstance(scene.joints[name], Slot | Prismatic) for name in scene.freedoms]
+        share = sharper * BOUNCED * analysis.time_tolerance
+        allowed = sharper * max(MISSED * analysis.time_tolerance, LEAST) * np.where(strokes, freed.extent, 1.0)
+        stages = max(analysis.stages, STAGES)
+        ends, struck = times[[0, -1]], None
+        if scene.impulses:
+            due = {strike.time: strike for strike in strikes_between(scene, start.time, float(times[-1]))}
+            struck = _Struck(scene, freed, due)
+            ends = np.unique([*ends, *due])
+        freed.freely(freed.stages, start.velocity[None])  # which says where a freedom moves no mass
+        tableau = Tableau.of("radau", stages)
+        beside = Beside.of(scene, freed, tableau, np.ones(freed.n), times, carries=carries)
+        taken = _Taken(freed, times, start.velocity, tableau, beside)
+        steps = steps_in_time(
+            freed,  # type: ignore[arg-type]  # it is a machine to them
+            start.velocity,
+            ends,
+            tolerance=allowed,
+            share=share,
+            stages=stages,
+            longest=scene.period * LONGEST[0 if scene.drives else 1],
+            struck=struck,
+        )
+        try:
+            for step in steps:
+                taken.over(step, scene)
+        except StrayedError as error:
+            raise _refusal(scene, freed, error.t) from error
+        return taken.whole(scene, made, struck)
+
+    @cached_property
+    def positions(self) -> OfRigid:
+        """What acts at the positions of the result."""
+        return found_at(self.made, self.freed, self.at, self.rate)
+
+    @cached_property
+    def inside(self) -> OfRigid:
+        """What acts at the stages of all steps."""
+        return found_at(self.made, self.freed, self.stages, self.rates)
+
+    @property
+    def contacts(self) -> list[LawTerm]:
+        """Laws of contact."""
+        return [term for term in self.freed.terms if isinstance(term, LawTerm) and term.contacts]
+
+    @property
+    def closings(self) -> int:
+        """How often contacts closed."""
+        return sum(term.closings for term in self.contacts)
+
+
+def _refusal(scene: Scene, freed: Freed, t: float) -> AssemblyError:
+    """Say that the freedoms do not tell at an instant how links move.
+
+    Where the joints' own rows are singular, those with a freedom at any joint are too.
+    """
+    J, count = freed._here.J[-1], len(scene.moved_joints)
+    motion = np.abs(np.linalg.svd(J)[2][-1, freed.machine.places[1:, 2]])
+    moved = ", ".join(list(scene.links)[k] for k in np.argsort(-motion) if motion[k] > MOVED * motion.max())
+    kind, advice = "dead centre", "State the freedom at another joint, such as that of a link that can turn fully"
+    leads = [row.leads or k in freed.own for k, row in enumerate(freed.machine.rows)]
+    if np.linalg.svd(J[~np.array(leads)], compute_uv=False).min(initial=1.0) < IN_TWO_WAYS:
+        kind = "change point"
+        advice = (
+            "No other joint says it either, as the links can go on in two ways. Take other lengths, or stops that "
+            "keep the links away from it"
+        )
+    assert count
+    return AssemblyError(
+        f"at {t:.6g} s the linkage comes to a {kind}: the motion of joint {', '.join(scene.moved_joints)} does not "
+        f"say how {moved} moves. {advice}"
+    )
+
+
+IN_TWO_WAYS = 1e-5  # singular value of the joints' rows at a position that is found: below it links go on in two ways
+MOVED = 0.05  # of the largest turn in a motion: links that turn by more are named
+
+
+class _Taken:
+    """Takes the positions of the result as steps come to them."""
+
+    def __init__(self, freed: Freed, times: Array, v: Array, tableau: Tableau, beside: Beside) -> None:
+        self.freed, self.times, self.tableau, self.beside = freed, times, tableau, beside
+        self.at: list[Carried] = [freed.stages]
+        self.rates: list[Array] = [v[None]]
+        self.stages: list[Carried] = []
+        self.inside: list[Array] = []
+        self.weights: list[Array] = []
+        self.peaks: dict[str, float] = {}
+
+    def over(self, step: Step, scene: Scene) -> None:
+        """Take the positions in a step, its stages, and what is followed beside it."""
+        freed, times, end = self.freed, self.times, step.t + step.h
+        last = end >= times[-1] * (1 - 1e-12)
+        reached(end, float(times[0]), float(times[-1]))
+        due = times[(times > step.t) & ((times <= end) | last)]
+        near = freed.stages
+        if len(due):
+            q, v, _ = step.at(np.minimum((due - step.t) / step.h, 1.0))
+            Q, k = near.predicted(due)
+            self.at.append(replace(near.part(k), t=due, r=freed.place + q, Q=Q))
+            self.rates.append(v)
+        q, v, _ = step.at(step.tableau.c)
+        self.stages.append(replace(near, r=freed.place + q))
+        self.inside.append(v)
+        self.weights.append(step.h * step.tableau.A[-1])
+        noted_peaks(self.peaks, step, scene)
+        if self.beside.takes:
+            made = np.linalg.inv(np.vander(step.tableau.c, increasing=True)) @ step.a
+            curve = StepCurve(step.t, step.h, freed.place, step.v, step.a, self.tableau, made)
+            for take in self.beside.takes:
+                take(curve)
+            freed.stages = near
+
+    def whole(self, scene: Scene, made: SceneMachine, struck: _Struck | None) -> Course:
+        """Give the motion."""
+        at, rate, works = Carried.joined(self.at), np.concatenate(self.rates), 0.0
+        if struck is not None:
+            works = sum(struck.works)
+            for t, after in struck.after.items():
+                rate[np.abs(at.t - t) <= TRANSIENT.rounding * max(abs(float(at.t[-1])), scene.period)] = after
+            if self.times[0] in struck.after:  # what is stored at the start has it
+                works -= struck.works[0]
+        return Course(
+            scene,
+            made,
+            self.freed,
+            at,
+            rate,
+            Carried.joined(self.stages),
+            np.concatenate(self.inside),
+            np.concatenate(self.weights),
+            len(self.stages),
+            self.peaks,
+            self.beside,
+            works,
+        )
+
+
+def _labelled(course: Course) -> xr.Dataset:
+    """Label the motion, and forces and efforts in it."""
+    found, along = course.positions, ("theta", "freedom")
+    largest = {name: float(np.abs(effort).max()) for name, effort in course.inside.laws().items()}
+    largest |= {name: max(size, largest[name]) for name, size in course.peaks.items()}
+    states = xr.Dataset(
+        {"freedom_place": (along, course.at.r), "freedom_rate": (along, course.rate)},
+        {"freedom": list(course.scene.freedoms)},
+    )
+    data = read_off(found).assign_attrs(time_steps=course.steps)
+    return joined(data, states, of_laws(found, largest, course.closings))
+
+
+def _of_freedoms(course: Course, repeated: RepeatedMotion | None) -> list[xr.Dataset]:
+    """Give how the freedoms run, and what was followed beside their motion."""
+    t = course.at.t
+    return [
+        running(course.scene, t, course.at.r, course.rate),
+        beside_motion(course.scene, course.beside, t, repeated),
+    ]
+
+
+def _powers(course: Course) -> xr.Dataset:
+    """Give the mean power of every cause, and what is stored, by the stages of all steps.
+
+    Efforts in freedoms count without what accelerates their rotors. What drives give at impulses is not known.
+    """
+    if course.scene.impulses and course.scene.drives:
+        return xr.Dataset()
+    inside, ends = course.inside, course.positions.motion
+    powers, duration = inside.powers(), float(np.ptp(ends.t))
+    mean = {cause: float(course.weights @ power) / duration for cause, power in powers.items()}
+    if course.scene.impulses:
+        mean[Cause.IMPULSES] = course.works / duration
+    rotors = np.array([part.inertia for part in course.scene.freedoms.values()])
+    energy = kinetic_energy(ends) + energy_of_terms(ends) - course.rate**2 @ rotors / 2
+    mean[Cause.STORED] = -float(energy[-1] - energy[0]) / duration
+    if Cause.WEIGHT in mean:
+        weight = energy_of_weight(ends)
+        mean[Cause.WEIGHT] = -float(weight[-1] - weight[0]) / duration
+    return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
+
+
+def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Dataset:
+    """Give errors by the time steps, from a motion with a sharper tolerance; after contacts opened where asked."""
+    scene = course.scene
+    if not scene.analysis.error_estimates:
+        return xr.Dataset()
+    parted = any(term.openings for term in course.contacts)
+    attributes: dict[str, Any] = {"not_estimated": after_contacts(scene.analysis, "a tenth of")} if parted else {}
+    if parted and scene.analysis.error_estimates != "contacts":
+        return xr.Dataset(attrs=attributes)
+    other = _labelled(Course.of(scene, start, SHARPER))
+    found: dict[str, Any] = {}
+    for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
+        change = np.abs(other[name].to_numpy() - data[name].to_numpy())
+        by_part, largest = (_by_part(values) for values in (change, np.abs(data[name].to_numpy())))
+        found[f"{name}_error"] = (("source", axis), by_part[None])
+        measure = np.full_like(largest, max(float(largest.max(initial=0.0)), TINY))
+        if name == "drive_effort":
+            measure = measures_of_efforts(scene, largest, float(abs(data["joint_force"]).max()))
+        relative = float((by_part / measure).max(initial=0.0))
+        found[f"{name}_relative_error"] = (("source",), [relative])
+        attributes[f"{name}_error_estimate"] = relative
+    return xr.Dataset(found, {"source": ["time"]}, attributes)
+
+
+def _by_part(values: Array) -> Array:
+    """Give the largest over time of each joint, drive or freedom: of ``(times, parts, ...)``."""
+    return np.asarray(np.moveaxis(values, 1, 0).reshape(values.shape[1], -1).max(axis=1))
+
+
+@dataclass(frozen=True)
+class Runner:
+    """Integrates the motion of rigid links for the search of one that repeats; see `shooting.Runner`.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that can move and no drive leads.
+    """
+
+    scene: Scene
+
+    @property
+    def kinds(self) -> Index:
+        """Kind of each freedom, ``(freedoms,)``."""
+        return kinds_of(self.scene)
+
+    def begin(self) -> StartState:
+        """Give the state that the freedoms state."""
+        return StartState.stated(self.scene)
+
+    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
+        course = Course.of(lasting(self.scene, duration, samples), start)
+        return _end_of(course), (course.at.t, course.at.r, course.rate)
+
+    def lap(self, start: StartState, duration: float) -> Lap:
+        """Give the motion from a state on, with all disturbances of it."""
+        course = Course.of(lasting(self.scene, duration, SHOOTING.samples), start, carries=True)
+        end = _end_of(course)
+        seconds = np.stack([self._second(state, state.time) for state in (start, end)])
+        sizes = sizes_of(course.at.r, course.rate, self.kinds)
+        return Lap(start, end, seconds, sizes, course.beside.monodromy, course.closings > 0)
+
+    def depends_on_time(self, start: StartState) -> bool:
+        """Whether the equation at a state is another one at other times."""
+        here = self._second(start, start.time)
+        others = [self._second(start, start.time + share * self.scene.period) for share in OTHER_TIMES]
+        return differs(here, np.array(others))
+
+    @cached_property
+    def _made(self) -> SceneMachine:
+        return machine_of(self.scene)
+
+    def _second(self, start: StartState, time: float) -> Array:
+        freed = freed_of(self._made, replace(start, time=time))
+        found = freed.freely(freed.stages, start.velocity[None])[0]
+        return np.asarray(found.a[0])
+
+
+def _end_of(course: Course) -> StartState:
+    links = course.positions.links().part(slice(-1, None))
+    at = of_links(links.position, links.angle)[0]
+    return StartState(float(course.at.t[-1]), course.at.r[-1], course.rate[-1], at)
