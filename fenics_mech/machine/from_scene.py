@@ -281,7 +281,7 @@ def lead(made: SceneMachine, name: str, law: Law) -> int:
 def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[Array, Array]], inner: int) -> None:
     """Make the elements of the mesh beams: stiffness, mass and shallow-arch numbers from the forms."""
     machine, mesh = made.machine, links.mesh
-    offsets, moment = links.layout.offsets, links.mass_moment
+    offsets, moment, angle = links.layout.offsets, links.mass_moment, links.layout.shear_angle
     back = np.eye(6) if offsets is None else np.linalg.inv(offsets.arms)  # from the member's axis to its neutral line
     of_elements = links.element_stiffness, links.element_mass, links.element_rotary_mass
     stiffness, mass, rotary = (np.swapaxes(back, -1, -2) @ matrix @ back for matrix in of_elements)
@@ -303,7 +303,10 @@ def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[
         section = np.array([turning @ rotary[e] @ turning])
         across = (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]
         beside_line = np.zeros(1) if moment is None else moment[e, None]
-        elements.append(Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section, beside_line))
+        sheared = np.zeros(4) if angle is None else angle[e] * [length, 1.0, length, 1.0]
+        elements.append(
+            Element(length, shapes @ stiffness[e] @ shapes.T, numbers, across, section, beside_line, sheared)
+        )
     machine.add_beams(made.element_ends, elements, made.scene.damping.material)
 
 

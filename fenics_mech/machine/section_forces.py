@@ -173,12 +173,13 @@ def inside(
     line: Line | None = None,
     bent: bool = True,
     softness: Callable[[Array], Array] | None = None,
+    shear: Array | None = None,
 ) -> Sections:
     """Give the forces in sections at places inside elements.
 
     It is the equilibrium of the part before the place, along the bent axis. That is a cubic between the ends, whose
-    slopes are as long as the axis is stretched there, and the bow of a clamped beam under the mean of what acts across
-    it; with places inside, the polynomial through them.
+    slopes are as long as the axis is stretched there, and turned as it is sheared. On it is the bow of a clamped beam
+    under the mean of what acts across it. With places inside it is the polynomial through them.
 
     Parameters
     ----------
@@ -197,6 +198,8 @@ def inside(
     softness
         Gives the bending stiffness of each station's element over that of its section at a share of the element
         ``(stations,)``; None where sections are the same along all elements.
+    shear
+        G A_s of every element (N); None where they are rigid in shear.
     """
     length = np.array([element.length for element in beams.elements])[elements]
     rotary = np.array([element.rotary[0] for element in beams.elements])[elements] / length  # kg m
@@ -219,8 +222,10 @@ def inside(
     bows, longer = None, np.zeros_like(vectors)
     if not shapes.inner:
         rigidity = np.array([element.stiffness[0, 0] for element in beams.elements])[elements] / length  # EA
-        pulls = np.einsum("tskd,tskd,k->tsk", ends.force[:, elements], at_ends[1][..., 0], [-1.0, 1.0])
+        pulls, shears = np.einsum("tskd,tskda,k->atsk", ends.force[:, elements], at_ends[1][..., :2], [-1.0, 1.0])
         stretched = at_ends[1][..., 0] * (pulls / rigidity[:, None])[..., None]
+        if shear is not None:  # sections are not normal to the axis
+            stretched += at_ends[1][..., 1] * (shears / shear[elements, None])[..., None]
         longer = _vectors(length, 0 * at_ends[0], stretched, at.r[:, within])
         bows = _bows(
             beams,

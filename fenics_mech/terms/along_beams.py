@@ -96,8 +96,9 @@ class AirForce:
 class AlongBeams(Term):
     """Forces per length along some of the beams of a machine.
 
-    The axis of an element is a polynomial between some of its vectors. These are known by places: those of both ends,
-    places that both first axes reach to in its length, and the places inside. So each force is one on all these places.
+    The axis of an element is a polynomial between some of its vectors, as it is sheared by forces at its ends. These
+    vectors are known by places: those of both ends, places that both first axes reach to in its length, and the places
+    inside. So each force is one on all these places.
 
     Parameters
     ----------
@@ -116,6 +117,7 @@ class AlongBeams(Term):
     def __init__(self, ground: End, beams: Beams, elements: Sequence[int] | Index, density: Density) -> None:
         self.elements, self.density, self.shapes = np.asarray(elements, dtype=int), density, Shapes(beams.inner)
         self.length = np.array([beams.elements[e].length for e in elements])
+        self.shear = np.array([beams.elements[e].shear for e in elements])
         pairs = []
         for e, length in zip(elements, self.length):
             for end in beams.pairs[e]:
@@ -128,24 +130,28 @@ class AlongBeams(Term):
         """Give minus the forces on the places: integrals over the elements of the density times their shapes."""
         share, weights = self.shapes.rule(self.density.points)
         N, slopes = (self._of_places(self.shapes.at(share, order)) for order in (0, 1))
-        (count, k), sets = N.shape, len(self.length)
+        sets, count, k = N.shape
         places, rates = (y.reshape(len(t), sets, k, 2) for y in (x, v))
-        tangent = np.einsum("gk,tekd->tegd", slopes, places) / self.length[:, None, None]
-        velocity = np.einsum("gk,tekd->tegd", N, rates)
+        tangent = np.einsum("egk,tekd->tegd", slopes, places) / self.length[:, None, None]
+        velocity = np.einsum("egk,tekd->tegd", N, rates)
         element = np.repeat(np.arange(sets), count)
         flat = (y.reshape(len(t), sets * count, 2) for y in (tangent, velocity))
         found = self.density.at(t, element, np.tile(share, sets), *flat)
         force, by_tangent, by_velocity = (y.reshape(len(t), sets, count, *y.shape[2:]) for y in found)
-        stress = -np.einsum("g,e,gk,tegd->tekd", weights, self.length, N, force)
-        by_place = np.einsum("g,gk,tegij,gl->tekilj", weights, N, by_tangent, slopes)
-        by_rate = np.einsum("g,e,gk,tegij,gl->tekilj", weights, self.length, N, by_velocity, N)
+        stress = -np.einsum("g,e,egk,tegd->tekd", weights, self.length, N, force)
+        by_place = np.einsum("g,egk,tegij,egl->tekilj", weights, N, by_tangent, slopes)
+        by_rate = np.einsum("g,e,egk,tegij,egl->tekilj", weights, self.length, N, by_velocity, N)
         across = -np.stack([by_place, by_rate]).reshape(2, len(t), sets, 2 * k, 2 * k)
         return Response(stress.reshape(x.shape), across=across)
 
     def _of_places(self, shapes: Array) -> Array:
-        """Give the weights of places by those of the vectors: an axis is the way to the place that it reaches to."""
-        made = shapes.copy()
-        made[:, [0, 2]] -= shapes[:, [1, 3]]
+        """Give the weights of places ``(elements, points, places)`` by those of the vectors ``(points, vectors)``.
+
+        An axis is the way to the place that it reaches to. A sheared one is turned at both ends.
+        """
+        made = np.repeat(shapes[None], len(self.shear), axis=0)
+        made[:, :, :4] += shapes[:, [1, 3]].sum(axis=1)[:, None] * self.shear[:, None]
+        made[:, :, [0, 2]] -= made[:, :, [1, 3]]
         return made
 
     def stiffening(self, present: Array, static: Array | None) -> Array:

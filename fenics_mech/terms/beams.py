@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -35,6 +35,9 @@ class Element:
         Rotary inertia of its sections along axes 2 (and 3), rho I L ``(bends,)`` (kg m^2).
     moment
         Of the mass about the neutral line along axes 2 (and 3), rho A e ``(bends,)`` (kg).
+    shear
+        Angle between the axis and its cubic by places, over the length, and first axes of both ends ``(4,)``: 0 where
+        sections stay normal to the axis.
     """
 
     length: float
@@ -43,6 +46,7 @@ class Element:
     mass: Array
     rotary: Array
     moment: Array
+    shear: Array = field(default_factory=lambda: np.zeros(4))
 
     @classmethod
     def uniform(
