@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
+from fenics_mech.buckled_links import weakest_link, with_buckled
 from fenics_mech.errors import DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier
@@ -190,7 +191,10 @@ class Solved:
         made = built(scene)
         if (beside := found_beside(scene, made.machine, run)) is not None:
             return cls(scene, made, beside)
-        cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+        try:
+            cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+        except SolverError as error:
+            raise with_buckled(made, instants_of(scene), True, error) from error
         return cls(scene, made, cycle, left_out=left_out_by_linear(cycle.changes))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
@@ -404,12 +408,15 @@ class AtRest:
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
-            changes = steps.converge(TIGHT, MOST, "the static answer")
-            _refuse_buckled(scene, steps)
+            try:
+                changes = steps.converge(TIGHT, MOST, "the static answer")
+            except SolverError as error:
+                raise with_buckled(made, steps.t, steps.moving, error) from error
+            _refuse_buckled(made, steps)
             motion = Motion(machine, t, steps.q, still, steps.a, moving)
             return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes))
         steps.step()
-        _refuse_buckled(scene, steps)
+        _refuse_buckled(made, steps)
         rigid = Motion(machine, t, still, still, still, moving)
         stresses = steps.stresses if stiff is None else None
         return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False, stresses)), steps)
@@ -492,7 +499,7 @@ class AtRest:
         steps = copy(self.following)
         try:
             newton(steps.step, TIGHT, MOST, "the static answer")
-            _refuse_buckled(self.scene, steps)
+            _refuse_buckled(self.made, steps)
         except SolverError as error:
             logger.info("with exact strains there is no answer: %s", error)
             return None
@@ -522,17 +529,16 @@ def _alike(known: SceneMachine, made: SceneMachine) -> SceneMachine:
     return made
 
 
-def _refuse_buckled(scene: Scene, steps: StaticIteration) -> None:
+def _refuse_buckled(made: SceneMachine, steps: StaticIteration) -> None:
     """Raise `SolverError` where the stiffness about a static answer is not positive."""
-    yielding = steps.yielding
+    yielding, rate = steps.yielding, made.scene.cycle_rate
     if yielding.any():
         worst = int(np.argmax(yielding))
-        _refuse_free(scene, scene.cycle_rate * steps.t[worst])
-        angle = np.degrees(scene.cycle_rate * steps.t[worst])
+        _refuse_free(made.scene, rate * steps.t[worst])
         raise SolverError(
-            f"the static answer at drive angle {angle:.6g} deg is unstable: members buckle. Under its axial forces its "
-            f"stiffness is not positive in {yielding[worst]} independent ways. Lower the load or the speed, or take "
-            "stiffer members"
+            f"the static answer at drive angle {np.degrees(rate * steps.t[worst]):.6g} deg is unstable: members "
+            f"buckle, link {weakest_link(made, steps, worst)} first. Under its axial forces its stiffness is not "
+            f"positive in {yielding[worst]} independent ways. Lower the load or the speed, or take stiffer members"
         )
 
 

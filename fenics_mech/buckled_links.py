@@ -1,0 +1,67 @@
+"""Which links buckle where there is no motion or equilibrium near the rigid one, or an unstable one."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+
+from fenics_mech._arrays import Array
+from fenics_mech.errors import SolverError
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.solve.linear import StaticIteration, axial_forces
+
+
+def weakest_link(made: SceneMachine, steps: StaticIteration, k: int) -> str:
+    """Name the link that bends most in the motion that the last stiffness at an instant resists least.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    steps
+        Newton's method after its last step.
+    k
+        Number of the instant.
+    """
+    machine, n = made.machine, made.machine.n
+    matrix = machine.pattern.matrix(steps.values[k]).toarray()
+    stiff = matrix[:n, :n] + matrix[:n, :n].T
+    units = 1 / np.sqrt(np.maximum(np.abs(stiff).max(axis=1), np.finfo(float).tiny))
+    free = scipy.linalg.null_space(matrix[n:, :n] * units) if len(matrix) > n else np.eye(n)
+    way = np.linalg.eigh(free.T @ (stiff * units * units[:, None]) @ free)[1][:, 0]
+    moved = np.pad(units * (free @ way), (0, machine.size - n))[None]
+    strains = np.einsum("emj,ej->em", steps.found.terms[0].gradient[k], machine.groups[0].variables(moved)[0])
+    assert made.links is not None
+    mesh = made.links.mesh
+    energy = np.einsum("em,emn,en->e", strains, machine.beams.stiffness, strains)
+    of_links = np.bincount(np.asarray(mesh.member_link)[np.asarray(mesh.cell_member)], energy)
+    return list(made.scene.links)[int(of_links.argmax())]
+
+
+def with_buckled(made: SceneMachine, t: Array, moving: bool, error: SolverError) -> SolverError:
+    """Add to an error of Newton's method the straight link that buckles under its static axial forces, where one does.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    t
+        Instants at which its links are looked at ``(instants,)`` (s).
+    moving
+        Whether the inertia of the rigid motion acts.
+    error
+        What was said.
+    """
+    straight = StaticIteration(made.machine, t, moving)
+    straight.step()
+    straight.stresses = axial_forces(straight.machine, straight.iterate)
+    straight.q, straight.a = np.zeros((2, *straight.q.shape))
+    straight.step()
+    if not (yielding := straight.yielding).any():
+        return error
+    worst = int(np.argmax(yielding))
+    angle = np.degrees(made.scene.cycle_rate * t[worst])
+    return SolverError(
+        f"{error}. The straight link {weakest_link(made, straight, worst)} buckles: under its axial forces the "
+        f"stiffness is not positive at drive angle {angle:.6g} deg"
+    )
