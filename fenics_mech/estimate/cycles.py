@@ -47,7 +47,9 @@ def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
         inside. Poses without beams have the same order, and so have the rows. Its chart is set.
     """
     start = _prolonged(cycle, machine, cycle.path.period)
-    return converged(Iteration(machine, start, _axial_forces(cycle, machine)), ENOUGH)
+    iteration = Iteration(machine, start, _axial_forces(cycle, machine))
+    iteration.step()  # whose size tells nothing, as its tangents are of other forces than its places
+    return converged(iteration, ENOUGH)
 
 
 def _axial_forces(cycle: Cycle, fine: Machine) -> list[Array | None]:
