@@ -11,7 +11,7 @@ NONLINEAR = """
 from fenics_mech.scene.factories import seed_four_bar
 SCENE = seed_four_bar(
     effects=("coupling", "large-rotations"), mesh__elements=2,
-    analysis={"sub_intervals": 61, "allow_coarse": True, "stages": 2},
+    analysis={"sub_intervals": 61, "allow_coarse": True, "stages": 2, "solver": "collocation"},
 )
 """
 
