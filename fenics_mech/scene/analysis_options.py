@@ -27,8 +27,9 @@ class Analysis(Part):
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
         effect but impulses. "poses" is collocation of the exact equation of poses, which leaves nothing out at rigid
         arms and guides. Linear theories are its first step from the rigid motion. It also gives "quasi-static" and
-        "static" answers where nothing is free. "auto" takes "poses" where strains are exact, else
-        the first where it can, then the second. Of "transient", "sub-intervals" is the superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
+        "static" answers where nothing is free. "auto" takes "poses" where strains are exact, else the first where it
+        can, then the second. Of "transient", "sub-intervals" is the superposition of `modes` in time (E.13); otherwise
+        all coordinates are integrated.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.
     scheme
