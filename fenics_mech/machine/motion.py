@@ -149,7 +149,8 @@ class LinearMotion:
         if self.stresses is None:
             return None
         base, (_, _, a) = self.base, self.change
-        added = [stress - here.response.stress for stress, here in zip(self.stresses, base.found.terms)]
+        at_rest = replace(base, moving=False).found.terms  # as the change is: what rates exert is that of the base
+        added = [stress - here.response.stress for stress, here in zip(self.stresses, at_rest)]
         return replace(base, a=base.a + a, added=added)
 
     def beside(self, share: float) -> Motion:
