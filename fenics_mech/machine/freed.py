@@ -23,6 +23,7 @@ from fenics_mech.machine.groups import Group, InertiaPlan, Moved
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.pattern import Pattern
+from fenics_mech.terms import rubs
 
 CLOSED, CLOSINGS = 1e-9, 20  # of Newton's method for the links (m, rad), whose next step squares that, and its steps
 EXACT = 1e-13  # the same (m, rad), where derivatives of before are those of now
@@ -114,7 +115,7 @@ class Balanced:
 
     def settled(self, machine: Machine, change: Array) -> bool:
         """Say whether a change of forces is rounding of the largest force of a row, of inertia or of a term."""
-        inertia = machine.inertia.mass.max(initial=0.0) * np.abs(self.found.at.acc[:, :, 0]).max()
+        inertia = machine.inertia.largest(self.found.at)
         stresses = [np.abs(term.response.stress).max(initial=0.0) for term in self.found.terms]
         return bool(np.abs(change).max() <= BALANCED * max(np.abs(self.pulls).max(), inertia, *stresses))
 
@@ -176,16 +177,11 @@ def balanced(
     for k in range(BALANCES):
         held = reacted(machine, t, motion, pulls, angles=angles, moving=moving)
         pulls = held.pulls
-        if not rubs(machine) and (known or k):  # linear in them: geometric stiffness alone takes those of before
+        if not rubs(machine.terms) and (known or k):  # linear in them: geometric stiffness alone takes those of before
             return held
-        if rubs(machine) and held.settled(machine, held.change):
+        if rubs(machine.terms) and held.settled(machine, held.change):
             return held
     raise SolverError("the friction of the joints locks the linkage: their forces are not determined")
-
-
-def rubs(machine: Machine) -> bool:
-    """Say whether forces of joints press bodies that rub."""
-    return any(len(term.rows) for term in machine.terms)
 
 
 class Freed:
@@ -457,7 +453,7 @@ class Freed:
             by_a = -held.back @ machine.pattern.dense(held.found.M)[:, :n, :n] @ W
             da = self.by_mass(-by_a[:, self.own], held.pulls[:, self.own])
             change = (by_a @ da[..., None])[..., 0]
-            if k and (not rubs(machine) or held.settled(machine, np.abs(held.change) + np.abs(change))):
+            if k and (not rubs(machine.terms) or held.settled(machine, np.abs(held.change) + np.abs(change))):
                 return moved, held
             a, pulls = a + da, held.pulls + change
         raise SolverError(

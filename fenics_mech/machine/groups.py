@@ -339,6 +339,10 @@ class InertiaPlan:
         self.entries = kept[:, :4].astype(np.int32)
         self.mass = np.ascontiguousarray(kept[:, 4])
 
+    def largest(self, at: Moved) -> float:
+        """Give the size of the largest force of inertia (N)."""
+        return float(self.mass.max(initial=0.0) * np.abs(at.acc[:, :, 0]).max())
+
     @cached_property
     def dof(self) -> Places:
         """Coordinates of both poses of every entry."""

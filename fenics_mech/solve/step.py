@@ -15,6 +15,7 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.solve.newton import newton
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import Tableau, stage_matrix
+from fenics_mech.terms import rubs
 
 CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
 UNPRESSED = 1e-9  # of the largest force of inertia: limits of friction below it are rounding
@@ -101,7 +102,7 @@ class Step:
         """
         machine, tableau, h, n = self.machine, self.tableau, self.h, self.machine.n
         a, size, stages = self.a.copy(), machine.size, len(tableau.c)
-        if self._rubs:  # from the rates at the start: what sticks is not taken for what slides
+        if rubs(self.machine.terms):  # from the rates at the start: what sticks is not taken for what slides
             a[:, :n] = 0.0
         instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
         measures: list[Array] = []
@@ -119,21 +120,17 @@ class Step:
             dq[:, n:] = dv[:, n:] = 0.0
             stresses = machine.predicted(found, dq, dv, da)
             places = np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)
-            return max(float(places), self._slipping(found, stresses) if self._rubs else 0.0)
+            return max(float(places), self._slipping(found, stresses) if rubs(self.machine.terms) else 0.0)
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
         return replace(self, a=a, measures=measures)
-
-    @property
-    def _rubs(self) -> bool:
-        return any(len(term.rows) for term in self.machine.terms)
 
     def _slipping(self, found: Evaluation, predicted: Sequence[Array] | None) -> float:
         """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit.
 
         Changes of places in a short step do not show it.
         """
-        weight, worst = self.machine.inertia.mass.max(initial=0.0) * np.abs(found.at.acc[:, :, 0]).max(), 0.0
+        weight, worst = self.machine.inertia.largest(found.at), 0.0
         for k, term in enumerate(self.machine.terms):
             response = found.terms[k].response
             if len(term.rows) and predicted is not None and response.limit:
@@ -172,7 +169,7 @@ class Step:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
         n, tableau = self.machine.n, self.tableau
         missed = (tableau.back @ self.a - before)[:n] / self.tolerance
-        inside = tableau.kinked if self._rubs else tableau.inside
+        inside = tableau.kinked if rubs(self.machine.terms) else tableau.inside
         return float(inside * self.h**2 * np.abs(missed).max(initial=0.0))
 
 

@@ -6,7 +6,7 @@ from fenics_mech.terms.inertia import Masses, hermite_mass
 from fenics_mech.terms.inner_places import Shapes
 from fenics_mech.terms.laws import Damper, DeadLoad, Effort, OverState, PointLoad, Shaft, SoftBearing, Spring
 from fenics_mech.terms.modal_damping import ModalDamping
-from fenics_mech.terms.term import Look, Measure, Response, Term
+from fenics_mech.terms.term import Look, Measure, Response, Term, rubs
 
 __all__ = [
     "AirForce",
@@ -30,4 +30,5 @@ __all__ = [
     "Spring",
     "Term",
     "hermite_mass",
+    "rubs",
 ]

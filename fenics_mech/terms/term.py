@@ -139,3 +139,14 @@ class Term:
 def diagonal(values: Array) -> Array:
     """Derivatives of stresses that depend on their own measure alone: ``(..., measures)`` as matrices."""
     return values[..., None] * np.eye(values.shape[-1])
+
+
+def rubs(terms: Sequence[Term]) -> bool:
+    """Say whether forces of joints press bodies that rub.
+
+    Parameters
+    ----------
+    terms
+        Those of a machine.
+    """
+    return any(len(term.rows) for term in terms)
