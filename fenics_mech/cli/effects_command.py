@@ -42,11 +42,11 @@ def effects(
         moving = with_freedoms(lawful) if lawful.analysis.method == "transient" else lawful
         (chosen, choices), *exact = rungs(moving)
     choices = (*choices, *laws)
+    threshold: float | None = loaded.neglected / 2
     if has_poses(loaded):  # what is estimated is told; what acts is not chosen by it
-        chosen, exact = planned(loaded), []
+        chosen, exact, threshold = planned(loaded), [], None
         sizes = {choice.effect.name: choice.size for choice in choices}
         choices = tuple(replace(taken, size=sizes.get(taken.effect.name)) for taken in choices_of(chosen))
-    threshold = None if has_poses(loaded) else loaded.neglected / 2
     out.print(effects_table(choices, threshold, EXACT_STRAINS if exact else ""))
     names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
     enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"

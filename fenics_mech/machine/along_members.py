@@ -67,8 +67,8 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     given = stations, np.concatenate(places), line_mass
     shape = len(found.force), len(mesh.members), len(s)
     by_loads, soft = line if loads else None, softness if varies else None
-    shear = None if made.links.rigidity.shear is None else made.links.rigidity.shear.mean
-    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, by_loads, bent, soft, shear)
+    sheared = None if made.links.rigidity.shear is None else made.links.rigidity.shear.mean  # G A_s
+    sections = inside(beams, group, found.at, ends_of_elements, *given, inner, by_loads, bent, soft, sheared)
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
     place, bow = (x.reshape(*shape, 2) for x in (sections.place, sections.bow))
     return Sections(axial, shear, moment, place, bow)

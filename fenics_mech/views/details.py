@@ -248,10 +248,11 @@ def _effects(result: Result) -> str:
         for e in effects
         if not e["acts"] and e["size"] is not None and e["name"] not in inside
     ]
-    limit = "; shares of the strains are estimates from above; selected: influence above "
-    limit += f"{percent(least)}; left out: {', '.join(left) or 'none'}"
     if result.data.attrs["solver"] == "poses":
         limit = "; the share is what linear strains would leave out"
+    else:
+        limit = "; shares of the strains are estimates from above; selected: influence above "
+        limit += f"{percent(least)}; left out: {', '.join(left) or 'none'}"
     estimated = any(e["size"] is not None for e in effects)
     solved = change_by_vibration(result)
     limit += "" if solved is None else f". Vibration changes the peak stress by {share(solved)}, as solved"
