@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
-from fenics_mech.by_poses import RefinedByPoses, answered, has_poses
+from fenics_mech.by_poses import RefinedByPoses, by_poses, has_poses
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
@@ -110,11 +110,12 @@ def analyse(
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
-    elif has_poses(scene) and scene.tolerance is None:
-        last = common.last
-        result = fine_enough(scene, lambda finer: answered(finer, names, last)[1])
-    elif has_poses(scene):
-        result = within(scene.changed(analysis__solver="poses"), RefinedByPoses())
+    elif has_poses(scene) and not scene.freedoms:
+        if scene.tolerance is None:
+            last = common.last
+            result = fine_enough(scene, lambda finer: by_poses(finer, last, names))
+        else:
+            result = within(scene.changed(analysis__solver="poses"), RefinedByPoses())
     elif scene.tolerance is not None:
         result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
     else:

@@ -8,7 +8,7 @@ import scipy.linalg
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.solve.linear import StaticIteration, axial_forces
+from fenics_mech.solve import StaticIteration, axial_forces, quasi_static
 
 
 def weakest_link(made: SceneMachine, steps: StaticIteration, k: int) -> str:
@@ -52,10 +52,8 @@ def with_buckled(made: SceneMachine, t: Array, moving: bool, error: SolverError)
     error
         What was said.
     """
-    straight = StaticIteration(made.machine, t, moving)
-    straight.step()
-    straight.stresses = axial_forces(straight.machine, straight.iterate)
-    straight.q, straight.a = np.zeros((2, *straight.q.shape))
+    machine = made.machine
+    straight = StaticIteration(machine, t, moving, axial_forces(machine, quasi_static(machine, t, moving)))
     straight.step()
     if not (yielding := straight.yielding).any():
         return error

@@ -62,7 +62,7 @@ ORDERS = {
 }  # of errors, in the numbers that they fall by
 
 
-def by_poses(scene: Scene, run: Run | None = None) -> Result:
+def by_poses(scene: Scene, run: Run | None = None, names: Collection[str] | None = None) -> Result:
     """Analyse a driven machine over its cycle, or at rest.
 
     Parameters
@@ -71,6 +71,8 @@ def by_poses(scene: Scene, run: Run | None = None) -> Result:
         The scene.
     run
         Motions before it, from which its own is sought under exact strains, and which that is added to.
+    names
+        As of `collected`.
 
     Raises
     ------
@@ -81,7 +83,7 @@ def by_poses(scene: Scene, run: Run | None = None) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    return answered(scene, run=run)[1]
+    return answered(scene, names, run)[1]
 
 
 def answered(
@@ -160,7 +162,7 @@ FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where th
 
 
 def has_poses(scene: Scene) -> bool:
-    """Say whether a scene goes by the equation of poses: where it asks for it without freedoms, or the program chooses.
+    """Say whether a scene goes by the equation of poses: where it asks for it, or the program chooses.
 
     The program chooses it for periodic motions with exact strains, where it has terms for all that the scene states.
 
@@ -170,7 +172,7 @@ def has_poses(scene: Scene) -> bool:
         The scene.
     """
     if scene.analysis.solver == "poses":
-        return not scene.freedoms
+        return True
     exact = scene.effects == "auto" or EXACT in scene.named_effects
     if scene.analysis.solver != "auto" or scene.analysis.method != "periodic" or not exact:
         return False
@@ -315,7 +317,10 @@ def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
     here = quantities(solved.positions)
     parts = {source: _change(here, other) for source, other in solved.better()}
     if chosen and (fuller := with_assumed_shear(solved.scene)) is not None:
-        parts["effects"] = _change(here, solution(fuller, solved.run).positions)
+        run = Run()
+        if isinstance(solved, Solved):
+            run.keep(solved.cycle.path)
+        parts["effects"] = _change(here, solution(fuller, run).positions)
     missed = None
     if solved.scene.drives and len(here.axial) >= FEWEST:
         still = isinstance(solved, AtRest) and solved.following is not None  # which is known at any angle by itself

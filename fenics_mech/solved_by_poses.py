@@ -51,7 +51,7 @@ from fenics_mech.solve import (
     stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
-from fenics_mech.solve.newton import newton
+from fenics_mech.solve.newton import converge, newton
 from fenics_mech.solve.rigid import FEWEST
 from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
 from fenics_mech.solve.statics import stiffness
@@ -90,7 +90,9 @@ def _without_motor(drive: Drive) -> Drive:
 
 def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
     """Give the axial forces of the static answer at some instants, where they act in the scene's linear theory."""
-    return axial_forces(machine, quasi_static(machine, t)) if STIFFENED in scene.named_effects else None
+    if STIFFENED not in scene.named_effects:
+        return None
+    return axial_forces(machine, quasi_static(machine, t, scene.analysis.method != "static"))
 
 
 def steps_of(scene: Scene) -> Array:
@@ -279,13 +281,6 @@ class Solved:
         yield "time", replace(self, cycle=finer_steps(self.cycle)).at(0.0)
         yield "mesh", Solved(self.scene, self.finer, finer_mesh(self.cycle, self.finer.machine)).at(0.0)
 
-    @property
-    def run(self) -> Run:
-        """The motion itself, beside which those of other effects are found."""
-        run = Run()
-        run.keep(self.cycle.path)
-        return run
-
     @cached_property
     def finer(self) -> SceneMachine:
         """The machine with halved elements."""
@@ -404,12 +399,12 @@ class AtRest:
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
         machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT in scene.named_effects
-        stiff = _stiffening_at_rest(scene, machine, t)
+        stiff = stiffening(scene, machine, t)
         steps = StaticIteration(machine, t, moving, stiff)
         still = np.zeros_like(steps.q)
         if exact:
             try:
-                changes = steps.converge(TIGHT, MOST, "the static answer")
+                changes = converge(steps, TIGHT, MOST, "the static answer")
             except SolverError as error:
                 raise with_buckled(made, steps.t, steps.moving, error) from error
             _refuse_buckled(made, steps)
@@ -428,7 +423,7 @@ class AtRest:
         pace = scene.cycle_rate / self.scene.cycle_rate if scene.drives else 1.0
         if self.following is None:
             return made, Beside(machine, pace), None
-        zero, stiff = np.zeros((len(t), machine.size)), _stiffening_at_rest(scene, machine, t)
+        zero, stiff = np.zeros((len(t), machine.size)), stiffening(scene, machine, t)
         found = machine.residual(t, zero, zero, zero, moving=moving, tangents=False)
         stresses = stiffening_stresses(machine, found) if stiff is None else stiff
         held = machine.residual(t, zero, zero, zero, predicted=stresses, moving=False, heavy=stiff is not None)
@@ -490,8 +485,6 @@ class AtRest:
         if self.following is not None:
             yield "theory", self.exact
 
-    run = None  # answers of other effects are found from the rigid motion
-
     @cached_property
     def exact(self) -> OfPoses | None:
         """The answers with exact strains, to which Newton's method goes on; None where there are none near by."""
@@ -510,15 +503,6 @@ class AtRest:
 def _undamped(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
     """Build a machine whose links are not damped."""
     return built(scene.changed({"damping.material": 0.0, "damping.ratio": 0.0}), coarse, near)
-
-
-def _stiffening_at_rest(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
-    """Give the axial forces that act in the linear theory of static answers."""
-    if STIFFENED not in scene.named_effects:
-        return None
-    first = StaticIteration(machine, t, scene.analysis.method != "static")
-    first.step()
-    return axial_forces(machine, first.iterate)
 
 
 def _alike(known: SceneMachine, made: SceneMachine) -> SceneMachine:

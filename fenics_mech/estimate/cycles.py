@@ -10,8 +10,9 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Fourier, Geometry, harmonics
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve import Cycle, Path, periodic
-from fenics_mech.solve.periodic import Iteration, converged
+from fenics_mech.solve import Cycle, Iteration, Path, periodic
+from fenics_mech.solve.newton import converge
+from fenics_mech.solve.periodic import MOST, MOTION
 from fenics_mech.terms import Beams, Shapes
 
 ENOUGH = 1e-4  # last change of Newton's method: with 1e-3 one step may do, and told over true falls to 0.8
@@ -49,7 +50,8 @@ def finer_mesh(cycle: Cycle, machine: Machine) -> Cycle:
     start = _prolonged(cycle, machine, cycle.path.period)
     iteration = Iteration(machine, start, _axial_forces(cycle, machine))
     iteration.step()  # whose size tells nothing, as its tangents are of other forces than its places
-    return converged(iteration, ENOUGH)
+    changes = converge(iteration, ENOUGH, MOST, MOTION)
+    return Cycle(machine, iteration.path, changes)
 
 
 def _axial_forces(cycle: Cycle, fine: Machine) -> list[Array | None]:

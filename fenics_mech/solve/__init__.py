@@ -15,7 +15,7 @@ from fenics_mech.solve.linear import (
     stiffening_stresses,
 )
 from fenics_mech.solve.path import Path
-from fenics_mech.solve.periodic import Cycle, Iteration, converged, periodic
+from fenics_mech.solve.periodic import Cycle, Iteration, periodic
 from fenics_mech.solve.rigid import rigid_cycle
 from fenics_mech.solve.running_frequencies import about_motion
 from fenics_mech.solve.stability import RunningModes, running_modes
@@ -40,7 +40,6 @@ __all__ = [
     "accelerated",
     "axial_forces",
     "continued",
-    "converged",
     "cycle_change",
     "damp_modes",
     "equilibria",

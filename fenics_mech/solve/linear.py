@@ -10,7 +10,6 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.newton import increased, newton
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
@@ -89,28 +88,8 @@ class StaticIteration:
         most = np.abs(self.q / self.unit).max(initial=0.0)
         return float(np.abs(dq / self.unit).max(initial=0.0) / max(most, 1.0))
 
-    def converge(self, tolerance: float, most: int, what: str) -> list[float]:
-        """Step until the change is small, and give the sizes of all changes.
-
-        Where that does not lead to an answer, the loads are increased from none, and no sizes are given.
-
-        Parameters
-        ----------
-        tolerance, most, what
-            As of `newton`.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion. It tells up to which share of the loads there are some.
-        """
-        before = dict(vars(self))
-        try:
-            return newton(self.step, tolerance, most, what)
-        except SolverError as error:
-            vars(self).update(before)
-            increased(self, tolerance, what, error)
-        return []
+    def rest(self) -> None:
+        """Stay where it begins: at the rigid motion, which no loads bend."""
 
     def refuse_beyond(self, reached: float) -> None:
         """Raise `SolverError` where the answer is beyond a load that buckles it; `reached` is below that load."""
@@ -141,7 +120,7 @@ class StaticIteration:
         return Iterate(self.t, self.found, self.change, self.stresses)
 
 
-def quasi_static(machine: Machine, t: Array) -> Iterate:
+def quasi_static(machine: Machine, t: Array, moving: bool = True) -> Iterate:
     """Give the static answer to the inertia of the chart's motion and to the loads, with the stiffness at its places.
 
     Parameters
@@ -150,8 +129,10 @@ def quasi_static(machine: Machine, t: Array) -> Iterate:
         The machine; its chart is the rigid motion.
     t
         Instants ``(instants,)`` (s).
+    moving
+        Whether that inertia acts.
     """
-    iteration = StaticIteration(machine, t)
+    iteration = StaticIteration(machine, t, moving)
     iteration.step()
     return iteration.iterate
 

@@ -61,27 +61,37 @@ class Loaded(Protocol):
     def step(self) -> float:
         """Take a step, and give its size."""
 
+    def rest(self) -> None:
+        """Go back to where the answer is that no loads have."""
+
     def refuse_beyond(self, reached: float) -> None:
         """Raise `SolverError` where what was found is not near the answer to the share that was reached before."""
 
 
-def increased(answer: Loaded, tolerance: float, what: str, failed: SolverError) -> None:
-    """Increase the loads from none, where all of them at once led to no answer.
+def converge(answer: Loaded, tolerance: float, most: int, what: str) -> list[float]:
+    """Step until the change is small, and give the sizes of all changes.
+
+    Where that does not lead to an answer, the loads are increased from none, and no sizes are given.
 
     Parameters
     ----------
     answer
         Newton's method, before its first step.
-    tolerance, what
+    tolerance, most, what
         As of `newton`.
-    failed
-        What was said of all loads at once.
 
     Raises
     ------
     SolverError
         When there is no answer near by. It tells up to which share of the loads there are some.
     """
+    begun = dict(vars(answer))
+    try:
+        return newton(answer.step, tolerance, most, what)
+    except SolverError as error:
+        failed = error
+    vars(answer).update(begun)
+    answer.rest()
     reached, ahead = 0.0, FIRST_SHARE
     while reached < 1.0:
         before = dict(vars(answer))
@@ -100,3 +110,4 @@ def increased(answer: Loaded, tolerance: float, what: str, failed: SolverError) 
         else:
             answer.refuse_beyond(reached)
             reached, ahead = answer.share, 2 * ahead
+    return []

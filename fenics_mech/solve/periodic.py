@@ -16,13 +16,15 @@ from fenics_mech.geometry import Fourier
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.blows import Blows, blows_of, gaps_between
 from fenics_mech.solve.compiled_steps import CompiledSteps, order_of
-from fenics_mech.solve.newton import increased, newton
+from fenics_mech.solve.newton import converge
 from fenics_mech.solve.operators import by_gmres, shell
 from fenics_mech.solve.path import Path
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import stage_matrix
 
 logger = logging.getLogger(__name__)
+MOTION = "the periodic motion"  # what Newton's method seeks here, in its messages
+MOST = 25  # of its steps
 
 
 @dataclass
@@ -210,10 +212,13 @@ def periodic(
     *,
     stages: int = 3,
     tolerance: float = 1e-7,
-    most: int = 25,
+    most: int = MOST,
     start: Path | None = None,
 ) -> Cycle:
     """Find the periodic motion beside the machine's chart.
+
+    Where Newton's method does not lead to one, inertia and loads are increased from none, and no sizes of changes are
+    given.
 
     Parameters
     ----------
@@ -242,32 +247,9 @@ def periodic(
             f"the period of {period:.6g} s is no multiple of that of the rigid motion, {chart.period:.6g} s"
         )
     iteration = Iteration(machine, Path.of_rest(machine, period, steps, stages) if start is None else start)
-    return converged(iteration, tolerance, most)
-
-
-def converged(iteration: Iteration, tolerance: float = 1e-7, most: int = 25) -> Cycle:
-    """Go on with Newton's method over a cycle until it has converged.
-
-    Where that does not lead to a motion, inertia and loads are increased from none, and no sizes of changes are given.
-
-    Parameters
-    ----------
-    iteration
-        Where it is.
-    tolerance, most
-        As of `periodic`.
-    """
-    what = "the periodic motion"
-    begun = dict(vars(iteration))
-    try:
-        changes = newton(iteration.step, tolerance, most, what)
-    except SolverError as error:
-        vars(iteration).update(begun)
-        iteration.rest()
-        increased(iteration, tolerance, what, error)
-        changes = []
+    changes = converge(iteration, tolerance, most, MOTION)
     logger.debug("Newton %d iterations", len(changes))
-    return Cycle(iteration.machine, iteration.path, changes)
+    return Cycle(machine, iteration.path, changes)
 
 
 LEAST = 1e-6  # of the machine's extent: coordinates below it are rounding of places, 1e-16, within the tolerance
