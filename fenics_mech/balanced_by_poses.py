@@ -107,9 +107,11 @@ class LinearBalanced(LinearCycle):
         machine, analysis = made.machine, scene.analysis
         balance = Balance(machine, scene.period, analysis.harmonics, analysis.sub_intervals)
         balance.stresses = stiffening(scene, machine, balance.t)
+        balance.turning = balance.stresses is not None
         balance.step()
         rest = Path.of_rest(machine, scene.period, steps_of(scene), analysis.stages)
-        step = Iteration(machine, rest, stiffening(scene, machine, rest.at(rest.tableau.c)[0].ravel()))
+        stiff = stiffening(scene, machine, rest.at(rest.tableau.c)[0].ravel())
+        step = Iteration(machine, rest, stiff, turning=balance.turning)
         step.found = step.evaluated(step.stresses)
         path = balance.series.path(rest.starts, analysis.stages)
         step.predict(path)

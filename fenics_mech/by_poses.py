@@ -18,6 +18,7 @@ from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.springs import too_stiff
 from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
@@ -162,9 +163,9 @@ FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where th
 
 
 def has_poses(scene: Scene) -> bool:
-    """Say whether a scene goes by the equation of poses: where it asks for it, or the program chooses.
+    """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
 
-    The program chooses it for periodic motions with exact strains, where it has terms for all that the scene states.
+    It is that of periodic motions with all coupling, where it has terms for all that the scene states.
 
     Parameters
     ----------
@@ -173,8 +174,8 @@ def has_poses(scene: Scene) -> bool:
     """
     if scene.analysis.solver == "poses":
         return True
-    exact = scene.effects == "auto" or EXACT in scene.named_effects
-    if scene.analysis.solver != "auto" or scene.analysis.method != "periodic" or not exact:
+    coupled = scene.effects == "auto" or COUPLED in scene.named_effects
+    if scene.analysis.solver == "sub-intervals" or scene.analysis.method != "periodic" or not coupled:
         return False
     try:
         machine_of(planned(scene))
@@ -388,9 +389,19 @@ def told(
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
     }
     order = {source: ORDERS[source] for source in parts}
-    errors = Errors(by_quantity, order, measure, (), largest, missed)
+    if any(getattr(joint, "member", None) for joint in scene.joints.values()):  # slopes turn where pins pass nodes
+        order["mesh"] = 3.0
+    errors = Errors(by_quantity, order, measure, _unknown(scene), largest, missed)
     errors.judge(scene)
     return errors
+
+
+def _unknown(scene: Scene) -> tuple[str, ...]:
+    """Say what is wrong by more than any estimate says."""
+    found = [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
+    if scene.impulses and scene.analysis.method == "periodic":
+        found.append("what impulses put into vibration that the mesh is too coarse for")
+    return tuple(found)
 
 
 def stability_of(solved: Solved | AtRest) -> xr.Dataset:

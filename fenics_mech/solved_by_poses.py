@@ -318,7 +318,7 @@ class LinearCycle(Solved):
     def _by(cls, scene: Scene, made: SceneMachine, stages: int) -> LinearCycle:
         path = Path.of_rest(made.machine, scene.period, steps_of(scene), stages)
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
-        step = Iteration(made.machine, path, stiff)
+        step = Iteration(made.machine, path, stiff, turning=stiff is not None)
         change = step.step()
         return cls(scene, made, Cycle(made.machine, step.path, [change], step.found), list(step.predicted))
 
@@ -327,7 +327,8 @@ class LinearCycle(Solved):
         path, machine = other.path(self.cycle.path), other.machine
         t = path.at(path.tableau.c)[0].ravel()
         zero = np.zeros((len(t), machine.size))
-        found = machine.residual(t, zero, zero, zero, predicted=stiffening(scene, machine, t))
+        stiff = stiffening(scene, machine, t)
+        found = machine.residual(t, zero, zero, zero, predicted=stiff, turning=stiff is not None)
         return made, replace(other, linear=found)
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
@@ -426,7 +427,7 @@ class AtRest:
         zero, stiff = np.zeros((len(t), machine.size)), stiffening(scene, machine, t)
         found = machine.residual(t, zero, zero, zero, moving=moving, tangents=False)
         stresses = stiffening_stresses(machine, found) if stiff is None else stiff
-        held = machine.residual(t, zero, zero, zero, predicted=stresses, moving=False, heavy=stiff is not None)
+        held = machine.residual(t, zero, zero, zero, predicted=stresses, moving=False, turning=stiff is not None)
         return made, Beside(machine, pace, replace(held, force=found.force)), stiff
 
     def beside(self, *scenes: Scene) -> list[AtRest]:

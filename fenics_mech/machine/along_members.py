@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
+from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, with_rides
+from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, on_cubics, with_rides
 from fenics_mech.scene.sections import Rigidity
 from fenics_mech.terms import AlongBeams
 
@@ -28,15 +29,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     """
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
-    elements, places, parts = [], [], []
-    for number, label in enumerate(mesh.members):
-        cells = np.nonzero(mesh.cell_member == number)[0]
-        whole = float(mesh.member_length[number])
-        own = cells[np.clip(np.searchsorted(mesh.cell_start[cells], s * whole, side="right") - 1, 0, None)]
-        first, length = mesh.cell_start[own], mesh.cell_length[own]
-        elements.append(own)
-        places.append((s * whole - first) / length)
-        parts.append((label, first / whole, length / whole))
+    stations, places, parts = _stations(mesh, s)
 
     def sections_at(x: Array) -> list[Rigidity]:
         of_members = zip(parts, np.split(x, len(parts)))
@@ -45,7 +38,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     def line_mass(x: Array) -> Array:
         return np.concatenate([one.line_density for one in sections_at(x)])
 
-    beams, group, stations = machine.beams, machine.groups[0], np.concatenate(elements)
+    beams, group = machine.beams, machine.groups[0]
     bending = np.array([element.length * element.stiffness[2, 2] for element in beams.elements])[stations]
 
     def softness(x: Array) -> Array:
@@ -64,7 +57,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     def line(x: Array, tangent: Array, velocity: Array) -> Array:
         return np.sum([load.line(found.t, stations, x, tangent, velocity) for load, _ in loads], axis=0)
 
-    given = stations, np.concatenate(places), line_mass
+    given = stations, places, line_mass
     shape = len(found.force), len(mesh.members), len(s)
     by_loads, soft = line if loads else None, softness if varies else None
     sheared = None if made.links.rigidity.shear is None else made.links.rigidity.shear.mean  # G A_s
@@ -72,3 +65,39 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
     place, bow = (x.reshape(*shape, 2) for x in (sections.place, sections.bow))
     return Sections(axial, shear, moment, place, bow)
+
+
+def cubic_places(made: SceneMachine, found: Evaluation, s: Array) -> Array:
+    """Give places on the polynomials between the nodes, ``(instants, members, stations, 2)`` (m).
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    found
+        Its residual.
+    s
+        Stations along every member, 0..1.
+    """
+    assert made.links is not None
+    mesh, machine = made.links.mesh, made.machine
+    elements, places, _ = _stations(mesh, s)
+    cubic = on_cubics(machine.beams, machine.groups[0], found.at, elements, places)
+    return cubic.reshape(len(cubic), len(mesh.members), len(s), 2)
+
+
+def _stations(mesh: BeamMesh, s: Array) -> tuple[Index, Array, list[tuple[str, Array, Array]]]:
+    """Give the element of every station of all members, and its place in it, 0..1 ``(members * stations,)``.
+
+    Of each member come its name, and the starts and lengths of these elements as shares of it.
+    """
+    elements, places, parts = [], [], []
+    for number, label in enumerate(mesh.members):
+        cells = np.nonzero(mesh.cell_member == number)[0]
+        whole = float(mesh.member_length[number])
+        own = cells[np.clip(np.searchsorted(mesh.cell_start[cells], s * whole, side="right") - 1, 0, None)]
+        first, length = mesh.cell_start[own], mesh.cell_length[own]
+        elements.append(own)
+        places.append((s * whole - first) / length)
+        parts.append((label, first / whole, length / whole))
+    return np.concatenate(elements), np.concatenate(places), parts

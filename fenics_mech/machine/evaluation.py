@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from fenics_mech._arrays import Array
 from fenics_mech.machine.groups import Moved
@@ -39,3 +39,24 @@ class Evaluation:
     terms: Sequence[Measured]
     at: Moved
     t: Array
+
+
+def linear_forces(base: Evaluation, ahead: Evaluation, behind: Evaluation, share: float) -> Evaluation:
+    """Give the stresses and inertia of a motion that is linear beside another, at the places of that other.
+
+    Parameters
+    ----------
+    base, ahead, behind
+        The residual of the other motion, and those a little ahead of it and behind it.
+    share
+        By which the difference of these two counts.
+    """
+    terms = []
+    for here, one, other in zip(base.terms, ahead.terms, behind.terms):
+        stress = here.response.stress + share * (one.response.stress - other.response.stress)
+        terms.append(here.with_response(replace(here.response, stress=stress)))
+    rates, inert = (
+        getattr(base.at, name) + share * (getattr(ahead.at, name) - getattr(behind.at, name))
+        for name in ("rates", "inert")
+    )
+    return replace(base, terms=terms, at=replace(base.at, rates=rates, inert=inert))

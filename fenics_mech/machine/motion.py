@@ -114,7 +114,8 @@ def coordinates(machine: Machine, places: Array, turns: Array) -> Array:
     return found
 
 
-SMALL = 1e-3  # of a change, by which differences are taken: its cube, and rounding over it, are 1e-9 of what bends
+SMALL = 1e-3  # of a change, by which differences are taken at least, and
+TURNED = 1e-4  # rad or m that they go from the base: their cubes are 1e-8 of what bends, however little that is
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,12 @@ class LinearMotion:
         at_rest = replace(base, moving=False).found.terms  # as the change is: what rates exert is that of the base
         added = [stress - here.response.stress for stress, here in zip(self.stresses, at_rest)]
         return replace(base, a=base.a + a, added=added)
+
+    @cached_property
+    def step(self) -> float:
+        """Share of the change by which differences are taken."""
+        most = float(np.abs(self.change[0]).max(initial=0.0))
+        return max(SMALL, TURNED / most) if most > 0 else SMALL
 
     def beside(self, share: float) -> Motion:
         """Give the exact motion by a share of the change; the stiffening stresses give way to those by its measures."""

@@ -285,6 +285,23 @@ def inside(
     return Sections(np.sum(force * tangent, axis=-1), _cross(force, tangent), moment, place, bow(places, turned=0.0))
 
 
+def on_cubics(beams: Beams, group: Group, at: Moved, elements: Index, places: Array) -> Array:
+    """Give places on the polynomials between the ends of elements, ``(instants, stations, 2)`` (m).
+
+    Parameters
+    ----------
+    beams, group, at
+        The elements, and the poses.
+    elements, places
+        As of `inside`.
+    """
+    length = np.array([element.length for element in beams.elements])[elements]
+    columns = np.concatenate([at.r[:, :, None], np.swapaxes(at.R, -1, -2)], axis=2)
+    within = np.array(beams.inside, dtype=int)[elements]
+    vectors = _vectors(length, *_of_axes(beams, group, columns, elements, 0), at.r[:, within])
+    return _between_all(Shapes(beams.inner).at(places), vectors)
+
+
 def _bows(
     beams: Beams,
     ends: EndForces,

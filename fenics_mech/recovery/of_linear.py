@@ -10,9 +10,11 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End
+from fenics_mech.machine.along_members import along_members, cubic_places
+from fenics_mech.machine.evaluation import Evaluation, linear_forces
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.measured import Measured
-from fenics_mech.machine.motion import SMALL, LinearMotion
+from fenics_mech.machine.motion import LinearMotion
 from fenics_mech.machine.section_forces import Sections
 from fenics_mech.recovery.of_poses import OfPoses, Variables
 from fenics_mech.scene.joints import Joint
@@ -41,11 +43,13 @@ class OfLinear(OfPoses):
     def _beside(self) -> tuple[OfPoses, OfPoses, OfPoses]:
         """The base, and the exact motions ahead and behind."""
         bent = self.linear.stiffening is not None
-        return tuple(OfPoses(self.made, self.linear.beside(x), bent=bent) for x in (0.0, SMALL, -SMALL))  # type: ignore[return-value]
+        return tuple(
+            OfPoses(self.made, self.linear.beside(x), bent=bent) for x in (0.0, self.linear.step, -self.linear.step)
+        )  # type: ignore[return-value]
 
     def _linear(self, read: Callable[[OfPoses], Array]) -> Array:
         base, ahead, behind = (read(x) for x in self._beside)
-        return np.asarray(base + (ahead - behind) / (2 * SMALL))
+        return np.asarray(base + (ahead - behind) / (2 * self.linear.step))
 
     @cached_property
     def _exerting(self) -> OfPoses | None:
@@ -53,23 +57,33 @@ class OfLinear(OfPoses):
         motion = self.linear.acting
         return None if motion is None else OfPoses(self.made, motion, bent=False)
 
-    def _sections(self, read: Callable[[OfPoses], Sections]) -> Sections:
-        parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
-        found = Sections(*(base + (ahead - behind) / (2 * SMALL) for base, ahead, behind in parts))
-        if self._exerting is None:
-            return found
-        exact = read(self._exerting)  # loads make the bow in the axes of the base, and not in those that turn with it
-        return replace(exact, place=found.place - found.bow + exact.bow)
-
     @cached_property
     def sections(self) -> Sections:
         """Forces in sections at the stations."""
-        return self._sections(lambda x: x.sections)
+        return self._sections(lambda x: x.sections, lambda x: x.motion.found)
 
     @cached_property
     def bare(self) -> Sections:
         """Forces in sections without what damps modes, which is no strain."""
-        return self.sections if self.made.machine.beams.modal is None else self._sections(lambda x: x.bare)
+        if self.made.machine.beams.modal is None:
+            return self.sections
+        return self._sections(lambda x: x.bare, lambda x: x.elastic)
+
+    def _sections(self, read: Callable[[OfPoses], Sections], found: Callable[[OfPoses], Evaluation]) -> Sections:
+        """Give forces in sections as a reading does, or where no stresses turn with the links, in their rigid axes.
+
+        In these axes the forces of the base and those of the change add up to equilibrium. Neither are in it alone.
+        """
+        if self.linear.stiffening is not None:
+            parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
+            return Sections(*(base + (ahead - behind) / (2 * self.linear.step) for base, ahead, behind in parts))
+        if self._exerting is not None:
+            exact = read(self._exerting)
+        else:
+            at_base = linear_forces(*(found(x) for x in self._beside), 1 / (2 * self.linear.step))
+            exact = along_members(self.made, at_base, self.motion.a, self.stations, bent=False)
+        place = self._linear(lambda x: cubic_places(self.made, x.motion.found, self.stations))
+        return replace(exact, place=place + exact.bow)
 
     def held(self, name: str, joint: Joint, body: str) -> Array:
         """Give force and moment, about its point, of a joint on one of its bodies ``(instants, 3)`` (N, N m)."""
@@ -83,7 +97,7 @@ class OfLinear(OfPoses):
             return self._exerting.frame()
         found = [x.frame() for x in self._beside]
         return {
-            name: (dims, base + (found[1][name][1] - found[2][name][1]) / (2 * SMALL))
+            name: (dims, base + (found[1][name][1] - found[2][name][1]) / (2 * self.linear.step))
             for name, (dims, base) in found[0].items()
         }
 

@@ -18,6 +18,7 @@ from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.acting_from_scene import point_of
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import clock_of
+from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.laws_from_scene import SHAFT
@@ -64,16 +65,21 @@ class OfPoses:
     @cached_property
     def sections(self) -> Sections:
         """Forces in sections at the stations."""
-        return along_members(self.made, self.motion.found, self.motion.a, self.stations, self.bent)
+        return self._along(self.motion.found)
 
     @cached_property
     def bare(self) -> Sections:
         """Forces in sections without what damps modes, which is no strain."""
+        return self.sections if self.made.machine.beams.modal is None else self._along(self.elastic)
+
+    def _along(self, found: Evaluation) -> Sections:
+        return along_members(self.made, found, self.motion.a, self.stations, self.bent)
+
+    @cached_property
+    def elastic(self) -> Evaluation:
+        """The residual without what damps modes."""
         motion = self.motion
-        if self.made.machine.beams.modal is None:
-            return self.sections
-        elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
-        return along_members(self.made, elastic, motion.a, self.stations, self.bent)
+        return without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
 
     @cached_property
     def strains(self) -> tuple[Array, Array]:

@@ -103,7 +103,7 @@ class Balance:
                 f"{harmonics} harmonics need more than {4 * harmonics} sub_intervals, and there are {instants}: give "
                 "more sub_intervals or fewer harmonics"
             ).finer_by(sub_intervals=4 * harmonics + 2)
-        self.machine, self.stresses = machine, stresses
+        self.machine, self.stresses, self.turning = machine, stresses, True
         self.t = period / instants * np.arange(instants)
         self.basis = _basis(self.t, harmonics, period)
         self.weights = np.where(np.arange(1 + 2 * harmonics) == 0, 1.0, 2.0)[:, None] / instants
@@ -112,7 +112,8 @@ class Balance:
     def step(self) -> float:
         """Take a step, and give the size of its change."""
         machine, n, pattern = self.machine, self.machine.n, self.machine.pattern
-        found = self.found = machine.residual(self.t, *self.series.at(self.t), predicted=self.stresses, known=True)
+        state = self.series.at(self.t)
+        found = self.found = machine.residual(self.t, *state, predicted=self.stresses, known=True, turning=self.turning)
         shape, differences = self.series.coefficients.shape, _Differences(found, n, self.series.period)
         of_modes = np.arange(machine.size) >= n + machine.held
 

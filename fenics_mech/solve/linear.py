@@ -77,7 +77,7 @@ class StaticIteration:
         self.found = machine.residual(t, q, zero, a, loads=loads, moving=self.moving, tangents=False)
         if linear := self.stresses is None:  # it has no axial forces that weight would be in equilibrium with
             self.stresses = stiffening_stresses(machine, self.found)
-        held = machine.residual(t, q, zero, a, predicted=self.stresses, loads=loads, moving=False, heavy=not linear)
+        held = machine.residual(t, q, zero, a, predicted=self.stresses, loads=loads, moving=False, turning=not linear)
         self.values = stiffness(machine, held)
         blocks = blocks_of(machine.pattern, 1)
         x = solutions(blocks, self.values[..., None, None], -self.found.force, "the static answer")

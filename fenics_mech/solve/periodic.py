@@ -267,14 +267,18 @@ class Iteration:
     stresses
         Those of every term that make the geometric stiffness of the first step; None for the present ones, of all
         terms or of one.
+    turning
+        As of `Machine.residual`.
     """
 
     found: Evaluation
     change: tuple[Array, Array, Array]  # of coordinates, rates and accelerations at the stages (instants, size)
     predicted: Sequence[Array]  # stresses of every term after the last step
 
-    def __init__(self, machine: Machine, path: Path, stresses: Sequence[Array | None] | None = None) -> None:
-        self.machine, self.path, self.stresses = machine, path, stresses
+    def __init__(
+        self, machine: Machine, path: Path, stresses: Sequence[Array | None] | None = None, turning: bool = True
+    ) -> None:
+        self.machine, self.path, self.stresses, self.turning = machine, path, stresses, turning
         self.share, self.without = 1.0, np.zeros(1)  # of the forces that act in the chart's motion, and the others
 
     def rest(self) -> None:
@@ -290,7 +294,8 @@ class Iteration:
         t, q, v, a = self.path.at(self.path.tableau.c)
         size = self.machine.size
         flat = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
-        return self.machine.residual(t.ravel(), *flat, predicted=predicted, tangents=tangents, known=True)
+        given = {"predicted": predicted, "turning": self.turning, "tangents": tangents}
+        return self.machine.residual(t.ravel(), *flat, known=True, **given)
 
     def linearised(self) -> LinearSteps:
         """Give the steps linearised about the path, whose residual is then `found`."""

@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse, load
-from fenics_mech.accuracy import mesh_errors
-from fenics_mech.errors import SolverError
 from fenics_mech.response import damped_modes
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
@@ -104,12 +102,3 @@ def test_what_is_told_asks_for_elements_that_are_enough():
     times = float(too_coarse(scene).split("Take ")[1].split(" times as many elements")[0])
     assert not too_coarse(scene.changed(mesh__elements=int(np.ceil(2 * times))))
     assert times < 2.5
-
-
-def test_no_motion_on_a_finer_mesh_is_said(monkeypatch):
-    def fails(*_):
-        raise SolverError("no motion")
-
-    monkeypatch.setattr("fenics_mech.accuracy.finer_mesh.mechanism", fails)
-    found = analyse(four_bar(16.15, 0.0, 2)).data
-    assert mesh_errors.NOT_RESOLVED in found.attrs["not_estimated"]

@@ -6,7 +6,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.effects import Situation
 from fenics_mech.effects.air_drag import AirFlow
-from fenics_mech.errors import SceneError, UnresolvedError
+from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
@@ -35,7 +35,7 @@ def arm(speed=SPEED, **rest):
         "drive": {"joint": "O", "speed": speed},
         "damping": {"air": AIR},
         "mesh": {"elements": 4},
-        "effects": ("coupling",),
+        "effects": ("coupling", "large-rotations"),
         "analysis": {"sub_intervals": 12, "stations": 5, "stability": False},
     }
     return Scene.read(data | rest)
@@ -96,7 +96,7 @@ def dissipated(scene):
     [
         {},
         {"effects": ()},
-        {"effects": ("coupling", "shear"), "materials": {"steel": STIFF | {"poisson": 0.3}}},
+        {"effects": ("coupling", "large-rotations", "shear"), "materials": {"steel": STIFF | {"poisson": 0.3}}},
         {"analysis": {"method": "quasi-static", "sub_intervals": 12, "stations": 5}},
         {"analysis": {"method": "quasi-static", "sub_intervals": 12, "stations": 5, "solver": "poses"}},
         {"analysis": {"reduction": "craig-bampton", "sub_intervals": 12, "stations": 5, "stability": False}},
@@ -104,12 +104,12 @@ def dissipated(scene):
     ],
 )
 def test_spinning_arm_carries_its_drag(rest):
-    # dF = k (Omega x)^2 dx; the links' stiffness leaves deflections of 1e-6 of the length
+    # dF = k (Omega x)^2 dx; the links' stiffness leaves deflections of 1e-6 of the length, across which exact drag acts
     data = analyse(arm(**rest)).data
     torque = DRAG * SPEED**2 * LENGTH**4 / 4
-    assert data["input_torque"].to_numpy() == pytest.approx(torque, rel=1e-6)
-    assert float(data["mean_power"].sel(cause="air drag")) == pytest.approx(-torque * SPEED, rel=1e-6)
-    assert data.attrs["power_balance_error"] < 5e-12
+    assert data["input_torque"].to_numpy() == pytest.approx(torque, rel=5e-6)
+    assert float(data["mean_power"].sel(cause="air drag")) == pytest.approx(-torque * SPEED, rel=5e-6)
+    assert data.attrs["power_balance_error"] < 1e-9  # Newton's method ends there
     x = data["s"].to_numpy() * LENGTH
     moment = -DRAG * SPEED**2 * (LENGTH**4 / 4 - x * LENGTH**3 / 3 + x**4 / 12)
     shear = DRAG * SPEED**2 * (LENGTH**3 - x**3) / 3
@@ -150,7 +150,7 @@ def test_vibration_in_cross_flow_is_damped_by_its_velocity():
     # growth -int rho C_D b Omega x phi^2 dx / (2 int m phi^2 dx) of the first mode, 0.4 % of critical damping
     air = {"density": 2.0, "coefficient": COEFFICIENT}
     steel = {"steel": {"modulus": 206e9, "density": 7850}}
-    scene = arm(damping={"air": air}, materials=steel, analysis={"sub_intervals": 48, "stations": 5})
+    scene = arm(damping={"air": air}, materials=steel, analysis={"sub_intervals": 96, "stations": 5})
     root, x = 1.8751040687, np.linspace(0, 1, 2001)
     share = (np.cosh(root) + np.cos(root)) / (np.sinh(root) + np.sin(root))
     shape = np.cosh(root * x) - np.cos(root * x) - share * (np.sinh(root * x) - np.sin(root * x))
@@ -160,12 +160,14 @@ def test_vibration_in_cross_flow_is_damped_by_its_velocity():
     assert analyse(scene).data["growth_rate"].to_numpy()[:2] == pytest.approx([growth] * 2, rel=1e-3)
 
 
-def test_vibration_too_fast_for_the_linearised_drag_is_refused_or_told():
+def test_drag_of_linear_vibration_is_told_by_the_theory():
+    # links that vibrate as fast as they move: what is linear in their velocity lacks its square
     scene = four_bar(5e9, damping={"air": AIR, "ratio": 0.01})
-    with pytest.raises(UnresolvedError, match="member coupler vibrates too fast for the drag of the air"):
-        analyse(scene)
-    data = analyse(scene.changed(analysis__allow_coarse=True)).data
-    assert "square of the links' vibration" in data.attrs["not_estimated"]
+    linear, exact = (analyse(scene.changed(effects=("coupling", *more))).data for more in ((), ("large-rotations",)))
+    power, true = (float(data["mean_power"].sel(cause="air drag")) for data in (linear, exact))
+    assert abs(power / true - 1) < 0.01
+    told = float(linear["torque_error"].sel(source="theory").max())
+    assert told > np.abs(linear["input_torque"] - exact["input_torque"]).max() / 3
 
 
 def test_only_what_is_known_is_answered():

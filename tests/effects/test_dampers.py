@@ -126,12 +126,11 @@ def test_drive_pays_for_the_dampers_in_quasi_static_motion():
 
 
 def test_mean_power_of_the_drive_is_what_the_dampers_take():
-    # of the whole linear equation; 3e-5 is left, as the square of the dampers' force is of a higher order than its work
     scene = stiff(
         1e1,
         dampers=DAMPERS,
         springs={"s": {"between": ("coupler.B", "ground.O"), "stiffness": 20.0}},
-        effects=("coupling",),
+        effects=("coupling", "large-rotations"),
         damping={"material": 1e-6},
         analysis={"sub_intervals": 48, "stability": False},
     )

@@ -25,7 +25,7 @@ def arm(speed=20.0, **rest):
         "joints": {"O": {"connect": ("ground.O", "arm.O")}},
         "drive": {"joint": "O", "speed": speed},
         "mesh": {"elements": 2},
-        "effects": ("coupling",),
+        "effects": ("coupling", "large-rotations"),
         "analysis": {"sub_intervals": 12, "stations": 5, "stability": False},
     }
     return Scene.read(data | rest)
@@ -60,19 +60,19 @@ def test_spinning_arm_needs_the_torque_of_its_drag():
     assert data["input_torque"].to_numpy() == pytest.approx(torque, rel=1e-4)
     power = data["mean_power"].sel(cause="external drag")
     assert float(power) == pytest.approx(-torque * 20.0, rel=1e-4)
-    assert data.attrs["power_balance_error"] < 1e-12
+    assert data.attrs["power_balance_error"] < 1e-7  # Newton's method ends there
 
 
 def test_masses_are_dragged_as_well():
     scene = arm(damping={"external": 3.0}, masses={"B": {"at": "arm.B", "mass": 0.1, "inertia": 0.02}})
-    scene = scene.changed(analysis__method="quasi-static")
+    scene = scene.changed(analysis__method="quasi-static", effects=())
     torque = 3.0 * 20.0 * (LINE * LENGTH**3 / 3 + 0.1 * LENGTH**2 + 0.02)
     assert analyse(scene).data["input_torque"].to_numpy() == pytest.approx(torque, rel=1e-12)
 
 
 def test_air_that_turns_with_the_link_drags_no_rigid_motion():
     data = analyse(arm(damping={"relative": 3.0})).data
-    assert np.abs(data["input_torque"].to_numpy()).max() < 1e-12
+    assert np.abs(data["input_torque"].to_numpy()).max() < 1e-7  # Newton's method ends there
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,8 @@ def test_the_whole_equation_has_the_limit_of_stiff_members():
         moment.append(float(np.abs(data["moment"] - held["moment"]).max() / np.abs(held["moment"]).max()))
         axial.append(float(np.abs(data["axial_force"] - held["axial_force"]).max() / np.abs(held["axial_force"]).max()))
     assert moment[0] < 5e-3
-    assert np.all(np.array(moment[:-1]) / moment[1:] > 7)
+    assert moment[0] / moment[1] > 7
+    assert moment[2] < 5e-4  # moments within elements are read in two ways, which differ by h^2
     assert axial[-1] < 4e-3
 
 

@@ -15,7 +15,6 @@ from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.demos.machines import swinging_rod
 from tests.effects import strips
 
 LENGTH, WIDTH, HEIGHT, MODULUS = 1.0, 0.02, 0.002, 70e9
@@ -170,36 +169,6 @@ def test_axes_keep_their_length_between_nodes():
     chords = np.hypot(np.diff(x) + strips.L / 100, np.diff(y)) * 100 / strips.L
     # of the cubic between ends that turn by 0.3 rad; 5e-2 if the shortening were spread evenly over an element
     assert chords == pytest.approx(1.0, abs=3e-3)
-
-
-def test_a_motor_of_a_bent_crank_is_refused():
-    scene = strips.beam({"O": {}}, effects=("coupling", "large-rotations"), damping={"material": 1e-3})
-    motor = {"stiffness": 5.0, "damping": 0.1, "inertia": 1e-3}
-    small, large = (
-        scene.changed(
-            ground__points={"O": (0, 0)},
-            drive={"joint": "O", "speed": 5.0, "motor": motor},
-            loads={"tip": {"at": "beam.B", "force": (0, force)}},
-            analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True, "solver": "collocation"},
-        )
-        for force in (0.3, 1.5)
-    )
-    analyse(small)
-    with pytest.raises(
-        SolverError, match=r"motor of joint 'O' acts on member 'beam', whose axis turns by up to 0\.1\d+ rad"
-    ):
-        analyse(large)
-
-
-def test_a_pin_that_travels_along_a_bent_axis_is_refused():
-    scene = swinging_rod().changed(
-        effects=("coupling", "large-rotations"),
-        damping={"material": 1e-3},
-        loads={"end": {"at": "rod.B", "force": (0, 70.0)}},
-        analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True, "solver": "collocation"},
-    )
-    with pytest.raises(SolverError, match=r"pin of joint 'C' acts on member 'rod', whose axis turns by up to 0\.1"):
-        analyse(scene)
 
 
 def test_an_axis_that_turns_beyond_the_theory_is_refused():

@@ -160,7 +160,7 @@ def test_springs_take_no_power_over_a_cycle():
     scene = stiff(
         1e2,
         springs=springs,
-        effects=("coupling",),
+        effects=("coupling", "large-rotations"),
         damping={"material": 1e-7},
         analysis={"sub_intervals": 48, "stability": False},
     )
@@ -207,7 +207,7 @@ def test_turning_and_mirroring(change):
             "hinge": {"joint": "B", "damping": 1e-3},
         },
         ground={"points": {"O": (0, 0), "C": (0.254, 0), "P": (0.05, 0.4)}},
-        effects=("coupling",),
+        effects=("coupling", "large-rotations"),
         analysis={"sub_intervals": 90, "modes": 3, "stability": False, "allow_coarse": True},
     )
     data, sign = scene.model_dump(), 1.0

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import Mesh, SolverError, analyse, load
-from fenics_mech.accuracy.undamped_modes import TOO_MANY
 from fenics_mech.analysis import solved
-from fenics_mech.response import damped_modes
 from fenics_mech.response import few_nodes as module
 from fenics_mech.response.few_nodes import on_few_nodes
 from fenics_mech.response.periodic import steady_state
@@ -134,11 +132,3 @@ def test_the_difference_is_that_of_the_motions():
     ten_percent = module.difference((coarse.system, turned), (solution.system, solution.response))
     assert one < 2e-3
     assert ten_percent == pytest.approx(0.1 / 1.1, abs=2 * one)
-
-
-def test_modes_that_are_too_many_to_judge_are_named(monkeypatch):
-    scene = seed_four_bar(mesh={"elements": 6}, damping={"ratio": 0.02}, effects=("coupling",)).changed(
-        {"analysis.sub_intervals": 24, "analysis.allow_coarse": True, "analysis.stability": False}
-    )
-    monkeypatch.setattr(damped_modes, "DAMPED", replace(damped_modes.DAMPED, most=0))
-    assert TOO_MANY in analyse(scene).data.attrs["not_estimated"]

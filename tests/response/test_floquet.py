@@ -167,33 +167,11 @@ def test_what_diverges_faster_than_the_steps_follow_is_not_left_out():
         found.refuse_unstable()
 
 
-def test_what_strong_damping_hides_from_the_steps_is_no_divergence():
-    """Damping in the links' turning axes takes the stiffness' symmetric part below 0, but nothing diverges by it."""
-    scene = seed_four_bar(
-        effects=("coupling",),
-        damping={"material": 2e-3},
-        analysis={"sub_intervals": 60, "solver": "collocation", "allow_coarse": True},
-    )
-    odd, even = (analyse(scene.changed(analysis__sub_intervals=count)).data["multiplier"] for count in (61, 60))
-    assert np.hypot(*even[0]) < 1e-6
-    assert even[0].to_numpy() == pytest.approx(odd[0].to_numpy(), rel=1e-2)
-
-
 @pytest.mark.parametrize("sub_intervals", [120, 200])
 def test_softness_of_a_moment_makes_no_multiplier_of_what_is_damped_away(sub_intervals):
     """Bent by 0.9 rad it is soft for a moment, and Gauss points keep what is too fast: they made 1.02 of it."""
     data = analyse(soft_four_bar(sub_intervals)).data
     assert np.hypot(*data["multiplier"].transpose("part", ...)).max() < 0.06
-
-
-def test_steps_that_cannot_tell_what_diverges_say_how_many_can():
-    """With 60 something seems to grow by 0.5 % in a cycle; with those that are named it does not."""
-    scene = soft_four_bar(60).changed(analysis__solver="collocation")
-    with pytest.raises(SolverError, match=r"not positive at some positions\. Take more sub_int.*: \d+ are") as error:
-        analyse(scene)
-    enough = int(str(error.value).split("sub_intervals: ")[1].split()[0])
-    assert 80 < enough < 110
-    assert np.hypot(*analyse(soft_four_bar(enough)).data["multiplier"].transpose("part", ...)).max() < 0.15
 
 
 def soft_four_bar(sub_intervals):
@@ -295,17 +273,10 @@ def test_arm_that_turns_too_fast_is_refused_unless_allowed():
     still = analyse(arm(1.0, analysis={"sub_intervals": 96, "solver": "sub-intervals", "modes": 2}))
     omega = 2 * np.pi * float(still.data["frequency"][0, 0])
     scene = arm(1.2 * omega, effects=("coupling",), analysis={"sub_intervals": 48, "modes": 2})
-    with pytest.raises(SolverError, match=r"unstable: .* mode 1 carries 100% of it"):
+    with pytest.raises(SolverError, match=r"unstable: .* mostly in mode 1, that of link"):
         analyse(scene)
     found = analyse(scene.changed(analysis__allow_unstable=True)).data
     assert float(found["growth_rate"][0]) == pytest.approx(omega * np.sqrt(1.2**2 - 1), rel=1e-3)
-
-
-def test_what_is_too_fast_for_the_steps_asks_for_more_of_them_first():
-    few = {"sub_intervals": 12, "allow_coarse": True, "solver": "collocation"}
-    scene = seed_four_bar(effects=("coupling", "large-rotations"), analysis=few)
-    with pytest.raises(SolverError, match=r"unstable.* at 14\d\.\d Hz .*it\. The .*Take more sub_intervals: 1\d\d"):
-        analyse(scene)
 
 
 def test_growth_without_turning_is_bounded_by_what_damping_leaves_of_it():

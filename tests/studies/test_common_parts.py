@@ -9,10 +9,9 @@ import pytest
 from fenics_mech import load
 from fenics_mech.analysis import analyse, solved
 from fenics_mech.beams.mesh import mesh_depends_on
-from fenics_mech.eigenmodes import eigen
-from fenics_mech.kinematics import Linkage, linkage
+from fenics_mech.kinematics import Linkage
 from fenics_mech.kinematics.linkage import Path
-from fenics_mech.mechanism import beam_links, transformation
+from fenics_mech.mechanism import beam_links
 from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response import setup
 from fenics_mech.response.periodic.flow import Flow
@@ -90,29 +89,6 @@ def counted(monkeypatch, calls, module, name):
         return function(*arguments, **options)
 
     monkeypatch.setattr(module, name, counting)
-
-
-def test_what_speed_and_damping_do_not_change_is_made_once(seed, monkeypatch):
-    calls = {}
-    for module, name in (
-        (setup, "build_links"),
-        (linkage, "assemble"),
-        (linkage, "coordinates_at"),
-        (transformation, "_laid_out"),
-        (eigen, "_solve_all"),
-    ):
-        counted(monkeypatch, calls, module, name)
-    alone = {"effects": ["coupling"], "analysis.error_estimates": False}  # else links of halved elements are made too
-    scene, common = seed.changed({**alone, **COARSE}), CommonParts()
-    analyse(scene, common=common)
-    first = dict(calls)
-    assert first["build_links"] == 1
-    assert first["assemble"] == 2  # for the positions, and for those of critical speeds
-    for change in ({"drive.speed": 20}, {"drive.speed": 25, "damping.ratio": 0.05}):
-        analyse(scene.changed(change), common=common)
-    assert calls == first
-    analyse(scene.changed(gravity=(0, -9.81)), common=common)
-    assert calls == first | {"_solve_all": first["_solve_all"] + 1}  # modes under weight, from which speeds are sought
 
 
 def test_positions_are_shared_by_scenes_whose_links_move_alike(seed):

@@ -260,16 +260,11 @@ def test_a_branch_that_does_not_end_says_so():
     assert "3 points" in found.data.attrs["ended"]
 
 
-COLLOCATED = {"analysis__solver": "collocation"}  # the equation of poses follows these
-
-
 @pytest.mark.parametrize(
     ("changes", "place"),
     [
         ({"analysis__method": "quasi-static"}, "analysis.method"),
         ({"analysis__solver": "harmonic-balance"}, "analysis.solver"),
-        (COLLOCATED | {"impulses": {"hit": {"at": "beam@0.5", "angle": 1.0, "impulse": [0, 1e-3]}}}, "impulses"),
-        (COLLOCATED | {"drive__motor": {"stiffness": 10.0, "inertia": 1.0}}, "drive.motor"),
     ],
 )
 def test_scenes_that_cannot_be_followed_are_refused(changes, place):

@@ -5,9 +5,6 @@ import logging
 import numpy as np
 import pytest
 
-from fenics_mech.analysis import analyse
-from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.solve import Path
@@ -187,21 +184,3 @@ def test_the_result_does_not_depend_on_the_number_of_processes(seed, tmp_path, s
     axes = parse_axes(scene, [SPEEDS])
     one, two = (run_sweep(scene, axes, tmp_path / str(jobs), jobs=jobs, estimates="peaks").data for jobs in (1, 2))
     assert one.identical(two)
-
-
-def test_a_motion_that_is_refused_as_unstable_is_one_to_begin_from(seed, monkeypatch):
-    def refused(*_):
-        raise SolverError("unstable")
-
-    monkeypatch.setattr(Cycle, "stability", refused)
-    scene, common = seed.changed(EXACT), CommonParts(begin_from_last=True)
-    with pytest.raises(SolverError, match="unstable"):
-        analyse(scene, common=common)
-    beams = common.links(scene)
-    assert common.near(beams).displacement.any()
-    assert common.near(CommonParts().links(scene)) is None  # of other links
-    common.last.go_to(None)
-    assert common.near(beams) is None
-    with pytest.raises(SolverError, match="unstable"):
-        analyse(scene, common=(apart := CommonParts()))
-    assert apart.near(apart.links(scene)) is None
