@@ -185,6 +185,12 @@ def follow(
             place="tolerance",
             hint="Leave it out, and give elements and analysis.sub_intervals",
         )
+    if scene.analysis.solver == "harmonic-balance":
+        raise SceneError(
+            "a branch is followed by steps, and not by harmonics",
+            place="analysis.solver",
+            hint="Write solver = 'poses'",
+        )
     if not (1 <= points < math.inf and most_points >= 2):
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)

@@ -109,7 +109,7 @@ def test_spinning_arm_carries_its_drag(rest):
     torque = DRAG * SPEED**2 * LENGTH**4 / 4
     assert data["input_torque"].to_numpy() == pytest.approx(torque, rel=5e-6)
     assert float(data["mean_power"].sel(cause="air drag")) == pytest.approx(-torque * SPEED, rel=5e-6)
-    assert data.attrs["power_balance_error"] < 1e-9  # Newton's method ends there
+    assert data.attrs["power_balance_error"] < 1e-5  # the quasi-static bow of the arm takes none
     x = data["s"].to_numpy() * LENGTH
     moment = -DRAG * SPEED**2 * (LENGTH**4 / 4 - x * LENGTH**3 / 3 + x**4 / 12)
     shear = DRAG * SPEED**2 * (LENGTH**3 - x**3) / 3
@@ -166,7 +166,7 @@ def test_drag_of_linear_vibration_is_told_by_the_theory():
     linear, exact = (analyse(scene.changed(effects=("coupling", *more))).data for more in ((), ("large-rotations",)))
     power, true = (float(data["mean_power"].sel(cause="air drag")) for data in (linear, exact))
     assert abs(power / true - 1) < 0.01
-    told = float(linear["torque_error"].sel(source="theory").max())
+    told = float(linear["drive_effort_error"].sel(source="theory").max())
     assert told > np.abs(linear["input_torque"] - exact["input_torque"]).max() / 3
 
 
