@@ -391,6 +391,8 @@ def told(
     order = {source: ORDERS[source] for source in parts}
     if any(getattr(joint, "member", None) for joint in scene.joints.values()):  # slopes turn where pins pass nodes
         order["mesh"] = 3.0
+    if "lumped-mass" in scene.named_effects:
+        order["mesh"] = 2.0
     errors = Errors(by_quantity, order, measure, _unknown(scene), largest, missed)
     errors.judge(scene)
     return errors

@@ -36,6 +36,8 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
         return [scene.rigidity(label, first + own * length) for (label, first, length), own in of_members]
 
     def line_mass(x: Array) -> Array:
+        if made.links.inertia.spread is not None:  # which is at the nodes
+            return np.zeros(len(x))
         return np.concatenate([one.line_density for one in sections_at(x)])
 
     beams, group = machine.beams, machine.groups[0]

@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.beams.element_matrices import assemble_beams
+from fenics_mech.beams.lumped import lumped
 from fenics_mech.beams.made_once import LastMade
 from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.timoshenko import sheared, with_rotary_inertia
@@ -26,7 +27,11 @@ from fenics_mech.scene.numbering import order_of
 from fenics_mech.terms import Element, Term
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
-SECTIONS = {"rotary-inertia": with_rotary_inertia, "shear": sheared}  # effects that change the matrices of links
+SECTIONS = {
+    "lumped-mass": lumped,
+    "rotary-inertia": with_rotary_inertia,
+    "shear": sheared,
+}  # effects that change the matrices of links
 ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
 ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "motor", "springs"}  # where it is stated
 RESTING, BENDING, STIFF = range(3)  # what carries a point: the ground, a link that bends, a rigid link
@@ -101,7 +106,7 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
     if links is not None:
         _add_beams(made, links, nodes.frames, inner)
         _add_rides(made, links)
-    _add_bodies(scene, machine, nodes)
+    _add_bodies(made, nodes)
     made.acting.update(add_acting(scene, machine, nodes, bodies, links))
     return made
 
@@ -301,7 +306,7 @@ def _add_beams(made: SceneMachine, links: LinkMatrices, frames: dict[str, tuple[
             continue
         turning = np.array([0, 0, 1, 0, length, 1.0])  # of the element about its first node
         section = np.array([turning @ rotary[e] @ turning])
-        across = (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]
+        across = float(links.inertia.spread is None) * (mass - rotary)[e][np.ix_(SHALLOW, SHALLOW)]  # or at the nodes
         beside_line = np.zeros(1) if moment is None else moment[e, None]
         sheared = np.zeros(4) if angle is None else angle[e] * [length, 1.0, length, 1.0]
         elements.append(
@@ -337,8 +342,9 @@ def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
         made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))
 
 
-def _add_bodies(scene: Scene, machine: Machine, nodes: _Nodes) -> None:
-    """Add the inertia of rigid links and of masses at points."""
+def _add_bodies(made: SceneMachine, nodes: _Nodes) -> None:
+    """Add the inertia of rigid links, of masses at points, and of elements whose mass is lumped at nodes."""
+    scene, machine, links = made.scene, made.machine, made.links
     for name, link in scene.links.items():
         if link.rigid is not None:
             place, axes = nodes.frames[name]
@@ -346,3 +352,8 @@ def _add_bodies(scene: Scene, machine: Machine, nodes: _Nodes) -> None:
             machine.masses.add_body(end, link.rigid.mass, np.eye(2) * link.rigid.inertia / 2)
     for mass in scene.masses.values():
         machine.masses.add_body(nodes.end(mass.at), mass.mass, np.eye(2) * mass.inertia / 2)
+    if links is not None and links.inertia.spread is not None:
+        for node, lump in links.inertia.bodies[len(links.inertia.spread.bodies) :]:
+            place, axes = nodes.frames[list(scene.links)[links.mesh.node_link[node]]]
+            end = machine.end(made.node_pose[node], place + axes @ links.mesh.node_xy[node], axes)
+            machine.masses.add_body(end, lump.mass, np.eye(2) * lump.inertia / 2)

@@ -23,13 +23,13 @@ class Analysis(Part):
         motion); "static" (loads only, held at one position, appendix C; with freedoms, the equilibrium near the rough
         angles).
     solver
-        Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
-        "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
-        effect but impulses. "poses" is collocation of the exact equation of poses, which leaves nothing out at rigid
-        arms and guides. Linear theories are its first step from the rigid motion. It also gives "quasi-static" and
-        "static" answers where nothing is free. "auto" takes "poses" where strains are exact, else the first where it
-        can, then the second. Of "transient", "sub-intervals" is the superposition of `modes` in time (E.13); otherwise
-        all coordinates are integrated.
+        Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping: it is
+        for equation (5.1), without the effect "coupling". All others solve the equation of poses, which leaves nothing
+        out at rigid arms and guides: "poses" and "collocation" by steps of high order, "harmonic-balance" as a Fourier
+        series. Linear theories are its first step from the rigid motion. What it has no term for, such as lumped
+        masses, goes by link frames, and "poses" refuses it. It gives "quasi-static" and "static" answers and those of
+        "transient" where "poses" is stated. "auto" takes "poses" where it can. Of "transient", "sub-intervals" is the
+        superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.
     scheme

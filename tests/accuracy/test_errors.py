@@ -202,7 +202,6 @@ def test_mesh_of_sections_that_vary(effects, analysis, inertia):
     [
         ((), CHAPTER_5),
         (("coupling",), WHOLE),
-        (("coupling",), WHOLE | {"reduction": "craig-bampton", "cutoff": 2000.0}),
         (("coupling", "large-rotations"), WHOLE),
     ],
 )

@@ -468,8 +468,8 @@ def test_another_effect_that_gives_loads_does_their_work(monkeypatch):
     """Against the same loads stated as such; without `work` the effect is refused."""
     effect = Effect("pull", "a pull", "(4.39)", terms=pull_along_members, stated=lambda scene: scene.name == "pulled")
     analysis = {"sub_intervals": 60, "solver": "collocation", "modes": 3, "allow_coarse": True, "stability": False}
-    # the equation of poses knows no effects of others, and no lumped mass
-    scene = seed_four_bar(analysis=analysis, effects=("coupling", "lumped-mass"), drive__speed=20.0)
+    # the equation of poses knows no effects of others, and no members that cannot stretch
+    scene = seed_four_bar(analysis=analysis, effects=("coupling", "inextensible"), drive__speed=20.0)
     loads = {name: {"member": name, "line": (0.0, 30.0)} for name in scene.members()}
     monkeypatch.setitem(EFFECTS, "pull", effect)
     with pytest.raises(TypeError, match="'pull' gives loads"):

@@ -20,16 +20,13 @@ def why_differences(design: Design, quantities: Sequence[ResultNumbers]) -> str:
         The numbers that are looked at.
     """
     scene = design.scene
-    by_poses = has_poses(scene)
-    methods = {"periodic", "quasi-static", "static"} if by_poses else {"periodic"}
     reasons = {
-        f"the method is {scene.analysis.method!r}": scene.analysis.method not in methods,
-        "effects are chosen for each trial": scene.effects == "auto" and not by_poses,
+        f"the method is {scene.analysis.method!r}": scene.analysis.method == "transient",
         "a tolerance chooses the mesh of each trial": scene.tolerance is not None,
-        "impulses act": scene.impulses and not by_poses,
-        "joints move freely": scene.freedoms and by_poses,
+        "joints move freely": scene.freedoms,
         "the worst of several load cases counts": scene.cases,
         "a variable is a choice": any(variable.choices for variable in design.variables),
         "no link bends": not scene.members(),
+        "the scene does not go by the equation of poses": not has_poses(scene),
     }
     return next((said for said, holds in reasons.items() if holds), "")

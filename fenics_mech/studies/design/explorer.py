@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.by_poses import has_poses
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.studies.design.derivative_kinds import why_differences
-from fenics_mech.studies.design.sensitivity import sensitivity
 from fenics_mech.studies.design.slopes import slopes
 from fenics_mech.studies.design.trial import Trial, Trials
 
@@ -112,7 +110,7 @@ class Explorer:
 
     @property
     def why_differences(self) -> str:
-        """Why derivatives were differences of trials; empty where none were, or where they came from `sensitivity`."""
+        """Why derivatives were differences of trials; empty where none were, or where they came from `slopes`."""
         if not self._slopes:
             return ""
         return why_differences(self.trials.design, self.trials.quantities) or next(iter(self._without), "")
@@ -120,7 +118,7 @@ class Explorer:
     def derivatives(self, unit: Array) -> dict[str, Array]:
         """Derivatives of all numbers by the variables, by name, ``(variables,)`` each.
 
-        They come from `sensitivity` where it knows the problem. Else they are central differences, one-sided at a bound
+        They come from `slopes` where it knows the problem. Else they are central differences, one-sided at a bound
         or beside a trial that failed, and NaN where the trials on both sides failed.
 
         Parameters
@@ -129,19 +127,18 @@ class Explorer:
             The variables, ``(variables,)``.
         """
         if (key := _key(unit)) not in self._slopes:
-            found = self._by_sensitivity(unit) or self._by_differences(unit)
+            found = self._by_linearised(unit) or self._by_differences(unit)
             self._slopes.clear()
             self._slopes[key] = found
         return self._slopes[key]
 
-    def _by_sensitivity(self, unit: Array) -> dict[str, Array]:
+    def _by_linearised(self, unit: Array) -> dict[str, Array]:
         """Derivatives from the linearised equation; none where it does not give them."""
         trial = self.run([unit])[0]
         if trial.failed or not self.trials.linearised:
             return {}
         try:
-            by_poses = has_poses(self.trials.design.scene)
-            found = (slopes if by_poses else sensitivity)(self.trials, trial.values)
+            found = slopes(self.trials, trial.values)
         except DerivativeError as error:
             self._without.append(str(error))
             return {}

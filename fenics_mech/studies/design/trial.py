@@ -16,11 +16,10 @@ from typing import Any
 
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
-from fenics_mech.analysis import analyse, solved
-from fenics_mech.by_poses import answered, has_poses
+from fenics_mech.analysis import analyse
+from fenics_mech.by_poses import answered
 from fenics_mech.recovery import Result
 from fenics_mech.response.setup import CommonParts
-from fenics_mech.response.solution import Solution
 from fenics_mech.scene import Scene
 from fenics_mech.solved_by_poses import AtRest as AnswersAtRest
 from fenics_mech.solved_by_poses import Solved
@@ -105,7 +104,7 @@ class Trials:
     folder: Path | None = None
     workers: Workers | None = field(default=None, compare=False, repr=False)
     common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
-    _last: dict[tuple[float, ...], Solution | Answer] = field(default_factory=dict, compare=False, repr=False)
+    _last: dict[tuple[float, ...], Answer] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what other processes get: nothing that a solver works with."""
@@ -219,7 +218,7 @@ class Trials:
         """Whether the equation about a trial's motion gives derivatives; see `why_differences`."""
         return not why_differences(self.design, self.quantities)
 
-    def solution(self, values: Sequence[float]) -> Solution | Answer:
+    def solution(self, values: Sequence[float]) -> Answer:
         """Give the solution of a trial that `linearised` holds for; that of the last trial is known.
 
         Parameters
@@ -243,10 +242,7 @@ class Trials:
             return analyse(scene, common=self.common)
         self._last.clear()  # its memory is needed
         with guarded():
-            if has_poses(scene):
-                self._last[point], result = answered(scene, self.variables)
-            else:
-                self._last[point], result = solved(scene, common=self.common)
+            self._last[point], result = answered(scene, self.variables)
         return result
 
     def _task(self, point: Sequence[float]) -> Task:
