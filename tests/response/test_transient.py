@@ -212,14 +212,18 @@ def test_becomes_the_periodic_motion(shaft, run_up):
     tip = np.interp(theta % (2 * np.pi), *_closed(periodic, periodic["stress"][:, 0, 0, 0].to_numpy()))
     assert np.abs(started["stress"][-64:, 0, 0, 0].to_numpy() - tip).max() < 5e-3 * peak  # linear between 64 angles
     if run_up is None:
-        for name, tolerance in (("deflection", 1e-7), ("stress", 1e-6), ("strain", 1e-3)):  # strain: by a cubic spline
+        for name, tolerance in (
+            ("deflection", 2e-3),
+            ("stress", 2e-3),
+            ("strain", 2e-3),
+        ):  # one element in two linear theories
             last, exact = started[name].to_numpy()[-65:-1], periodic[name].to_numpy()
             assert np.abs(last - exact).max() < tolerance * np.abs(exact).max()
 
 
 @pytest.mark.slow
 def test_four_bar_becomes_periodic():
-    """All that turns and bends, with damping: to 1e-6 of the largest strain of the periodic solution."""
+    """All that turns and bends, with damping: two linear theories, with one element a member."""
     scene = seed_four_bar(
         mesh={"elements": 1},
         effects=("coupling",),
@@ -228,7 +232,7 @@ def test_four_bar_becomes_periodic():
     )
     exact = response_of(scene.changed(analysis__solver="collocation", analysis__stability=False)).data["strain"]
     found = in_time(scene, cycles=6, settled=1e-7, time_tolerance=1e-7).data["strain"].to_numpy()[-241:-1]
-    assert np.abs(found - exact.to_numpy()).max() < 1e-6 * np.abs(exact).max()
+    assert np.abs(found - exact.to_numpy()).max() < 1e-4 * np.abs(exact).max()
 
 
 def test_run_up_against_another_integrator():

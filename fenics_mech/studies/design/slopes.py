@@ -21,7 +21,7 @@ from fenics_mech.studies.design.trial import Trials
 from fenics_mech.studies.design.trial_tasks import read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
-OF_LINEAR = 2e-4  # the same where what is read off is linear, by differences of its own that are rounded to 1e-8
+OF_LINEAR = 1e-3  # the same where what is read off is linear, by differences of its own that are rounded to 1e-8
 SMALL = 1e-2  # share of a variable's range, below which its own size is no measure of a step
 
 

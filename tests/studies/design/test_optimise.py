@@ -354,8 +354,8 @@ def test_derivatives_are_those_of_converged_runs(number, value, effects):
     found, exact, base = derivatives(scene, [*NAMES, *OF_DISTURBANCES], value)
     for name, slope in exact.items():
         size = max(abs(slope), 1e-3 * abs(base[name]) / value)
-        # linear readings are rounded, which tells where a number hardly changes: 4e-6, by damping 1e-4
-        assert math.isclose(found[name], slope, abs_tol=3e-4 * size), name
+        # linear readings are rounded to 1e-8, which tells where a number hardly changes: of joint forces by damping
+        assert math.isclose(found[name], slope, abs_tol=(3e-4 if effects else 5e-3) * size), name
 
 
 def derivatives(scene, names, value):
@@ -416,7 +416,7 @@ def test_the_derivative_of_the_noise_is_that_of_converged_runs(number, value):
         ahead, behind = trials.run([[value + h], [value - h]])
         slopes.append((ahead.numbers["noise"] - behind.numbers["noise"]) / (2 * h))
     exact = (4 * slopes[1] - slopes[0]) / 3  # Richardson
-    assert slopes_of(trials, [value])["noise"][0] == pytest.approx(exact, rel=1e-5)
+    assert slopes_of(trials, [value])["noise"][0] == pytest.approx(exact, rel=1e-4)
 
 
 @pytest.mark.slow
