@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from copy import copy
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import xarray as xr
@@ -30,7 +30,7 @@ from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.motion import Motion, coordinates
-from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
+from fenics_mech.machine.rigid_from_scene import Places, links_of_poses, near_links, rigid_motion, values_at
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -56,6 +56,10 @@ from fenics_mech.terms.causes import Cause
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
+LEAST = (
+    1e-11  # of the extent, and rad, that a step may miss by: Newton's method ends at a thousandth of it, at rounding
+)
+STAGES = 5  # of a step, at least: order 9, for steps that are few and long
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
@@ -217,7 +221,11 @@ class InTime:
         share = sharper * analysis.time_tolerance
         v = _start(made)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
-        chosen = {"tolerance": share * tolerance, "share": share, "stages": analysis.stages, "longest": longest}
+        allowed = np.maximum(share * tolerance, LEAST * machine.extent)
+        chosen = {"share": share, "stages": max(analysis.stages, STAGES), "longest": longest, "tolerance": allowed}
+        turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
+        chosen["tolerance"] = np.maximum(share * np.where(turns, 1.0, machine.extent), allowed)
+        chosen["shapes"] = partial(_shapes, made, allowed)
         steps = steps_in_time(machine, v, _stops(scene, times), **chosen)
         taken = _Taken(made, times, analysis.settled if settled is None else settled)
         for step in steps:
@@ -255,6 +263,34 @@ def _sizes(machine: Machine, q: Array) -> Array:
     turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
     most = np.abs(q[:, : machine.n]).max(axis=0)
     return np.where(turns, most[turns].max(initial=SMALL), most[~turns].max(initial=SMALL * machine.extent))
+
+
+def _shapes(made: SceneMachine, allowed: Array) -> Array:
+    """Give what links change beside their nearest rigid motion, over what is allowed ``(shapes, coordinates)``.
+
+    Parameters
+    ----------
+    made
+        The machine, whose chart rests.
+    allowed
+        Of every coordinate ``(coordinates,)`` (m, rad).
+    """
+    machine, r, found = made.machine, made.machine.known.at(np.zeros(1)).r[0], []
+    for link in range(len(made.scene.links)):
+        poses = np.flatnonzero(links_of_poses(made) == link)
+        x, y = (r[poses] - r[poses].mean(axis=0)).T
+        arm = max(float(np.hypot(x, y).max()), SMALL * machine.extent)
+        rigid = np.zeros((len(poses), 3, 3))  # place and turn, times the arm, of each pose by two ways and a turn
+        rigid[:, 0, 0] = rigid[:, 1, 1] = 1.0
+        rigid[:, 0, 2], rigid[:, 1, 2], rigid[:, 2, 2] = -y / arm, x / arm, 1.0
+        own = np.linalg.qr(rigid.reshape(-1, 3))[0]
+        places = machine.places[poses].ravel()
+        scale = np.tile([1.0, 1.0, arm], len(poses))
+        beside = (np.eye(len(places)) - own @ own.T) * scale / (scale * np.append(allowed, np.inf)[places])[:, None]
+        moved = np.zeros((len(places), machine.n + 1))
+        np.add.at(moved.T, places, beside.T)
+        found.append(moved[:, :-1])
+    return np.concatenate(found)
 
 
 def _over_cycle(made: SceneMachine) -> tuple[Given, Array]:
