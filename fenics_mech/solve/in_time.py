@@ -79,7 +79,7 @@ def steps_in_time(
         Longest step where steps are chosen (s).
     struck
         Gives the rates after impulses at the stated instants, all but the last, by their instant (s) and the rates
-        before; None where there are none.
+        before, which it gives back where none strike; None where there are none.
     shapes
         Gives those of a step where the chart is; None where no other tolerance holds for changes of shape.
 
@@ -99,8 +99,8 @@ def steps_in_time(
         return Step(machine, tableau, t, step, v, allowed, angles, a, shapes=known)
 
     for stop in times[1:]:
-        v = v if struck is None else struck(t, v)
-        if not fixed and (t == times[0] or struck is not None):
+        before, v = v, v if struck is None else struck(t, v)
+        if not fixed and (t == times[0] or v is not before):
             short = replace(begun(), h=SHORT * step).solved()
             a = np.tile(tableau.back @ short.a, (stages, 1))
         while t < stop:
