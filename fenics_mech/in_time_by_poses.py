@@ -6,6 +6,7 @@ that do not bend, whose drives and freedoms are where those of the bent ones are
 
 from __future__ import annotations
 
+import logging
 import math
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -53,8 +54,10 @@ from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS
+from fenics_mech.solved_by_poses import EXACT
 from fenics_mech.terms.causes import Cause
 
+logger = logging.getLogger(__name__)
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
@@ -64,6 +67,7 @@ LEAST = (
 STAGES = 5  # of a step, at least: order 9, for steps that are few and long
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
+FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
 
 
@@ -90,6 +94,29 @@ def in_time_by_poses(scene: Scene) -> Result:
     whole = InTime.of(scene, times_of(scene, start), start=start)
     errors = estimated(whole, start) if scene.analysis.error_estimates else None
     return collected(whole, errors)
+
+
+def has_poses_in_time(scene: Scene) -> bool:
+    """Say whether a scene is a motion in time that goes by the equation of poses: asked for, or chosen by the program.
+
+    The program chooses it for exact strains, where it has terms for all that the scene states.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that its drives leave free.
+    """
+    if scene.analysis.method != "transient" or scene.analysis.solver == "poses":
+        return scene.analysis.method == "transient"
+    if scene.analysis.solver != "auto" or not (scene.effects == "auto" or EXACT in scene.named_effects):
+        return False
+    try:
+        _refuse(scene)
+        machine_of(planned(scene))
+    except SceneError as error:
+        logger.info("not by the equation of poses: %s", error)
+        return False
+    return True
 
 
 def _refuse(scene: Scene) -> None:
@@ -448,15 +475,23 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
         rows = held.machine.n + len(held.machine.rows)
         return known, q, a[:, rows - count : rows]
 
-    for _ in range(SLOW if smooth or count else 1):
-        known, q, pull = bent(seconds)
-        if count:
+    def freely(seconds: Array) -> tuple[PoseMotion, Array, Array]:
+        """Give the chart, the coordinates beside it, and accelerations with which nothing holds the freedoms."""
+        for _ in range(SLOW if count else 0):
+            *_, pull = bent(seconds)
             by = np.stack([bent(seconds + one)[2] - pull for one in np.eye(count)], axis=-1)
-            seconds = seconds - np.linalg.solve(by, pull[..., None])[..., 0]
-        if smooth:
-            coordinates = q[:, : held.machine.n]
-            first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
-            second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
+            change = np.linalg.solve(by, pull[..., None])[..., 0]
+            seconds = seconds - change
+            if np.abs(change).max() <= FELT * np.abs(seconds).max():
+                break
+        return *bent(seconds)[:2], seconds
+
+    known, q, seconds = freely(seconds)
+    for _ in range(SLOW - 1 if smooth else 0):  # beside answers that are found, else derivatives would be of others
+        coordinates = q[:, : held.machine.n]
+        first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
+        second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
+        known, q, seconds = freely(seconds)
     middle = slice(len(t) // 2, len(t) // 2 + 1)
     return known.part(middle), np.append(
         q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n)
