@@ -64,7 +64,7 @@ SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be
 LEAST = (
     1e-11  # of the extent, and rad, that a step may miss by: Newton's method ends at a thousandth of it, at rounding
 )
-STAGES = 5  # of a step, at least: order 9, for steps that are few and long
+MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
 FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
@@ -270,9 +270,9 @@ class InTime:
         made = replace(made, scene=scene)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
-        chosen = {"share": share, "stages": max(analysis.stages, STAGES), "longest": longest, "tolerance": allowed}
+        chosen = {"share": share, "stages": analysis.stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
-        chosen["tolerance"] = np.maximum(share * np.where(turns, 1.0, machine.extent), allowed)
+        chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
         chosen["shapes"] = partial(_shapes, made, allowed)
         stops = _stops(scene, times)
         struck = _Struck.of(made, stops) if scene.impulses else None
