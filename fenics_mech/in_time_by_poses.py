@@ -6,7 +6,6 @@ that do not bend, whose drives and freedoms are where those of the bent ones are
 
 from __future__ import annotations
 
-import logging
 import math
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -54,10 +53,8 @@ from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS
-from fenics_mech.solved_by_poses import EXACT
 from fenics_mech.terms.causes import Cause
 
-logger = logging.getLogger(__name__)
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
@@ -94,29 +91,6 @@ def in_time_by_poses(scene: Scene) -> Result:
     whole = InTime.of(scene, times_of(scene, start), start=start)
     errors = estimated(whole, start) if scene.analysis.error_estimates else None
     return collected(whole, errors)
-
-
-def has_poses_in_time(scene: Scene) -> bool:
-    """Say whether a scene is a motion in time that goes by the equation of poses: asked for, or chosen by the program.
-
-    The program chooses it for exact strains, where it has terms for all that the scene states.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-    """
-    if scene.analysis.method != "transient" or scene.analysis.solver == "poses":
-        return scene.analysis.method == "transient"
-    if scene.analysis.solver != "auto" or not (scene.effects == "auto" or EXACT in scene.named_effects):
-        return False
-    try:
-        _refuse(scene)
-        machine_of(planned(scene))
-    except SceneError as error:
-        logger.info("not by the equation of poses: %s", error)
-        return False
-    return True
 
 
 def _refuse(scene: Scene) -> None:
