@@ -358,7 +358,7 @@ def _start(made: SceneMachine) -> Array:
 
 def _freed_where(scene: Scene, freedoms: Array) -> Scene:
     """Give a scene whose freedoms start at places, with rates ``(2, freedoms)``."""
-    moved = {}
+    moved: dict[str, float] = {}
     for name, place, rate in zip(scene.freedoms, *freedoms):
         moved |= {f"freedoms.{name}.start": float(place), f"freedoms.{name}.speed": float(rate)}
     return scene.changed(moved)
