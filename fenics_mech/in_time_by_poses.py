@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 
 import numpy as np
 import xarray as xr
@@ -30,7 +30,8 @@ from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.motion import Motion, coordinates
-from fenics_mech.machine.rigid_from_scene import Places, near_links, rigid_motion, values_at
+from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
+from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -44,20 +45,26 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.sampling_checks import refuse_hidden_peaks
+from fenics_mech.response.transient.strikes import strikes_between
 from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
+from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS
 from fenics_mech.terms.causes import Cause
 
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
+LEAST = (
+    1e-11  # of the extent, and rad, that a step may miss by: Newton's method ends at a thousandth of it, at rounding
+)
+MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
+FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
 
 
@@ -80,8 +87,9 @@ def in_time_by_poses(scene: Scene) -> Result:
     """
     _refuse(scene)
     scene = planned(scene)
-    whole = InTime.of(scene, times_of(scene))
-    errors = estimated(whole) if scene.analysis.error_estimates else None
+    start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
+    whole = InTime.of(scene, times_of(scene, start), start=start)
+    errors = estimated(whole, start) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
@@ -93,9 +101,7 @@ def _refuse(scene: Scene) -> None:
     stated = (
         (analysis.lyapunov, "analysis.lyapunov", "Lyapunov exponents"),
         (analysis.poincare is not None, "analysis.poincare", "Poincare sections"),
-        (bool(scene.impulses), "impulses", "impulses"),
         (analysis.start == "periodic", "analysis.start", "motions that repeat"),
-        (analysis.start not in STATED_STARTS, "analysis.start", "starts from a result"),
         (bool(scene.freedoms) and np.any(scene.damping.ratio), "damping.ratio", "ratios of modes where freedoms move"),
         (scene.tolerance is not None, "tolerance", "a tolerance of the result"),
     )
@@ -107,11 +113,11 @@ def _refuse(scene: Scene) -> None:
         raise SceneError(f"motions in time by poses do not have {what} yet", place=place, hint="Write solver = 'auto'")
 
 
-def times_of(scene: Scene) -> Array:
+def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
     """Give the instants of the result (s): equal parts of a cycle, which follow the run-up, or of the whole motion."""
-    analysis = scene.analysis
-    cycles = analysis.cycles if scene.drives else 1
-    return scene.period / analysis.sub_intervals * np.arange(_lead(scene) + cycles * analysis.sub_intervals + 1.0)
+    analysis, begin = scene.analysis, 0.0 if start is None else start.time
+    count = _lead(scene, begin) + (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
+    return begin + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
 
 
 def _stops(scene: Scene, times: Array) -> Array:
@@ -119,25 +125,32 @@ def _stops(scene: Scene, times: Array) -> Array:
 
     A jump counts to the step after it, which begins by a rounding before it.
     """
+    struck = [strike.time for strike in strikes_between(scene, float(times[0]), float(times[-1]))]
     if not scene.drives:
-        return times
+        return _with_cuts(scene, times, [np.array(struck)])
     least, rate = math.ceil(1 / LONGEST[0]), abs(scene.cycle_rate)
     longest = scene.changed({"analysis.sub_intervals": max(least, scene.analysis.sub_intervals)})
     refuse_hidden_peaks(longest.changed({"analysis.sub_intervals": least * scene.analysis.stages}))
     jumps = [angle for load in scene.loads.values() for angle in load.jumps]
     cut = [passages(scene, angle, times[0], times[-1]) - 2 * SAMPLING.same / rate for angle in jumps]
     cut += [passages(scene, angle, times[0], times[-1]) for angle in corners_to_cut(longest)]
-    found = np.unique(np.concatenate([times, *cut]))
-    found = found[found >= times[0]]
-    apart = np.diff(found, prepend=-np.inf) > SAMPLING.same / rate
-    return np.union1d(found[apart], times)
+    return _with_cuts(scene, times, [*cut, np.array(struck)])
 
 
-def _lead(scene: Scene) -> int:
-    """Give the number of positions before cycles count: those of the run-up, where no freedom moves."""
+def _with_cuts(scene: Scene, times: Array, cut: list[Array]) -> Array:
+    """Add instants to the positions that are not beside them (s)."""
+    found = np.concatenate(cut)
+    near = SAMPLING.same / abs(scene.cycle_rate)
+    apart = (np.abs(found[:, None] - times).min(axis=1) > near) & (found > times[0])
+    found = np.sort(found[apart])
+    return np.union1d(found[np.diff(found, prepend=-np.inf) > near], times)
+
+
+def _lead(scene: Scene, begin: float) -> int:
+    """Give the number of positions from an instant (s) on before cycles count: run-ups where no freedom moves."""
     if not scene.drives or scene.freedoms or scene.drives[0].run_up is None:
         return 0
-    return max(0, math.ceil(scene.drives[0].run_up / scene.period * scene.analysis.sub_intervals - 1e-6))
+    return max(0, math.ceil((scene.drives[0].run_up - begin) / scene.period * scene.analysis.sub_intervals - 1e-6))
 
 
 @dataclass(frozen=True)
@@ -181,6 +194,8 @@ class InTime:
         Number of steps.
     peaks
         The most that each law of contact exerts, between the stages too (N or N m).
+    struck
+        What impulses, and what drives give at them (J).
     """
 
     scene: Scene
@@ -191,6 +206,7 @@ class InTime:
     change: float
     steps: int
     peaks: dict[str, float]
+    struck: Array
 
     @property
     def closings(self) -> int:
@@ -198,7 +214,14 @@ class InTime:
         return sum(term.closings for term in self.inside.made.machine.terms if isinstance(term, LawTerm))
 
     @classmethod
-    def of(cls, scene: Scene, times: Array, sharper: float = 1.0, settled: float | None = None) -> InTime:
+    def of(
+        cls,
+        scene: Scene,
+        times: Array,
+        sharper: float = 1.0,
+        settled: float | None = None,
+        start: GoneOn | None = None,
+    ) -> InTime:
         """Follow the motion of a scene from its start.
 
         Parameters
@@ -211,15 +234,24 @@ class InTime:
             Factor on the tolerance of its steps.
         settled
             Change from cycle to cycle at which it ends; None for that of the scene.
+        start
+            The end of another result, from which it goes on; None where it begins as the scene states.
         """
-        made, tolerance = _built(scene)
+        made, tolerance = _built(scene if start is None else _freed_where(scene, start.freedoms))
         machine, analysis = made.machine, scene.analysis
         share = sharper * analysis.time_tolerance
-        v = _start(made)
+        v = _start(made) if start is None else _going_on(made, start.state)
+        made = replace(made, scene=scene)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
-        chosen = {"tolerance": share * tolerance, "share": share, "stages": analysis.stages, "longest": longest}
-        steps = steps_in_time(machine, v, _stops(scene, times), **chosen)
-        taken = _Taken(made, times, analysis.settled if settled is None else settled)
+        allowed = np.maximum(share * tolerance, LEAST * machine.extent)
+        chosen = {"share": share, "stages": analysis.stages, "longest": longest, "tolerance": allowed}
+        turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
+        chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
+        chosen["shapes"] = partial(_shapes, made, allowed)
+        stops = _stops(scene, times)
+        struck = _Struck.of(made, stops) if scene.impulses else None
+        taken = _Taken(made, times, analysis.settled if settled is None else settled, struck)
+        steps = steps_in_time(machine, v, stops, struck=struck, **chosen)
         for step in steps:
             if taken.over(step):
                 break
@@ -255,6 +287,34 @@ def _sizes(machine: Machine, q: Array) -> Array:
     turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
     most = np.abs(q[:, : machine.n]).max(axis=0)
     return np.where(turns, most[turns].max(initial=SMALL), most[~turns].max(initial=SMALL * machine.extent))
+
+
+def _shapes(made: SceneMachine, allowed: Array) -> Array:
+    """Give what links change beside their nearest rigid motion, over what is allowed ``(shapes, coordinates)``.
+
+    Parameters
+    ----------
+    made
+        The machine, whose chart rests.
+    allowed
+        Of every coordinate ``(coordinates,)`` (m, rad).
+    """
+    machine, r, found = made.machine, made.machine.known.at(np.zeros(1)).r[0], []
+    for link in range(len(made.scene.links)):
+        poses = np.flatnonzero(links_of_poses(made) == link)
+        x, y = (r[poses] - r[poses].mean(axis=0)).T
+        arm = max(float(np.hypot(x, y).max()), SMALL * machine.extent)
+        rigid = np.zeros((len(poses), 3, 3))  # place and turn, times the arm, of each pose by two ways and a turn
+        rigid[:, 0, 0] = rigid[:, 1, 1] = 1.0
+        rigid[:, 0, 2], rigid[:, 1, 2], rigid[:, 2, 2] = -y / arm, x / arm, 1.0
+        own = np.linalg.qr(rigid.reshape(-1, 3))[0]
+        places = machine.places[poses].ravel()
+        scale = np.tile([1.0, 1.0, arm], len(poses))
+        beside = (np.eye(len(places)) - own @ own.T) * scale / (scale * np.append(allowed, np.inf)[places])[:, None]
+        moved = np.zeros((len(places), machine.n + 1))
+        np.add.at(moved.T, places, beside.T)
+        found.append(moved[:, :-1])
+    return np.concatenate(found)
 
 
 def _over_cycle(made: SceneMachine) -> tuple[Given, Array]:
@@ -296,6 +356,73 @@ def _start(made: SceneMachine) -> Array:
     return machine.rebase(q, v, np.zeros_like(v))[0]
 
 
+def _freed_where(scene: Scene, freedoms: Array) -> Scene:
+    """Give a scene whose freedoms start at places, with rates ``(2, freedoms)``."""
+    moved: dict[str, float] = {}
+    for name, place, rate in zip(scene.freedoms, *freedoms):
+        moved |= {f"freedoms.{name}.start": float(place), f"freedoms.{name}.speed": float(rate)}
+    return scene.changed(moved)
+
+
+def _going_on(made: SceneMachine, state: Array) -> Array:
+    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``; `state` is of `_state_of`."""
+    machine, d = made.machine, made.machine.geometry.d
+    there = machine.places >= 0
+    found = np.column_stack([np.array(machine.r), PLANE.vector(np.array(machine.R))[:, 0]])
+    found[there] = state[0][machine.places[there]]
+    machine.chart = Rest(PLANE, found[:, :d], PLANE.turn(found[:, d:]))
+    v = np.append(state[1], np.zeros(machine.size - machine.n))
+    return machine.rebase(np.zeros_like(v), v, np.zeros_like(v))[0]
+
+
+def _state_of(end: Motion) -> xr.Dataset:
+    """Label coordinates of the poses and their rates at the end of a motion."""
+    machine, motion = end.machine, end.machine.known.at(end.t)
+    last = motion.part(slice(-1, None))
+    places = coordinates(machine, last.r, PLANE.vector(last.R))[0, : machine.n]
+    rates = coordinates(machine, last.v, last.w)[0, : machine.n]
+    return xr.Dataset({"state": (("dof", "derivative"), np.stack([places, rates], axis=1))})
+
+
+@dataclass
+class _Struck:
+    """Impulses that strike in a motion, with what they give.
+
+    Parameters
+    ----------
+    made
+        The machine.
+    due
+        Numbers of the impulses by their instants, which are ends of steps.
+    given
+        What impulses, and what drives give at them, after the start (J).
+    """
+
+    made: SceneMachine
+    due: dict[float, list[int]]
+    begin: float
+    given: Array = field(default_factory=lambda: np.zeros(2))
+
+    @classmethod
+    def of(cls, made: SceneMachine, stops: Array) -> _Struck:
+        """Find the impulses of a motion whose steps end at instants (s)."""
+        names, begin = list(made.scene.impulses), float(stops[0])
+        found = strikes_between(made.scene, begin, float(stops[-1]))
+        near = (stops[int(np.abs(stops - strike.time).argmin())] for strike in found)
+        return cls(made, {float(t): [names.index(name) for name in x.names] for t, x in zip(near, found)}, begin)
+
+    def __call__(self, t: float, v: Array) -> Array:
+        """Give the rates after what strikes at an instant ``(size,)``."""
+        if t not in self.due:
+            return v
+        made, n = self.made, self.made.machine.n
+        jumps, works = struck(made.machine, self.due[t], t, v)
+        if t != self.begin:  # what is stored at the start has it
+            rates = driven(made, np.array([t]))[1][0]
+            self.given += works.sum(), -jumps[:, n + np.array(made.driven, dtype=int)].sum(axis=0) @ rates
+        return np.asarray(v + np.where(np.arange(len(v)) < n, jumps.sum(axis=0), 0.0))
+
+
 def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``.
 
@@ -322,15 +449,23 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
         rows = held.machine.n + len(held.machine.rows)
         return known, q, a[:, rows - count : rows]
 
-    for _ in range(SLOW if smooth or count else 1):
-        known, q, pull = bent(seconds)
-        if count:
+    def freely(seconds: Array) -> tuple[PoseMotion, Array, Array]:
+        """Give the chart, the coordinates beside it, and accelerations with which nothing holds the freedoms."""
+        for _ in range(SLOW if count else 0):
+            *_, pull = bent(seconds)
             by = np.stack([bent(seconds + one)[2] - pull for one in np.eye(count)], axis=-1)
-            seconds = seconds - np.linalg.solve(by, pull[..., None])[..., 0]
-        if smooth:
-            coordinates = q[:, : held.machine.n]
-            first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
-            second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
+            change = np.linalg.solve(by, pull[..., None])[..., 0]
+            seconds = seconds - change
+            if np.abs(change).max() <= FELT * np.abs(seconds).max():
+                break
+        return *bent(seconds)[:2], seconds
+
+    known, q, seconds = freely(seconds)
+    for _ in range(SLOW - 1 if smooth else 0):  # beside answers that are found, else derivatives would be of others
+        coordinates = q[:, : held.machine.n]
+        first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
+        second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
+        known, q, seconds = freely(seconds)
     middle = slice(len(t) // 2, len(t) // 2 + 1)
     return known.part(middle), np.append(
         q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n)
@@ -361,8 +496,9 @@ def noted_peaks(peaks: dict[str, float], step: Step, scene: Scene) -> None:
 class _Taken:
     """Takes the positions of the result as steps come to them, and says whether cycles have settled."""
 
-    def __init__(self, made: SceneMachine, times: Array, settled: float) -> None:
+    def __init__(self, made: SceneMachine, times: Array, settled: float, struck: _Struck | None) -> None:
         self.made, self.times, self.settled, self.change = made, times, settled, math.inf
+        self.struck = struck
         self.positions: list[States] = []
         self.stages: list[States] = []
         self.weights: list[Array] = []
@@ -374,6 +510,8 @@ class _Taken:
         if not self.positions:
             self.start = step.at_start()
             self.positions.append(self.start)
+        elif self.struck is not None and step.t in self.struck.due and step.t == self.positions[-1].t[0]:
+            self.positions[-1] = step.at_start()  # after what strikes
         reached(step.t + step.h, 0.0, float(self.times[-1]))
         self.stages.append(step.at_stages())
         self.weights.append(step.h * step.tableau.A[-1])
@@ -387,7 +525,7 @@ class _Taken:
     def _is_settled(self) -> bool:
         """Compare the last two cycles, where one is full."""
         scene = self.made.scene
-        count, samples = len(self.positions) - 1 - _lead(scene), scene.analysis.sub_intervals
+        count, samples = len(self.positions) - 1 - _lead(scene, float(self.times[0])), scene.analysis.sub_intervals
         if not scene.drives or scene.freedoms or count <= 0 or count % samples:
             return False
         now, before = self._beside(States.joined(self.positions[-samples:])).motion.q, self.cycle
@@ -429,19 +567,21 @@ class _Taken:
             self.change,
             len(self.stages),
             self.peaks,
+            np.zeros(2) if self.struck is None else self.struck.given,
         )
 
 
-def estimated(whole: InTime) -> Errors:
+def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
     """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
 
     Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
+    What goes on from a result has no state of halved elements either.
     """
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
     better, asked = {}, scene.analysis.error_estimates == "contacts"
     if not whole.closings or asked:
-        better["time"] = InTime.of(scene, times, SHARPER, settled=0.0)
-    if not whole.closings:
+        better["time"] = InTime.of(scene, times, SHARPER, settled=0.0, start=start)
+    if not whole.closings and start is None:
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
     errors = told(scene, here, parts)
@@ -463,6 +603,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
     parts = [
         _power(whole, errors),
         _of_freedoms(found),
+        _state_of(whole.ends),
         _of_laws(whole),
         residual_vibration(scene, data),
         mode_speeds(scene),
@@ -501,6 +642,11 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
     """Give the mean power of every cause, by the stages of all steps, and what the machine stores."""
     powers, duration = whole.inside.powers(), float(np.ptp(whole.ends.t))
     mean = {cause: float(whole.weights @ power) / duration for cause, power in powers.items()}
+    if whole.scene.impulses:
+        by_impulses, by_drives = whole.struck / duration
+        mean[Cause.IMPULSES] = by_impulses
+        if whole.scene.drives:
+            mean[next(iter(mean))] += by_drives
     weight, rotors = energy_of_weight(whole.ends), _of_rotors(whole)
     stored = kinetic_energy(whole.ends) + energy_of_terms(whole.ends) - rotors
     if any(whole.scene.gravity):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -86,6 +87,55 @@ def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
     refuse_late_impulses(scene, float(data["time"][k]))
     links = coordinates(along["link_position"][None], along["link_angle"][None])[0]
     return StartState(float(data["time"][k]), place, rate, links)
+
+
+@dataclass(frozen=True)
+class GoneOn:
+    """The end of another result, from which a motion of poses goes on.
+
+    Parameters
+    ----------
+    time
+        s.
+    state
+        Coordinates of the poses, and their rates ``(2, coordinates)``.
+    freedoms
+        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``.
+    """
+
+    time: float
+    state: Array
+    freedoms: Array
+
+
+def poses_to_go_on_from(scene: Scene, size: int) -> GoneOn | None:
+    """Give the state of another result, from which a motion of poses goes on; None where the scene names none.
+
+    Parameters
+    ----------
+    scene
+        A scene with freedoms for all that can move and no drive leads.
+    size
+        Number of its coordinates.
+
+    Raises
+    ------
+    SceneError
+        When the result cannot be read, or does not fit the scene.
+    """
+    if scene.analysis.start in STATED_STARTS:
+        return None
+    data = _read(Path(scene.analysis.start))
+    state = _bent(scene, data, size)
+    names = data["freedom"].to_numpy().tolist() if "freedom_rate" in data else []
+    if names != list(scene.freedoms):
+        raise _unfit(f"{scene.analysis.start} has {_listed(names)}, and the scene {_listed(scene.freedoms)}")
+    if "indentation" in data:
+        _refuse_touching(scene, data, -1)
+    _refuse_other_angle(scene, data, -1)
+    refuse_late_impulses(scene, float(data["time"][-1]))
+    along = [data[f"freedom_{what}"].transpose("theta", ...)[-1] for what in ("place", "rate") if names]
+    return GoneOn(float(data["time"][-1]), state, np.array(along).reshape(2, len(names)))
 
 
 def _listed(names: Collection[str]) -> str:

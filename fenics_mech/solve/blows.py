@@ -91,7 +91,34 @@ def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) 
     beside = step * np.eye(n, machine.size)
     jumps = _jumps(machine, numbers, t, np.concatenate([q[None], q + beside, q - beside]))
     by_q = (jumps[1 : 1 + n] - jumps[1 + n :]).sum(axis=1)[:, :n].T / (2 * step)
-    after = v + np.where(np.arange(machine.size) < n, jumps[0].sum(axis=0), 0.0)
+    return Blows(numbers, jumps[0], by_q, _works(machine, numbers, t, q, v, jumps[0]))
+
+
+def struck(machine: Machine, numbers: list[int], t: float, v: Array) -> tuple[Array, Array]:
+    """Give what impulses of a machine, by their numbers, do at the poses of its chart, which rests.
+
+    Parameters
+    ----------
+    machine, numbers
+        The machine, and the impulses.
+    t
+        Instant (s).
+    v
+        Rates before ``(size,)``.
+
+    Returns
+    -------
+    tuple
+        Jumps as in `Blows`, and the energy that each gives (J).
+    """
+    still = np.zeros(machine.size)
+    jumps = _jumps(machine, numbers, t, still[None])[0]
+    return jumps, _works(machine, numbers, t, still, v, jumps)
+
+
+def _works(machine: Machine, numbers: list[int], t: float, q: Array, v: Array, jumps: Array) -> Array:
+    """Give the energy that impulses give, by the mean of the rates before and after ``(impulses,)`` (J)."""
+    after = v + np.where(np.arange(machine.size) < machine.n, jumps.sum(axis=0), 0.0)
     zero, works = np.zeros((2, machine.size)), []
     moved = machine.moved(np.full(2, t), np.stack([q, q]), np.stack([v, after]), zero)
     for number in numbers:
@@ -99,7 +126,7 @@ def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) 
         found = Group.of(machine.geometry, machine.places, load).measure(moved, None)
         stress = load.respond(np.full(2, t), found.x, found.rate).stress
         works.append(-float(np.sum(stress * found.rate, axis=(1, 2)).mean()))
-    return Blows(numbers, jumps[0], by_q, np.array(works))
+    return np.array(works)
 
 
 def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:

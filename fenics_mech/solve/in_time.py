@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,6 +52,7 @@ def steps_in_time(
     stages: int = 3,
     longest: float = np.inf,
     struck: Callable[[float, Array], Array] | None = None,
+    shapes: Callable[[], Array] | None = None,
 ) -> Iterator[Step]:
     """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
 
@@ -78,7 +79,9 @@ def steps_in_time(
         Longest step where steps are chosen (s).
     struck
         Gives the rates after impulses at the stated instants, all but the last, by their instant (s) and the rates
-        before; None where there are none.
+        before, which it gives back where none strike; None where there are none.
+    shapes
+        Gives those of a step where the chart is; None where no other tolerance holds for changes of shape.
 
     Raises
     ------
@@ -90,16 +93,21 @@ def steps_in_time(
     allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
     a, angles, contacts = np.zeros((stages, machine.size)), None, Contacts(machine, share)
     contacts.begin(t, v)
+    known = None if shapes is None else shapes()
+
+    def begun() -> Step:
+        return Step(machine, tableau, t, step, v, allowed, angles, a, shapes=known)
+
     for stop in times[1:]:
-        v = v if struck is None else struck(t, v)
-        if not fixed and (t == times[0] or struck is not None):
-            short = Step(machine, tableau, t, SHORT * step, v, allowed, angles, a).solved()
+        before, v = v, v if struck is None else struck(t, v)
+        if not fixed and (t == times[0] or v is not before):
+            short = replace(begun(), h=SHORT * step).solved()
             a = np.tile(tableau.back @ short.a, (stages, 1))
         while t < stop:
             parts = math.ceil((stop - t) / min(step, longest) - ROUNDING)
             step = (stop - t) / parts
             try:
-                made = Step(machine, tableau, t, step, v, allowed, angles, a).solved()
+                made = begun().solved()
                 error = 0.0 if fixed else max(made.error(a[0]), contacts.error(made, a[0]))
                 made, event = contacts.up_to_event(made) if error <= 1 else (made, None)
             except SolverError:
@@ -115,6 +123,7 @@ def steps_in_time(
             t = float(stop) if parts == 1 and made.h == step else t + made.h
             angles = [x[-1:] for x in made.measures]
             v, last = machine.rebase(*(x[-1] for x in made.at(np.ones(1))))
+            known = None if shapes is None else shapes()
             v = with_rows(machine, t, v) if contacts.terms and machine.rows else v
             a = np.tile(last, (stages, 1))
             step = h or step * min(MOST, SAFETY * max(error, 1e-300) ** -exponent)

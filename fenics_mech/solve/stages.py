@@ -40,6 +40,11 @@ class Tableau:
     inside_rate: float
 
     @cached_property
+    def lead(self) -> float:
+        """Share of a step by which an implicit step filters its error: the mean of the eigenvalues of A."""
+        return float(np.linalg.det(self.A) ** (1 / len(self.c)))
+
+    @cached_property
     def kinked(self) -> float:
         """As `inside`, where the acceleration has a kink in the step, as where bodies stick or slip: the median."""
         shares, places = np.linspace(0, 1, 201), np.linspace(0.01, 0.99, 99)

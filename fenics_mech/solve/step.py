@@ -14,7 +14,7 @@ from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.measured import Measured
 from fenics_mech.solve.newton import newton
 from fenics_mech.solve.sparse import Factors, blocks_of
-from fenics_mech.solve.stages import Tableau, stage_matrix
+from fenics_mech.solve.stages import Tableau, radau, stage_matrix
 from fenics_mech.terms import rubs
 
 CONVERGED = 1e-3  # of the tolerance of a step, where Newton's method ends
@@ -71,6 +71,11 @@ class Step:
         Accelerations at the stages ``(stages, size)``.
     measures
         Measures of every term at the stages.
+    shapes
+        Gives changes of shape, each over its tolerance, by coordinates ``(shapes, coordinates)``; None where there is
+        no other tolerance of them.
+    tangents
+        M, C and K at the stages ``(stages, entries)`` each; None before it is solved.
     """
 
     machine: Machine
@@ -82,6 +87,8 @@ class Step:
     angles: Sequence[Array] | None
     a: Array
     measures: Sequence[Array] = ()
+    shapes: Array | None = None
+    tangents: tuple[Array, Array, Array] | None = None
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Give coordinates, rates and accelerations at shares of the step ``(shares, size)`` each."""
@@ -106,24 +113,30 @@ class Step:
             a[:, :n] = 0.0
         instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
         measures: list[Array] = []
+        tangents = None
 
         def step() -> float:
-            nonlocal stresses, a
+            nonlocal stresses, a, tangents
             q, v, _ = replace(self, a=a).at(tableau.c)
             found = machine.residual(instants, q, v, a, predicted=stresses, angles=machine.turned(self.angles, q))
             measures[:] = [term.x for term in found.terms]
-            matrix = stage_matrix(tableau, h, found.M, found.C, found.K)
+            tangents = found.M, found.C, found.K
+            matrix = stage_matrix(tableau, h, *tangents)
             da = Factors(blocks, matrix, f"step at {self.t:.6g} s").solve(-found.force.T.ravel())
             da = da.reshape(size, stages).T
             a = a + da
             dq, dv = h * h * tableau.square @ da, h * tableau.A @ da
             dq[:, n:] = dv[:, n:] = 0.0
             stresses = machine.predicted(found, dq, dv, da)
-            places = np.abs(dq[:, :n] / self.tolerance).max(initial=0.0)
-            return max(float(places), self._slipping(found, stresses) if rubs(self.machine.terms) else 0.0)
+            return max(self._over(dq[:, :n]), self._slipping(found, stresses) if rubs(self.machine.terms) else 0.0)
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
-        return replace(self, a=a, measures=measures)
+        return replace(self, a=a, measures=measures, tangents=tangents)
+
+    def _over(self, change: Array) -> float:
+        """Give the largest of some changes of coordinates ``(..., coordinates)`` over what is allowed."""
+        largest = float(np.abs(change / self.tolerance).max(initial=0.0))
+        return largest if self.shapes is None else max(largest, float(np.abs(change @ self.shapes.T).max(initial=0.0)))
 
     def _slipping(self, found: Evaluation, predicted: Sequence[Array] | None) -> float:
         """Give how far friction is off its law, and how far a step of Newton's method takes it, over its limit.
@@ -168,9 +181,26 @@ class Step:
     def error(self, before: Array) -> float:
         """Bound its error over the tolerance by what the acceleration misses at its start ``(size,)``."""
         n, tableau = self.machine.n, self.tableau
-        missed = (tableau.back @ self.a - before)[:n] / self.tolerance
+        missed = self.h**2 * (tableau.back @ self.a - before)[:n]
         inside = tableau.kinked if rubs(self.machine.terms) else tableau.inside
-        return float(inside * self.h**2 * np.abs(missed).max(initial=0.0))
+        worst = np.abs(missed / self.tolerance).max(initial=0.0)
+        if self.shapes is not None:
+            worst = max(worst, np.abs(self.shapes @ self._filtered(missed)).max(initial=0.0))
+        return float(inside * worst)
+
+    def _filtered(self, missed: Array) -> Array:
+        """Take away from changes of coordinates what rows and stiff parts hold back within the step ``(n,)``.
+
+        Source: Hairer and Wanner, Solving ODE II, chapter IV.8.
+        """
+        n, machine = self.machine.n, self.machine
+        assert self.tangents is not None
+        M, C, K = (x[:1] for x in self.tangents)
+        matrix = stage_matrix(radau(1), self.h * self.tableau.lead, M, C, K)
+        forces = machine.pattern.times(M, np.append(missed, np.zeros(machine.size - n))[None])[0]
+        forces[n:] = 0.0
+        factors = Factors(blocks_of(machine.pattern, 1), matrix, f"error at {self.t:.6g} s")
+        return np.asarray(factors.solve(forces)[:n])
 
 
 def now(machine: Machine, t: float, v: Array, a: Array) -> PoseMotion:
