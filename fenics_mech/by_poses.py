@@ -22,6 +22,7 @@ from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
+from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, machine_of
@@ -49,6 +50,8 @@ from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
 BETWEEN_SHARES = 4  # places for each position at which a motion is looked at: vibration is slower than its steps
+SECOND_ORDER = 4 / 3  # error over the change by halved elements
+ROUNDED = 1e-9  # share that rounding takes, above which it is an error
 FEWEST = 4  # positions of a cycle, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
@@ -59,6 +62,7 @@ ORDERS = {
     "stations": 2.0,
     "theory": 0.0,
     "effects": 0.0,
+    "rounding": 0.0,
 }  # of errors, in the numbers that they fall by
 
 
@@ -251,6 +255,8 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
+        if analysis.method == "quasi-static" and scene.drives and not analysis.allow_coarse:
+            refuse_unresolved(solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path, vibrates=False)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
     if EXACT not in scene.named_effects:
@@ -294,7 +300,7 @@ def quantities(found: OfPoses) -> Quantities:
         axial=axial,
         bending=bending,
         deflection=found.deflection,
-        force=np.stack(forces, axis=1),
+        force=np.stack(forces, axis=1) if forces else np.zeros((len(axial), 0, 2)),
         effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
     )
 
@@ -316,6 +322,10 @@ def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
     """
     here = quantities(solved.positions)
     parts = {source: _change(here, other) for source, other in solved.better()}
+    if isinstance(solved, AtRest):  # inertia along elements and beside their line converges with order 2
+        parts["mesh"] = {name: SECOND_ORDER * error for name, error in parts["mesh"].items()}
+    if isinstance(solved, AtRest) and solved.lost > ROUNDED:
+        parts["rounding"] = {name: solved.lost * size for name, size in here.largest.items()}
     if chosen and (fuller := with_assumed_shear(solved.scene)) is not None:
         run = Run()
         if isinstance(solved, Solved):
@@ -467,7 +477,8 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
     if names is None or not variables.keys() >= set(names):
         efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
         along = ("theta", "joint", "component")
-        variables["joint_force"] = (along, np.stack(list(forces.values()), axis=1))
+        none = np.zeros((len(found.motion.t), 0, 2))
+        variables["joint_force"] = (along, np.stack(list(forces.values()), axis=1) if forces else none)
         variables |= {**found.frame(), **found.springs(), **found.points()}
     if efforts:
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))

@@ -12,7 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.geometry import End
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.measured import Measured
-from fenics_mech.machine.motion import SMALL, LinearMotion
+from fenics_mech.machine.motion import LinearMotion
 from fenics_mech.machine.section_forces import Sections
 from fenics_mech.recovery.of_poses import OfPoses, Variables
 from fenics_mech.scene.joints import Joint
@@ -40,12 +40,12 @@ class OfLinear(OfPoses):
     @cached_property
     def _beside(self) -> tuple[OfPoses, OfPoses, OfPoses]:
         """The base, and the exact motions ahead and behind."""
-        bent = self.linear.stiffening is not None
-        return tuple(OfPoses(self.made, self.linear.beside(x), bent=bent) for x in (0.0, SMALL, -SMALL))  # type: ignore[return-value]
+        bent, small = self.linear.stiffening is not None, self.linear.small
+        return tuple(OfPoses(self.made, self.linear.beside(x), bent=bent) for x in (0.0, small, -small))  # type: ignore[return-value]
 
     def _linear(self, read: Callable[[OfPoses], Array]) -> Array:
         base, ahead, behind = (read(x) for x in self._beside)
-        return np.asarray(base + (ahead - behind) / (2 * SMALL))
+        return np.asarray(base + (ahead - behind) / (2 * self.linear.small))
 
     @cached_property
     def _exerting(self) -> OfPoses | None:
@@ -55,7 +55,7 @@ class OfLinear(OfPoses):
 
     def _sections(self, read: Callable[[OfPoses], Sections]) -> Sections:
         parts = ([getattr(read(x), part.name) for x in self._beside] for part in fields(Sections))
-        found = Sections(*(base + (ahead - behind) / (2 * SMALL) for base, ahead, behind in parts))
+        found = Sections(*(base + (ahead - behind) / (2 * self.linear.small) for base, ahead, behind in parts))
         if self._exerting is None:
             return found
         exact = read(self._exerting)  # loads make the bow in the axes of the base, and not in those that turn with it
@@ -83,7 +83,7 @@ class OfLinear(OfPoses):
             return self._exerting.frame()
         found = [x.frame() for x in self._beside]
         return {
-            name: (dims, base + (found[1][name][1] - found[2][name][1]) / (2 * SMALL))
+            name: (dims, base + (found[1][name][1] - found[2][name][1]) / (2 * self.linear.small))
             for name, (dims, base) in found[0].items()
         }
 

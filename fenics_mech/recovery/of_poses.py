@@ -72,7 +72,7 @@ class OfPoses:
         motion = self.motion
         if self.made.machine.beams.modal is None:
             return self.sections
-        elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
+        elastic = without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents)
         return along_members(self.made, elastic, motion.a, self.stations, self.bent)
 
     @cached_property
