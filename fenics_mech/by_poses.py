@@ -168,7 +168,8 @@ FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where th
 def has_poses(scene: Scene) -> bool:
     """Say whether a scene goes by the equation of poses: where it asks for it, or the program chooses.
 
-    The program chooses it for periodic motions with exact strains, where it has terms for all that the scene states.
+    The program chooses it for statics, and for periodic motions with exact strains, where it has terms for all that the
+    scene states.
 
     Parameters
     ----------
@@ -177,8 +178,10 @@ def has_poses(scene: Scene) -> bool:
     """
     if scene.analysis.solver == "poses":
         return True
-    exact = scene.effects == "auto" or EXACT in scene.named_effects
-    if scene.analysis.solver != "auto" or scene.analysis.method != "periodic" or not exact:
+    analysis = scene.analysis
+    if analysis.solver != "auto" or analysis.method == "transient":
+        return False
+    if analysis.method == "periodic" and not (scene.effects == "auto" or EXACT in scene.named_effects):
         return False
     try:
         machine_of(planned(scene))
@@ -256,7 +259,9 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
         if analysis.method == "quasi-static" and scene.drives and not analysis.allow_coarse:
-            refuse_unresolved(solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path, vibrates=False)
+            path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
+            assert path is not None
+            refuse_unresolved(path, vibrates=False)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
     if EXACT not in scene.named_effects:
@@ -532,7 +537,7 @@ def collected(
     """
     scene, found = solved.scene, solved.positions
     data = read_off(found, _by_exact_strains(solved, errors), names)
-    data = joined(data, stability).drop_vars(solved.untold, errors="ignore")
+    data = joined(data, stability).drop_vars(solved.untold, errors="ignore").assign_attrs(stamp(scene))
     cycle = last_cycle(scene.analysis, scene.drives, data)
     parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
     if SHAFT in found.made.acting:
