@@ -489,7 +489,7 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
     if bends:
-        variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+        variables["largest_strain"] = (("member",), found.largest_strains)
     if moments:
         variables["joint_moment"] = (("theta", "held"), np.stack(list(moments.values()), axis=1))
     labels = {
