@@ -7,6 +7,7 @@ import scipy.linalg
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
+from fenics_mech.machine import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.solve import StaticIteration, axial_forces, quasi_static
 
@@ -63,3 +64,30 @@ def with_buckled(made: SceneMachine, t: Array, moving: bool, error: SolverError)
         f"{error}. The straight link {weakest_link(made, straight, worst)} buckles: under its axial forces the "
         f"stiffness is not positive at drive angle {angle:.6g} deg"
     )
+
+
+FOLDED = 1.0  # rad, between the chord of an element and its ends' sections
+
+
+def refuse_folded(made: SceneMachine, found: Evaluation, t: Array) -> None:
+    """Raise `SolverError` where an element is bent so far that its strains are not those of its member.
+
+    Parameters
+    ----------
+    made
+        The machine of a scene.
+    found
+        Its residual ``(instants, ...)``.
+    t
+        The instants (s).
+    """
+    assert made.links is not None
+    strains, mesh = found.terms[made.machine.terms.index(made.machine.beams)].x, made.links.mesh
+    turned = np.abs(strains[..., 1]) + np.abs(strains[..., 2]) / 2
+    k, e = np.unravel_index(int(turned.argmax()), turned.shape)
+    if turned[k, e] > FOLDED:
+        raise SolverError(
+            f"member {mesh.members[mesh.cell_member[e]]!r} bends within one element by {turned[k, e]:.3g} rad from its "
+            f"chord at drive angle {np.degrees(made.scene.cycle_rate * t[k]):.6g} deg, and strains are good up to "
+            f"{FOLDED:g} rad. Take more elements, lower loads or speed, or stiffer members"
+        )

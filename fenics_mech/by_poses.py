@@ -23,6 +23,7 @@ from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
+from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, machine_of
@@ -50,16 +51,17 @@ from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
 BETWEEN_SHARES = 4  # places for each position at which a motion is looked at: vibration is slower than its steps
+ROUNDED = 1e-9  # share that rounding takes, above which it is an error
 FEWEST = 4  # positions of a cycle, between which peaks are looked for
 STRAINED = 1e-12  # strains below are rounding of places: nothing loads the machine
 ORDERS = {
     "time": 5.0,
     "harmonics": 8.0,
-    "mesh": 4.0,
     BETWEEN: 2.0,
     "stations": 2.0,
     "theory": 0.0,
     "effects": 0.0,
+    "rounding": 0.0,
 }  # of errors, in the numbers that they fall by
 
 
@@ -165,7 +167,7 @@ FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where th
 def has_poses(scene: Scene) -> bool:
     """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
 
-    It is that of periodic motions with all coupling, where it has terms for all that the scene states.
+    It is that of statics, and of periodic motions with all coupling, where it has terms for all that the scene states.
 
     Parameters
     ----------
@@ -174,8 +176,8 @@ def has_poses(scene: Scene) -> bool:
     """
     if scene.analysis.solver == "poses":
         return True
-    coupled = scene.effects == "auto" or COUPLED in scene.named_effects
-    if scene.analysis.solver == "sub-intervals" or scene.analysis.method != "periodic" or not coupled:
+    coupled = scene.effects == "auto" or COUPLED in scene.named_effects or scene.analysis.method != "periodic"
+    if scene.analysis.solver == "sub-intervals" or scene.analysis.method == "transient" or not coupled:
         return False
     try:
         machine_of(planned(scene))
@@ -252,6 +254,10 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
+        if analysis.method == "quasi-static" and scene.drives and not analysis.allow_coarse:
+            path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
+            assert path is not None
+            refuse_unresolved(path, vibrates=False)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
     if EXACT not in scene.named_effects:
@@ -295,7 +301,7 @@ def quantities(found: OfPoses) -> Quantities:
         axial=axial,
         bending=bending,
         deflection=found.deflection,
-        force=np.stack(forces, axis=1),
+        force=np.stack(forces, axis=1) if forces else np.zeros((len(axial), 0, 2)),
         effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
     )
 
@@ -317,6 +323,11 @@ def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
     """
     here = quantities(solved.positions)
     parts = {source: _change(here, other) for source, other in solved.better()}
+    # halved elements lack the rest of the error; of answers at rest, inertia along and beside elements is of order 2
+    lack = 2.0 ** (2.0 if isinstance(solved, AtRest) else mesh_order(solved.scene))
+    parts["mesh"] = {name: lack / (lack - 1) * error for name, error in parts["mesh"].items()}
+    if isinstance(solved, AtRest) and solved.lost > ROUNDED:
+        parts["rounding"] = {name: solved.lost * size for name, size in here.largest.items()}
     if chosen and (fuller := with_assumed_shear(solved.scene)) is not None:
         run = Run()
         if isinstance(solved, Solved):
@@ -388,14 +399,18 @@ def told(
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
     }
-    order = {source: ORDERS[source] for source in parts}
-    if any(getattr(joint, "member", None) for joint in scene.joints.values()):  # slopes turn where pins pass nodes
-        order["mesh"] = 3.0
-    if "lumped-mass" in scene.named_effects:
-        order["mesh"] = 2.0
+    order = {source: mesh_order(scene) if source == "mesh" else ORDERS[source] for source in parts}
     errors = Errors(by_quantity, order, measure, _unknown(scene), largest, missed)
     errors.judge(scene)
     return errors
+
+
+def mesh_order(scene: Scene) -> float:
+    """Give the order in the length of elements by which answers converge."""
+    if "lumped-mass" in scene.named_effects:
+        return 2.0
+    travels = any(getattr(joint, "member", None) for joint in scene.joints.values())
+    return 3.0 if travels else 4.0  # slopes turn where pins pass nodes
 
 
 def _unknown(scene: Scene) -> tuple[str, ...]:
@@ -480,13 +495,14 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
     if names is None or not variables.keys() >= set(names):
         efforts, forces, moments = found.efforts(), found.joint_forces, found.joint_moments()
         along = ("theta", "joint", "component")
-        variables["joint_force"] = (along, np.stack(list(forces.values()), axis=1))
+        none = np.zeros((len(found.motion.t), 0, 2))
+        variables["joint_force"] = (along, np.stack(list(forces.values()), axis=1) if forces else none)
         variables |= {**found.frame(), **found.springs(), **found.points()}
     if efforts:
         variables["input_torque"] = (("theta",), next(iter(efforts.values())))
         variables["drive_effort"] = (("theta", "drive"), np.stack(list(efforts.values()), axis=1))
     if bends:
-        variables["largest_strain"] = (("member",), np.abs(variables["strain"][1]).max(axis=(0, 2, 3)))
+        variables["largest_strain"] = (("member",), found.largest_strains)
     if moments:
         variables["joint_moment"] = (("theta", "held"), np.stack(list(moments.values()), axis=1))
     labels = {
@@ -534,7 +550,7 @@ def collected(
     """
     scene, found = solved.scene, solved.positions
     data = read_off(found, _by_exact_strains(solved, errors), names)
-    data = joined(data, stability).drop_vars(solved.untold, errors="ignore")
+    data = joined(data, stability).drop_vars(solved.untold, errors="ignore").assign_attrs(stamp(scene))
     cycle = last_cycle(scene.analysis, scene.drives, data)
     parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
     if SHAFT in found.made.acting:

@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TURN
-from fenics_mech.buckled_links import weakest_link, with_buckled
-from fenics_mech.errors import DerivativeError, SolverError
+from fenics_mech.buckled_links import refuse_folded, weakest_link, with_buckled
+from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
-from fenics_mech.geometry import Fourier
+from fenics_mech.geometry import Fourier, Given
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.freedom import describe, nothing_holds
 from fenics_mech.kinematics.motion import coordinates
@@ -24,14 +24,16 @@ from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
-from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
+from fenics_mech.machine.motion import coordinates as of_poses
+from fenics_mech.machine.rigid_from_scene import near_links, near_motion, poses_of_links, rigid_motion
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.stability.floquet import STABILITY
-from fenics_mech.scene import Drive, Scene
+from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
+from fenics_mech.scene.springs_dampers import Line
 from fenics_mech.solve import (
     Beside,
     Cycle,
@@ -45,20 +47,25 @@ from fenics_mech.solve import (
     periodic,
     quasi_static,
     rest_change,
-    rigid_cycle,
     running_change,
     running_modes,
     stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
 from fenics_mech.solve.newton import converge, newton
-from fenics_mech.solve.rigid import FEWEST
+from fenics_mech.solve.rigid import FEWEST, enough
 from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
 EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
+SHORTEST = 1e-9  # length of a spring or damper, of the largest that is known: below it, it has no direction
+LOWERED = 0.95  # share of axial forces that buckle, whose powers do not
+MOST_DOWN, FARTHEST_DOWN = 60, 0.3  # steps from an unstable answer, and the longest change in each (rad, m)
+UNHELD = 1e-10  # stiffness of a free motion, of that of the links which it moves: below it, it is rounding
+LARGEST_LOSS = 5e-3  # of an answer by rounding; the estimate is up to 20 times the true loss
+FARTHEST = 1.0  # rad, or of an element's length: a cantilever's end at 1 rad in linear theory turns by 0.78
 SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
 
 
@@ -70,29 +77,70 @@ def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = No
     made = machine_of(scene)
     if coarse is not None and isinstance(coarse.chart, Fourier):
         made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
+    elif scene.drives and scene.analysis.method == "static":
+        made.machine.chart = _rigid_at(made, instants_of(scene))
     elif scene.drives:
-        led = made if SHAFT not in made.acting else machine_of(scene.changed(drive=_without_motor(scene.drives[0])))
         known = None if near is None else near.chart
-        beside = known if isinstance(known, Fourier) else None
-        least = FEWEST
-        for drive in scene.drives:
-            if drive.law is not None:
-                least = max(least, min(drive.enough_angles(FEWEST, scene.cycle_rate), MOST_POSITIONS))
-        made.machine.chart = rigid_cycle(led.machine, scene.period, near=beside, least=least)
+        made.machine.chart = _rigid_cycle(made, len(known.r) if isinstance(known, Fourier) else None)
+    _refuse_meeting(made)
     if np.any(scene.damping.ratio):
         damp_modes(made.machine, scene.period, scene.damping.ratio)
     return made
 
 
-def _without_motor(drive: Drive) -> Drive:
-    return drive.model_copy(update={"motor": None})
+def _rigid_at(made: SceneMachine, t: Array) -> Given:
+    """Give the motion of all poses at some instants, where links do not bend."""
+    scene, size = made.scene, made.bodies.machine.size
+    motion = solve_motion(scene, scene.cycle_rate * t)
+    near = near_motion(made, coordinates(motion.position, motion.angle))
+    return rigid_motion(made, t, np.pad(near, ((0, 0), (0, size - near.shape[1]))), (np.zeros((len(t), 0)),) * 3)
 
 
-def stiffening(scene: Scene, machine: Machine, t: Array) -> Stresses | None:
+def _rigid_cycle(made: SceneMachine, count: int | None = None) -> Fourier:
+    """Give the periodic motion of all poses where links do not bend.
+
+    Its positions are as many as its laws and harmonics ask for, unless their number is given.
+    """
+    scene, least = made.scene, FEWEST
+    for drive in scene.drives:
+        if drive.law is not None:
+            least = max(least, min(drive.enough_angles(FEWEST, scene.cycle_rate), MOST_POSITIONS))
+    positions = FEWEST if count is None else count
+    while True:
+        motion = _rigid_at(made, scene.period / positions * np.arange(positions)).motion
+        chart = Fourier(made.machine.geometry, scene.period, motion.r, motion.R)
+        if count is not None or enough(chart, made.machine, least):
+            return chart
+        positions *= 2
+
+
+def _refuse_meeting(made: SceneMachine) -> None:
+    """Raise `AssemblyError` where the ends of a spring or damper meet at a position: it has no direction there."""
+    scene, lines = made.scene, {}
+    for kind in ("springs", "dampers"):
+        for name, part in getattr(scene, kind).items():
+            if isinstance(part, Line) and getattr(part, "length", None) != 0.0:  # else it pulls as it is long
+                lines[f"{kind}.{name}"] = part.between
+    if not lines:
+        return
+    t = instants_of(scene)
+    at = made.machine.known.at(t)
+    for name, points in lines.items():
+        one, other = (at.r[:, end.pose] + at.R[:, end.pose] @ end.offset for end in map(made.end, points))
+        length = np.linalg.norm(other - one, axis=1)
+        k = int(length.argmin())
+        if length[k] <= SHORTEST * max(length.max(), made.machine.extent):
+            raise AssemblyError(
+                f"the ends of {name} meet at drive angle {np.degrees(scene.cycle_rate * t[k]):.6g} deg, where it has "
+                "no direction: put them elsewhere"
+            )
+
+
+def stiffening(scene: Scene, machine: Machine, t: Array, free: Array | None = None) -> Stresses | None:
     """Give the axial forces of the static answer at some instants, where they act in the scene's linear theory."""
     if STIFFENED not in scene.named_effects:
         return None
-    return axial_forces(machine, quasi_static(machine, t, scene.analysis.method != "static"))
+    return axial_forces(machine, quasi_static(machine, t, scene.analysis.method != "static", free))
 
 
 def steps_of(scene: Scene) -> Array:
@@ -192,11 +240,13 @@ class Solved:
         """
         made = built(scene)
         if (beside := found_beside(scene, made.machine, run)) is not None:
+            refuse_folded(made, beside.evaluation, beside.t.ravel())
             return cls(scene, made, beside)
         try:
             cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
         except SolverError as error:
             raise with_buckled(made, instants_of(scene), True, error) from error
+        refuse_folded(made, cycle.evaluation, cycle.t.ravel())
         return cls(scene, made, cycle, left_out=left_out_by_linear(cycle.changes))
 
     def _read(self, t: Array, q: Array, v: Array, a: Array) -> OfPoses:
@@ -378,6 +428,8 @@ class AtRest:
         Newton's method after the first step; None of an exact answer.
     left_out
         As of `Solved`.
+    lost
+        Share that rounding may take.
     """
 
     scene: Scene
@@ -385,6 +437,7 @@ class AtRest:
     positions: OfPoses
     following: StaticIteration | None
     left_out: float | None = None
+    lost: float = 0.0
 
     @classmethod
     def of(cls, scene: Scene) -> AtRest:
@@ -400,22 +453,34 @@ class AtRest:
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
         machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT in scene.named_effects
-        stiff = stiffening(scene, machine, t)
-        steps = StaticIteration(machine, t, moving, stiff)
+        free = free_motions_of(made)
+        stiff = stiffening(scene, machine, t, free)
+        steps = StaticIteration(machine, t, moving, stiff, free)
         still = np.zeros_like(steps.q)
         if exact:
             try:
                 changes = converge(steps, TIGHT, MOST, "the static answer")
             except SolverError as error:
+                _refuse_accelerated(made, steps)
                 raise with_buckled(made, steps.t, steps.moving, error) from error
+            _refuse_accelerated(made, steps)
+            if steps.yielding.any() and (bent := _beyond_buckling(machine, t, moving, free)) is not None:
+                steps, changes = bent, []
             _refuse_buckled(made, steps)
+            refuse_folded(made, steps.found, t)
+            _refuse_lost(made, steps)
             motion = Motion(machine, t, steps.q, still, steps.a, moving)
-            return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes))
+            return cls(scene, made, OfPoses(made, motion), None, left_out_by_linear(changes), lost=steps.lost)
         steps.step()
+        _refuse_accelerated(made, steps)
         _refuse_buckled(made, steps)
+        _refuse_lost(made, steps)
+        if not scene.analysis.allow_large:
+            _refuse_far(made, steps)
         rigid = Motion(machine, t, still, still, still, moving)
         stresses = steps.stresses if stiff is None else None
-        return cls(scene, made, OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False, stresses)), steps)
+        linear = OfLinear.by(made, LinearMotion(rigid, steps.change, stiff, False, stresses))
+        return cls(scene, made, linear, steps, lost=steps.lost)
 
     def _with(self, scene: Scene) -> tuple[SceneMachine, Beside, Stresses | None]:
         """Build the machine of a scene that differs a little, with the axial forces that act in its linear theory."""
@@ -446,7 +511,7 @@ class AtRest:
         motion, sides = self.positions.motion, [self._with(scene) for scene in scenes]
         t, q, a, moving = motion.t, motion.q, motion.a, motion.moving
         if self.following is None:
-            values = stiffness(motion.machine, motion.found)
+            values = stiffness(motion.machine, motion.with_tangents)
         else:
             (q, _, a), values = self.following.change, self.following.values
         dq, da = rest_change(motion.machine, t, q, a, sides[0][1], sides[1][1], values, moving)
@@ -519,20 +584,102 @@ def _refuse_buckled(made: SceneMachine, steps: StaticIteration) -> None:
     yielding, rate = steps.yielding, made.scene.cycle_rate
     if yielding.any():
         worst = int(np.argmax(yielding))
-        _refuse_free(made.scene, rate * steps.t[worst])
         raise SolverError(
-            f"the static answer at drive angle {np.degrees(rate * steps.t[worst]):.6g} deg is unstable: members "
-            f"buckle, link {weakest_link(made, steps, worst)} first. Under its axial forces its stiffness is not "
-            f"positive in {yielding[worst]} independent ways. Lower the load or the speed, or take stiffer members"
+            f"the mechanism buckles at drive angle {np.degrees(rate * steps.t[worst]):.6g} deg: under its axial forces "
+            f"its stiffness is not positive in {yielding[worst]} independent ways, and link "
+            f"{weakest_link(made, steps, worst)} gives way. Lower the load or the speed, or take stiffer members"
         )
 
 
-def _refuse_free(scene: Scene, theta: float) -> None:
-    """Raise `SceneError` where links can move at a drive angle, and say how."""
-    motion = solve_motion(scene, np.array([theta]))
-    if len(motion.free) and not scene.springs:
-        moves = describe(scene.links, scene.joints, coordinates(motion.position, motion.angle)[0], motion.free)
-        raise nothing_holds(moves)
+def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | None) -> StaticIteration | None:
+    """Give the answer to which members buckle, where a load across them tells to which side; None where none is found.
+
+    It goes down in energy from the straight members: each step has as much of the axial forces as does not buckle.
+    """
+    axial = axial_forces(machine, quasi_static(machine, t, moving, free))
+    steps = StaticIteration(machine, t, moving, axial, free)
+    for _ in range(MOST_DOWN):
+        for power in (0, *2 ** np.arange(12)):
+            bent = copy(steps)
+            bent.stresses = [LOWERED**power * stress for stress in axial]
+            size = bent.step()
+            if not bent.yielding.any():
+                break
+        else:
+            return None
+        if power == 0 and size < TIGHT:
+            return bent
+        bent.shorten(FARTHEST_DOWN)
+        steps = bent
+        found = machine.residual(t, steps.q, 0 * steps.q, steps.a, moving=moving, tangents=False)
+        axial = [here.response.stress for here in found.terms]
+    return None
+
+
+def free_motions_of(made: SceneMachine) -> Array | None:
+    """Give coordinates of the motions in which nothing is strained ``(size, motions)``; None where all is held."""
+    scene, machine = made.scene, made.machine
+    if scene.drives:
+        return None
+    motion = solve_motion(scene, np.zeros(1))
+    if not len(motion.free):
+        return None
+    links = coordinates(motion.position, motion.angle)
+    near, whole = near_motion(made, links), []
+    for free in motion.free:
+        poses = poses_of_links(made, near, free.reshape(1, -1), 0 * near)
+        whole.append(of_poses(machine, poses.v, poses.w)[0])
+    ways, none = np.array(whole).T, np.zeros((1, machine.size))
+    straight = [0 * here.response.stress for here in machine.residual(np.zeros(1), none, none, none).terms]
+    found = machine.residual(np.zeros(1), none, none, none, predicted=straight, moving=False, heavy=False)
+    K = machine.pattern.dense(stiffness(machine, found)[0])
+    held, size = ways.T @ K @ ways, np.abs(ways).T @ np.abs(K) @ np.abs(ways)
+    units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh((held + held.T) / 2 * units * units[:, None])
+    loose = values < UNHELD
+    return ways @ (units[:, None] * vectors[:, loose]) if loose.any() else None
+
+
+def _refuse_accelerated(made: SceneMachine, steps: StaticIteration) -> None:
+    """Raise `SceneError` where a scene asks for its rest, and its loads move what nothing holds."""
+    scene, force = made.scene, steps.found.force[:, : made.machine.n]
+    if scene.analysis.method == "static" and steps.unheld > UNHELD * np.abs(force).max(initial=0.0):
+        motion = solve_motion(scene, np.zeros(1))
+        links = coordinates(motion.position, motion.angle)
+        raise nothing_holds(describe(scene.links, scene.joints, links[0], motion.free))
+
+
+def _refuse_lost(made: SceneMachine, steps: StaticIteration) -> None:
+    """Raise `SolverError` where rounding takes too much of an answer."""
+    if steps.lost <= LARGEST_LOSS:
+        return
+    assert made.links is not None
+    k, machine = steps.lost_at, made.machine
+    moved = np.pad(steps.q[k], (0, 1))[machine.places[made.node_pose, :2]]
+    point = made.links.mesh.node_name[int(np.hypot(*moved.T).argmax())]
+    raise SolverError(
+        f"the static answer is lost to rounding at drive angle {np.degrees(made.scene.cycle_rate * steps.t[k]):.10g} "
+        f"deg: {steps.lost:.1e} of it, by estimate, largest at {point}. Keep away from dead centres, where the links "
+        "do not hold that point. Or take members less stiff along than across, or fewer elements"
+    )
+
+
+def _refuse_far(made: SceneMachine, steps: StaticIteration) -> None:
+    """Raise `SolverError` where sections turn by more, or places move by more, than small deflections do."""
+    assert made.links is not None
+    machine, mesh = made.machine, made.links.mesh
+    node = np.pad(steps.change[0], ((0, 0), (0, 1)))[:, machine.places[made.node_pose]]
+    nodes = mesh.cell_nodes
+    turned, moved = np.abs(node[:, nodes, 2]).max(axis=2), norms(node[:, nodes[:, 1], :2] - node[:, nodes[:, 0], :2])
+    largest = np.maximum(turned, moved / mesh.cell_length)
+    k, e = np.unravel_index(int(largest.argmax()), largest.shape)
+    if largest[k, e] > FARTHEST:
+        raise SolverError(
+            f"elastic deflection turns member {mesh.members[mesh.cell_member[e]]!r} by {largest[k, e]:.3g} rad or "
+            f"moves it as far at drive angle {np.degrees(made.scene.cycle_rate * steps.t[k]):.6g} deg. The theory of "
+            f"small deflections does not hold near {FARTHEST:g}. Lower loads or speed, keep away from buckling and "
+            f"dead centres, or take stiffer members; {EXACT!r} holds it, and analysis.allow_large lets it pass"
+        )
 
 
 def instants_of(scene: Scene, share: float = 0.0) -> Array:

@@ -132,5 +132,5 @@ class Given:
     still: bool = False
 
     def at(self, t: Array) -> PoseMotion:
-        """Give the motion at some of these instants."""
-        return self.motion.part(np.searchsorted(self.t, t))
+        """Give the motion at those of these instants that are the nearest."""
+        return self.motion.part(np.searchsorted((self.t[1:] + self.t[:-1]) / 2, t))

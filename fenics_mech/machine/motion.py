@@ -48,10 +48,8 @@ class Motion:
 
     @cached_property
     def found(self) -> Evaluation:
-        """The residual, with tangents; the added stresses are those of its terms, and no forces."""
-        found = self.machine.residual(
-            self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles, known=True
-        )
+        """The residual, without tangents; the added stresses are those of its terms, and no forces."""
+        found = self._evaluated(tangents=False)
         if self.added is None:
             return found
         stressed = [
@@ -60,9 +58,21 @@ class Motion:
         ]
         return replace(found, terms=stressed)
 
+    def _evaluated(self, tangents: bool) -> Evaluation:
+        return self.machine.residual(
+            self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles, known=True, tangents=tangents
+        )
+
+    @property
+    def with_tangents(self) -> Evaluation:
+        """The residual with tangents, by the stresses of its measures."""
+        return self._evaluated(tangents=True)
+
     @cached_property
     def chart(self) -> Motion:
         """The motion of the chart."""
+        if not (self.q.any() or self.v.any() or self.a[:, : self.machine.n].any()):
+            return self
         return Motion(self.machine, self.t, 0 * self.q, 0 * self.v, 0 * self.a, self.moving, angles=self.angles)
 
     @cached_property
@@ -114,8 +124,8 @@ def coordinates(machine: Machine, places: Array, turns: Array) -> Array:
     return found
 
 
-SMALL = 1e-3  # of a change, by which differences are taken at least, and
-TURNED = 1e-4  # rad or m that they go from the base: their cubes are 1e-8 of what bends, however little that is
+ROUNDED, VIBRATING = 1e-5, 1e-4  # m or rad of a change, by which differences are taken: at rest, and where rates are
+MOST, MOST_OF_RATES = 1e6, 0.5  # of a change at rest, and of one that vibrates, which are taken for it
 
 
 @dataclass(frozen=True)
@@ -156,13 +166,16 @@ class LinearMotion:
 
     @cached_property
     def step(self) -> float:
-        """Share of the change by which differences are taken."""
-        most = float(np.abs(self.change[0]).max(initial=0.0))
-        return max(SMALL, TURNED / most) if most > 0 else SMALL
+        """Share of the change by which differences are taken: their squares, and rounding over them, are small."""
+        dq, dv, _ = self.change
+        reach, most = (VIBRATING, MOST_OF_RATES) if dv.any() else (ROUNDED, MOST)
+        return reach / max(float(np.abs(dq).max(initial=0.0)), reach / most)
 
     def beside(self, share: float) -> Motion:
         """Give the exact motion by a share of the change; the stiffening stresses give way to those by its measures."""
         base, added = self.base, None
+        if self.stiffening is None and share == 0.0:
+            return base
         if self.stiffening is not None:
             present = (here.response.stress for here in base.found.terms)
             added = [(1 - share) * (stress - own) for stress, own in zip(self.stiffening, present)]

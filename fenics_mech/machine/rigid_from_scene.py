@@ -82,12 +82,17 @@ def coordinates_of_links(made: SceneMachine, links: Array) -> Array:
     links
         Places (m) and angles (rad) of all links ``(instants, 3 links)``.
     """
-    bodies, machine = made.bodies, made.machine
-    drawn = np.column_stack([np.array(bodies.machine.r)[1:], bodies.angles]).ravel()
-    motion = poses_of_links(made, *(links - drawn, 0 * links, 0 * links))
-    turned = np.pad((links - drawn - bodies.q[: links.shape[1]])[:, 2::3], ((0, 0), (0, 1)))
+    bodies, machine, near = made.bodies, made.machine, near_motion(made, links)
+    motion = poses_of_links(made, *(near, 0 * links, 0 * links))
+    turned = np.pad((near - bodies.q[: links.shape[1]])[:, 2::3], ((0, 0), (0, 1)))
     turns = turned[:, links_of_poses(made)][..., None]
     return coordinates(machine, motion.r - np.array(machine.r), turns)[:, : machine.n]
+
+
+def near_motion(made: SceneMachine, links: Array) -> Array:
+    """Give the coordinates of the links as bodies by places (m) and angles (rad) of all ``(instants, 3 links)``."""
+    bodies = made.bodies
+    return np.asarray(links - np.column_stack([np.array(bodies.machine.r)[1:], bodies.angles]).ravel())
 
 
 def driven(made: SceneMachine, t: Array) -> Places:

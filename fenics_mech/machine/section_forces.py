@@ -220,6 +220,7 @@ def inside(
         return line(x, slope, _between_all(shapes.at(x), rates))
 
     bows, longer = None, np.zeros_like(vectors)
+    bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]  # EI
     if not shapes.inner:
         rigidity = np.array([element.stiffness[0, 0] for element in beams.elements])[elements] / length  # EA
         pulls, shears = np.einsum("tskd,tskda,k->atsk", ends.force[:, elements], at_ends[1][..., :2], [-1.0, 1.0])
@@ -249,6 +250,13 @@ def inside(
         if bows is None:
             return np.zeros_like(vectors[:, :, 0])
         along = _between_all(shapes.at(x, derivative) * [0, 1, 0, 1], longer)
+        if loads is not None and softness is None:
+            for k, element in enumerate(loads.element):
+                own = np.nonzero(elements == element)[0]
+                across = ends.axes[:, element, :, :, 1].mean(axis=1)
+                push = np.sum(loads.force[:, k] * across, axis=-1, keepdims=True) * across
+                share = _clamped_under(loads.place[:, k, None], x[own], derivative)
+                along[:, own] += (length[own] ** 3 / bending[own] * share)[..., None] * push[:, None]
         if softness is not None:
             return along + _bow_of_varying(x, bows, [turned * turn for turn in turns], softness, derivative)
         even, odd = x**2 * (1 - x) ** 2, 2 * x - 1
@@ -332,6 +340,16 @@ def _bows(
     apart = (pull * (last - first) + beside[2] - beside[0]) / 2
     scale = length**4 / bending
     return (evenly * scale / 24)[..., None] * normal, (apart * scale / 120)[..., None] * normal
+
+
+def _clamped_under(place: Array, x: Array, derivative: int) -> Array:
+    """Give the deflection of a clamped beam of length 1 and stiffness 1 under a force of 1, or its derivative."""
+    left = place > x
+    a, at = np.where(left, place, 1 - place), np.where(left, x, 1 - x)
+    b = 1 - a
+    if derivative:
+        return np.asarray(np.where(left, 1, -1) * b**2 * at * (2 * a - at * (3 * a + b)) / 2)
+    return np.asarray(b**2 * at**2 * (3 * a - at * (3 * a + b)) / 6)
 
 
 def _bow_of_varying(

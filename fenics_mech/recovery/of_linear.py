@@ -42,10 +42,9 @@ class OfLinear(OfPoses):
     @cached_property
     def _beside(self) -> tuple[OfPoses, OfPoses, OfPoses]:
         """The base, and the exact motions ahead and behind."""
-        bent = self.linear.stiffening is not None
-        return tuple(
-            OfPoses(self.made, self.linear.beside(x), bent=bent) for x in (0.0, self.linear.step, -self.linear.step)
-        )  # type: ignore[return-value]
+        bent, made, places = self.linear.stiffening is not None, self.made, self.places
+        shares = 0.0, self.linear.step, -self.linear.step
+        return tuple(OfPoses(made, self.linear.beside(x), bent=bent, places=places) for x in shares)  # type: ignore[return-value]
 
     def _linear(self, read: Callable[[OfPoses], Array]) -> Array:
         base, ahead, behind = (read(x) for x in self._beside)
@@ -55,7 +54,7 @@ class OfLinear(OfPoses):
     def _exerting(self) -> OfPoses | None:
         """What the change exerts at the places of the base, where nothing else of it acts: without differences."""
         motion = self.linear.acting
-        return None if motion is None else OfPoses(self.made, motion, bent=False)
+        return None if motion is None else OfPoses(self.made, motion, bent=False, places=self.places)
 
     @cached_property
     def sections(self) -> Sections:

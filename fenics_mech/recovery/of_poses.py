@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,6 +35,8 @@ from fenics_mech.terms import Beams, Term
 from fenics_mech.terms.causes import Cause, cause_of_efforts
 
 GROUND = "ground"
+EVEN = 201  # places along members at which their largest strain is looked for
+BESIDE = 1e-9  # of a member, beside a place where a load acts: couples leave two moments there
 Variables = dict[str, tuple[tuple[str, ...], Array]]
 
 
@@ -50,17 +52,34 @@ class OfPoses:
         Its motion at all positions.
     bent
         As of `inside`: whether forces have levers by the bow within elements.
+    places
+        Stations along members, 0..1; None for those of the scene.
     """
 
     made: SceneMachine
     motion: Motion
     bent: bool = field(default=True, kw_only=True)
+    places: Array | None = field(default=None, kw_only=True)
 
     # ---- along members ----
     @cached_property
     def stations(self) -> Array:
         """Places along members, 0..1."""
-        return np.linspace(0, 1, self.made.scene.analysis.stations)
+        return np.linspace(0, 1, self.made.scene.analysis.stations) if self.places is None else self.places
+
+    @property
+    def largest_strains(self) -> Array:
+        """Largest strain of every member ``(members,)``: at the stations, and to both sides of what acts between them.
+
+        It is looked for at even places too, where pins travel along members or their sections vary.
+        """
+        scene, places = self.made.scene, self.made.scene.loaded_places()
+        beside = np.add.outer([x for own in places.values() for x in own], [-BESIDE, BESIDE]).ravel()
+        if self.made.machine.rides or any(np.ptp(part.bending) > 0 for part in scene.rigidities(self.stations)):
+            beside = np.append(beside, np.linspace(0.0, 1.0, EVEN))
+        between = np.setdiff1d(np.clip(beside, 0.0, 1.0), self.stations)
+        found = [self.strains] + ([replace(self, places=between).strains] if len(between) else [])
+        return np.max([np.abs(axial[..., None] + bending).max(axis=(0, 2, 3)) for axial, bending in found], axis=0)
 
     @cached_property
     def sections(self) -> Sections:
@@ -79,7 +98,7 @@ class OfPoses:
     def elastic(self) -> Evaluation:
         """The residual without what damps modes."""
         motion = self.motion
-        return without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.found)
+        return without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents)
 
     @cached_property
     def strains(self) -> tuple[Array, Array]:

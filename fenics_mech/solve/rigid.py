@@ -42,7 +42,7 @@ def rigid_cycle(
         return _near(machine, period, near)
     if positions is None:
         chart = rigid_cycle(machine, period, FEWEST)
-        while len(chart.r) < least or (len(chart.r) < MOST and _highest(chart) > LEFT_OUT * machine.extent):
+        while not enough(chart, machine, least):
             chart = _doubled(machine, chart)
         return chart
     places, rotations = [], []
@@ -94,10 +94,21 @@ def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
     return found.r, found.R
 
 
-def _highest(chart: Fourier) -> float:
-    """Give the largest harmonic of any place in the highest quarter of those that are kept (m)."""
+def enough(chart: Fourier, machine: Machine, least: int) -> bool:
+    """Say whether a rigid motion has enough positions, or as many as are taken at most.
+
+    Parameters
+    ----------
+    chart
+        The rigid motion.
+    machine
+        Its machine.
+    least
+        Positions that the laws of its drives need.
+    """
     size = np.abs(np.fft.rfft(chart.r, axis=0)) / len(chart.r)
-    return float(size[-len(size) // 4 :].max())
+    highest = size[-len(size) // 4 :].max()  # of any place (m), in the highest quarter of those that are kept
+    return len(chart.r) >= least and (len(chart.r) >= MOST or bool(highest <= LEFT_OUT * machine.extent))
 
 
 CLOSED = (

@@ -103,11 +103,13 @@ def test_column_deflects_as_the_elastica(share, right):
     assert "joints" not in result.data["source"]
 
 
-@pytest.mark.parametrize("effects", ["auto", ("geometric-stiffness",)])
-@pytest.mark.parametrize(("share", "side"), [(3.0, 1e-3), (1.02, 0.0)])
+@pytest.mark.parametrize(
+    ("share", "side", "effects"),
+    [(3.0, 1e-3, ("geometric-stiffness",)), (1.02, 0.0, ("geometric-stiffness",)), (1.02, 0.0, "auto")],
+)
 def test_column_is_refused_above_its_buckling_load_by_poses(share, side, effects):
     assert analysed(column(0.97, 0.0, solver="poses").changed(effects=effects))
-    with pytest.raises(SolverError, match=r"the static answer .* members buckle"):
+    with pytest.raises(SolverError, match=r"the mechanism buckles"):
         analysed(column(share, side, solver="poses").changed(effects=effects))
 
 

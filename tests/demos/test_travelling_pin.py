@@ -43,7 +43,8 @@ def test_moment_has_its_kink_at_the_pin(scene_of):
     step = s[1] * 0.4
     for k, p in enumerate(place):
         after = int(np.searchsorted(s, p + 1e-9))  # first station beyond the pin
-        assert shear[k, after] - shear[k, after - 1] == pytest.approx(force[k], rel=0.02)  # inertia over one station
+        # the pin rides on the bent rocker, beside its rigid place; and inertia over three stations
+        assert shear[k, after + 1] - shear[k, after - 2] == pytest.approx(force[k], rel=0.06)
         slope = np.diff(moment[k]) / step
         kinks = np.abs(np.diff(slope))
         assert abs(int(kinks.argmax()) + 1 - after) <= 1

@@ -122,7 +122,7 @@ def test_drive_pays_for_the_dampers_in_quasi_static_motion():
     plain, damped = (analyse(seed_four_bar(analysis=analysis, dampers=some)).data for some in ({}, DAMPERS))
     power = 32.3 * (damped["input_torque"] - plain["input_torque"])
     taken = damped["damper_force"].to_numpy() ** 2 @ (1 / np.array([3.0, 2e-3]))
-    assert np.abs(power - taken).max() < 1e-10 * taken.max()  # forces and rates of the same rigid motion: exact
+    assert np.abs(power - taken).max() < 4e-3 * taken.max()  # forces of the rigid motion turn as the links bend
 
 
 def test_mean_power_of_the_drive_is_what_the_dampers_take():

@@ -96,9 +96,11 @@ def test_an_arm_needs_the_torque_that_turns_its_sections_too(elements, effects):
 
 @pytest.mark.parametrize("effects", [("rotary-inertia",), ("rotary-inertia", "shear")])
 def test_deflection_inside_an_element_is_that_of_many_elements(effects):
-    # one element against 8, whose nodes lie at the stations: with the exact answer under this load inside, they agree
-    one, many = (analyse(beam(n, MOTOR, effects=effects, drive=SWING)).data["deflection"] for n in (1, 8))
-    assert np.allclose(one, many, rtol=0, atol=1e-10 * float(np.abs(many).max()))
+    # sections turn linearly between the ends of an element: its error is of order 2, and is told
+    one, two, many = (analyse(beam(n, MOTOR, effects=effects, drive=SWING)).data for n in (1, 2, 16))
+    off = [float(np.abs(some["deflection"] - many["deflection"]).max()) for some in (one, two)]
+    assert off[0] / off[1] == pytest.approx(4, rel=0.1)
+    assert 0.8 < float(one["deflection_error"].max()) / off[0] < 1.3
 
 
 def felt(system):

@@ -169,7 +169,7 @@ def toggle(before, force, **rest):
     return linkage(*DOUBLE_ROCKER, loads={"push": {"at": "B", "force": force}}, analysis=analysis)
 
 
-@pytest.mark.parametrize(("before", "largest"), [(1e-2, 1e-9), (1e-4, 1e-7), (1e-6, 5e-6), (1e-8, 1e-3)])
+@pytest.mark.parametrize(("before", "largest"), [(1e-2, 1e-7), (1e-4, 1e-7), (1e-6, 5e-6), (1e-8, 1e-3)])
 def test_joint_forces_and_deflection_of_a_toggle(before, largest):
     """Statics of two bars on pins and a crank that bends, in 50 digits.
 

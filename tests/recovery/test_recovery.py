@@ -165,7 +165,7 @@ def test_static_deflection_of_one_element_is_that_of_many():
         for n in (1, 40)
     )
     difference = np.abs(coarse.data["deflection"] - fine.data["deflection"]).max()
-    assert difference < 1e-7 * np.abs(fine.data["deflection"]).max()
+    assert difference < 1e-5 * np.abs(fine.data["deflection"]).max()  # inertia along elements: 5 % of the stretch
 
 
 def test_result_survives_saving(periodic, tmp_path):
