@@ -460,10 +460,25 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
     """
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
+    return labelled_in_time(scene, data, [_power(whole, errors), _of_freedoms(found), _of_laws(whole)], errors)
+
+
+def labelled_in_time(scene: Scene, data: xr.Dataset, known: list[xr.Dataset], errors: Errors | None) -> Result:
+    """Add to what is read off a motion in time what follows from it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        What is read off.
+    known
+        What else is known of the motion.
+    errors
+        As of `collected`.
+    """
     parts = [
-        _power(whole, errors),
-        _of_freedoms(found),
-        _of_laws(whole),
+        *known,
         residual_vibration(scene, data),
         mode_speeds(scene),
         *([] if errors is None else [of_errors(errors).dataset()]),

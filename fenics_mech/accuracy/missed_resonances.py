@@ -93,7 +93,7 @@ def _resonances_of(
     `hidden` from frequency and width.
     """
     rate, linear, system = abs(solution.scene.cycle_rate), equation.linear, equation.system
-    modes, width = solution.modes.elastic, _width(linear.loss)
+    modes, width = solution.modes.elastic, width_of(linear.loss)
     fastest = fastest_felt(system, linear.load, rate, width)
     by_steps = hidden is not None and hidden(np.arange(rate, fastest, rate), np.array([width])).any()
     if by_steps or largest_frequency_error(system, fastest) > RESONANCES.coarse:
@@ -107,7 +107,7 @@ def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, Elas
     """Give the vibration that the mesh may miss, and that of modes left out, also at frequencies that it has wrong."""
     scene, system, kept = solution.scene, solution.system, solution.modes
     rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene.damping.ratio, kept.omega)
-    fastest = fastest_felt(system, system.load, rate, _width(2 * float(ratios.min())))
+    fastest = fastest_felt(system, system.load, rate, width_of(2 * float(ratios.min())))
     modes = enough_modes(system, kept.elastic, fastest, scene.petsc)
     losses, off = 2 * damping_ratios(scene.damping.ratio, modes.omega).mean(axis=0), frequency_error(system, modes)
     resonances = Resonances(modes, rate, system.load, losses, off)
@@ -164,7 +164,7 @@ class Resonances:
     @cached_property
     def width(self) -> Array:
         """Relative width of the modes' resonances: their loss factors, ``(modes,)``."""
-        return np.array([_width(loss) for loss in self.loss])
+        return np.array([width_of(loss) for loss in self.loss])
 
     @cached_property
     def met(self) -> Mask:
@@ -221,7 +221,7 @@ class Resonances:
         return found * (2 / count)
 
 
-def _width(loss: float) -> float:
+def width_of(loss: float) -> float:
     """Give the relative width of the resonance of a mode with a loss factor."""
     return loss if loss > RESONANCES.undamped else RESONANCES.least_loss
 
