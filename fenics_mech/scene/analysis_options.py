@@ -23,7 +23,7 @@ class Analysis(Part):
         motion); "static" (loads only, held at one position, appendix C; with freedoms, the equilibrium near the rough
         angles).
     solver
-        Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping.
+        Of a periodic response. "sub-intervals" is the dissertation's method (chapter 5): equation (5.1), modal damping.
         "collocation" has a high order in time, for every effect. "harmonic-balance" is a Fourier series, for every
         effect but impulses. "poses" is collocation of the exact equation of poses, which leaves nothing out at rigid
         arms and guides. Linear theories are its first step from the rigid motion. It also gives "quasi-static" and
