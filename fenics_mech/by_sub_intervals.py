@@ -20,7 +20,7 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities
 from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.by_poses import COUPLED, FEWEST, collected, quantities, read_off, told
+from fenics_mech.by_poses import COUPLED, FEWEST, choices_of, collected, quantities, read_off, told
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
 from fenics_mech.classical.mechanism import Mechanism, Transformation
@@ -43,6 +43,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.recovery.balance import balance_of, mean_in_time
 from fenics_mech.recovery.between_poses import missed_peaks
+from fenics_mech.recovery.dataset import decisions
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
@@ -375,7 +376,8 @@ class ByModes:
         names
             As of `by_poses.collected`.
         """
-        attributes = {"solver": "sub-intervals", "dofs": len(self.found.by.mechanism.P.kept)}
+        decided = decisions(len(self.found.by.mechanism.P.kept), len(self.positions.mesh.cell), choices_of(self.scene))
+        attributes: dict[str, object] = {"solver": "sub-intervals"} | decided
         if self.change is None:
             beside = self._told_of_cycle().assign_attrs(condition=self.found.by.condition)
             found = collected(self, errors, beside, names)  # type: ignore[arg-type]
