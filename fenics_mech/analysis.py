@@ -10,6 +10,7 @@ from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
 from fenics_mech.by_poses import RefinedByPoses, by_poses, has_poses
+from fenics_mech.by_sub_intervals import by_sub_intervals, has_modes
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
@@ -39,7 +40,6 @@ from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
-from fenics_mech.response.transient.superposition import by_superposition, refuse_modes_in_time
 from fenics_mech.rigid_at_rest import rigid_at_rest
 from fenics_mech.rigid_by_poses import rigid_by_poses
 from fenics_mech.rigid_in_time import rigid_in_time
@@ -110,6 +110,15 @@ def analyse(
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
+    elif scene.tolerance is None and has_modes(scene):
+        result = fine_enough(
+            scene,
+            lambda finer: (
+                by_sub_intervals(finer, names)
+                if has_modes(finer)  # which may need a solver without modes
+                else _by_rungs(finer, progress, common, laws, names)
+            ),
+        )
     elif has_poses(scene) and not scene.freedoms:
         if scene.tolerance is None:
             last = common.last
@@ -384,16 +393,13 @@ def solve(
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
-        if scene.analysis.solver == "sub-intervals":
-            refuse_modes_in_time(scene)
-            return by_superposition(scene, system, start_state(scene, system)), "sub-intervals"
         if scene.freedoms and scene.analysis.start == "periodic":
             return by_repeated_motion(scene, system), method
         if scene.freedoms or scene.joint_laws:
             return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
         with naming_joints(scene, system, lambda: solve_modes(system, scene.analysis.modes, scene.petsc)):
             return by_time(scene, system, start_state(scene, system)), method
-    solver = periodic_solver(scene.analysis, active(scene), system.terms, scene.impulses)
+    solver = periodic_solver(scene.analysis, active(scene))
     check_periodic(scene, system, solver)
     progress("modes")
     modes = solve_modes(system, scene.analysis.modes, scene.petsc)

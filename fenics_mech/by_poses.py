@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -367,7 +367,11 @@ def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
 
 
 def told(
-    scene: Scene, here: Quantities, parts: dict[str, dict[str, Array]], missed: MissedPeaks | None = None
+    scene: Scene,
+    here: Quantities,
+    parts: dict[str, dict[str, Array]],
+    missed: MissedPeaks | None = None,
+    orders: Mapping[str, float] = ORDERS,
 ) -> Errors:
     """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
 
@@ -381,6 +385,8 @@ def told(
         Errors by source, then by quantity.
     missed
         What lies between the positions of a cycle; None where nothing is known of it.
+    orders
+        Powers of the numbers with which errors fall, by source.
 
     Raises
     ------
@@ -399,7 +405,7 @@ def told(
     by_quantity = {
         name: {source: found.get(name, nothing[name]) for source, found in parts.items()} for name in largest
     }
-    order = {source: mesh_order(scene) if source == "mesh" else ORDERS[source] for source in parts}
+    order = {source: mesh_order(scene) if source == "mesh" else orders[source] for source in parts}
     errors = Errors(by_quantity, order, measure, _unknown(scene), largest, missed)
     errors.judge(scene)
     return errors

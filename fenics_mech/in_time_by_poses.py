@@ -159,11 +159,11 @@ class OfTime(OfPoses):
 
     Parameters
     ----------
-    places
+    freed
         Angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(instants, freedoms)`` each.
     """
 
-    places: Places
+    freed: Places
 
     @cached_property
     def theta(self) -> Array:
@@ -171,7 +171,7 @@ class OfTime(OfPoses):
         scene = self.made.scene
         if scene.drives or isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
             return super().theta
-        return self.places[0][:, 0]
+        return self.freed[0][:, 0]
 
 
 @dataclass(frozen=True)
@@ -600,11 +600,26 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
     """
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
+    known = [_power(whole, errors), _of_freedoms(found), _state_of(whole.ends), _of_laws(whole)]
+    return labelled_in_time(scene, data, known, errors)
+
+
+def labelled_in_time(scene: Scene, data: xr.Dataset, known: list[xr.Dataset], errors: Errors | None) -> Result:
+    """Add to what is read off a motion in time what follows from it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    data
+        What is read off.
+    known
+        What else is known of the motion.
+    errors
+        As of `collected`.
+    """
     parts = [
-        _power(whole, errors),
-        _of_freedoms(found),
-        _state_of(whole.ends),
-        _of_laws(whole),
+        *known,
         residual_vibration(scene, data),
         mode_speeds(scene),
         *([] if errors is None else [of_errors(errors).dataset()]),
@@ -620,7 +635,7 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
 
 def _of_freedoms(found: OfTime) -> xr.Dataset:
     """Give angles and strokes of the freedoms, and their rates."""
-    scene, (place, rate, _) = found.made.scene, found.places
+    scene, (place, rate, _) = found.made.scene, found.freed
     if not scene.freedoms:
         return xr.Dataset()
     along = ("theta", "freedom")

@@ -631,7 +631,7 @@ def free_motions_of(made: SceneMachine) -> Array | None:
         whole.append(of_poses(machine, poses.v, poses.w)[0])
     ways, none = np.array(whole).T, np.zeros((1, machine.size))
     straight = [0 * here.response.stress for here in machine.residual(np.zeros(1), none, none, none).terms]
-    found = machine.residual(np.zeros(1), none, none, none, predicted=straight, moving=False, heavy=False)
+    found = machine.residual(np.zeros(1), none, none, none, predicted=straight, moving=False, turning=False)
     K = machine.pattern.dense(stiffness(machine, found)[0])
     held, size = ways.T @ K @ ways, np.abs(ways).T @ np.abs(K) @ np.abs(ways)
     units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))

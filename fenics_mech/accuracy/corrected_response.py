@@ -18,8 +18,6 @@ class EstimateLimits:
 
     of_steps: float = 1.25  # factor: differences of steps are 0.97 to 1.2 of the true error of 13 motions
     of_blows: float = 2.0  # the same where impulses and jumps disturb the motion: 0.4 to 1.35
-    safety: int = 2  # factor on the errors by sub-intervals, and by modes in time
-    of_modes: float = 1.25  # the same by modes of periodic motions: differences are 0.97 to 1.25 of the true error
     little: float = 1e-4  # of a motion, that a vibration which is taken as linear is
     harmonic_order: int = 8  # the series falls faster than any power; this asks for harmonics enough
     mode_order: float = 2.0  # in the cutoff, of the answer of the modes left out

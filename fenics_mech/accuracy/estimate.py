@@ -25,8 +25,6 @@ from fenics_mech.accuracy.remarks import not_estimated
 from fenics_mech.accuracy.rounding import lost_by_rounding
 from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
-from fenics_mech.accuracy.sub_interval_errors import sub_interval_errors
-from fenics_mech.accuracy.superposition_errors import superposition_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
 from fenics_mech.accuracy.transient_errors import transient_errors, trial_of_steps
@@ -41,8 +39,6 @@ from fenics_mech.response.solution import (
     HarmonicSolution,
     Solution,
     StaticSolution,
-    SubIntervalSolution,
-    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from
@@ -291,7 +287,7 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
     if (undamped := left_undamped(solution)) is None:
         remarks.append(TOO_MANY)
     elif undamped:
-        add("modes" if "modes" in corrected else "time", undamped, ESTIMATES.of_steps, 1.0)
+        add("time", undamped, ESTIMATES.of_steps, 1.0)
     if isinstance(solution, FreeSolution) and (trial := trial_of_steps(scene.analysis, solution.course.parted)):
         add("time", _by_other_steps(solution, whole.base, trial[0]), trial[1], 1.0)
     if "time" in whole.missed:
@@ -315,16 +311,12 @@ def _numerical(solution: Solution, system: System, at: AtStations) -> Errors:
 def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
     """Give a response without each of its numerical sources of error, by the source."""
     match solution:
-        case SubIntervalSolution():
-            return sub_interval_errors(solution)
         case CollocationSolution():
             return collocation_errors(solution)
         case HarmonicSolution():
             return harmonic_errors(solution)
         case TransientSolution():
             return transient_errors(solution)
-        case SuperposedSolution():
-            return superposition_errors(solution)
         case FreeSolution():
             return {}
         case StaticSolution():

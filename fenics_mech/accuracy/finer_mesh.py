@@ -12,14 +12,13 @@ from fenics_mech.errors import MechanismError
 from fenics_mech.mechanism import System
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.known_motion import KnownMotion
-from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance, by_sub_intervals
+from fenics_mech.response.periodic.steady_state import by_collocation, by_harmonic_balance
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import (
     CollocationSolution,
     HarmonicSolution,
     MotorSolution,
     PeriodicSolution,
-    SubIntervalSolution,
 )
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import refined
@@ -65,6 +64,4 @@ def _solved(solution: PeriodicSolution, scene: Scene, system: System) -> Periodi
             return by_collocation(scene, system, modes, near, damped_up_to=math.inf if every else None)
         case HarmonicSolution():
             return by_harmonic_balance(scene, system, modes)
-        case SubIntervalSolution():
-            return by_sub_intervals(scene, system, modes)
     raise TypeError(f"no finer mesh for a {type(solution).__name__}")

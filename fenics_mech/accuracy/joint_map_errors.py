@@ -17,7 +17,6 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.mesh_residual import given_way
 from fenics_mech.accuracy.periodic_errors import answer_of
 from fenics_mech.accuracy.quantities import Quantities, measures
-from fenics_mech.accuracy.sub_interval_errors import modal_answer
 from fenics_mech.accuracy.transient_errors import under_loads
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.effects import Loads
@@ -34,7 +33,6 @@ from fenics_mech.response.solution import (
     PeriodicSolution,
     Solution,
     StaticSolution,
-    SubIntervalSolution,
     TransientSolution,
 )
 from fenics_mech.response.static.quasi_static import held_still, solve_static, yielding_to
@@ -227,8 +225,6 @@ def _left_out(scene: Scene, maps: JointMaps, sizes: Array) -> tuple[Loads, Array
 def _answers(solution: Solution, system: System, loads: Sequence[Loads]) -> list[ElasticResponse]:
     """Give a motion under small loads more, for each of these."""
     match solution:
-        case SubIntervalSolution():
-            answer = modal_answer(solution)
         case CollocationSolution() | HarmonicSolution():
             answer = answer_of(solution)
         case TransientSolution():

@@ -16,12 +16,10 @@ from fenics_mech.accuracy.base_response import Compared
 from fenics_mech.accuracy.corrected_response import CorrectedResponse, WithoutMesh
 from fenics_mech.accuracy.feedback import without_mesh
 from fenics_mech.accuracy.finer_mesh import on_finer_mesh
-from fenics_mech.accuracy.missed_resonances import LEFT_OUT
 from fenics_mech.accuracy.periodic_errors import answer_of
 from fenics_mech.accuracy.quantities import Quantities, stations_of
-from fenics_mech.accuracy.sub_interval_errors import modal_answer
 from fenics_mech.forces.air import drag_known
-from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, PeriodicSolution, SubIntervalSolution
+from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, PeriodicSolution
 
 NOT_RESOLVED = "what the mesh does next to a resonance, as halved elements do not settle it"
 
@@ -62,7 +60,7 @@ def error_of_mesh(whole: Compared, without: CorrectedResponse) -> tuple[dict[str
         found, remark = _sum(first, missed), ""
     else:
         found, remark = _by_halves(whole, _sum(first, missed), HALVING.most)
-    return _sum(found, whole.missed.get(LEFT_OUT, {})), remark
+    return found, remark
 
 
 def _by_halves(whole: Compared, known: dict[str, Array], times: int) -> tuple[dict[str, Array], str]:
@@ -105,7 +103,5 @@ def _sum(first: Mapping[str, Array], second: Mapping[str, Array]) -> dict[str, A
 
 def _without_mesh(solution: PeriodicSolution) -> WithoutMesh:
     """Give a response without the first order of its error by the mesh."""
-    if isinstance(solution, SubIntervalSolution):
-        return without_mesh(modal_answer(solution), solution.response.undamped)
     assert isinstance(solution, CollocationSolution | HarmonicSolution)
     return without_mesh(answer_of(solution), solution.response)

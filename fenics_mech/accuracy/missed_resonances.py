@@ -24,14 +24,11 @@ from fenics_mech.eigenmodes import Modes, natural, solve_modes
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.modal_damping import damping_ratios
-from fenics_mech.response.periodic.sub_intervals import superposed
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution, SubIntervalSolution
+from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution
 from fenics_mech.response.static.quasi_static import displacement_under
 
 Mask = NDArray[np.bool_]
-LEFT_OUT = "mesh, of modes left out"  # a finer mesh with the same modes does not have their vibration
 
 
 @dataclass(frozen=True)
@@ -63,8 +60,6 @@ def missed_vibrations(solution: Solution) -> Iterator[tuple[str, ElasticResponse
         A solution of any method; only periodic ones have such vibrations.
     """
     match solution:
-        case SubIntervalSolution():
-            yield from _by_sub_intervals(solution)
         case CollocationSolution():
             equation, cycle = solution.equation, solution.cycle
             points = more_accurate(solution.scene.analysis.stages)
@@ -93,7 +88,7 @@ def _resonances_of(
     `hidden` from frequency and width.
     """
     rate, linear, system = abs(solution.scene.cycle_rate), equation.linear, equation.system
-    modes, width = solution.modes.elastic, _width(linear.loss)
+    modes, width = solution.modes.elastic, width_of(linear.loss)
     fastest = fastest_felt(system, linear.load, rate, width)
     by_steps = hidden is not None and hidden(np.arange(rate, fastest, rate), np.array([width])).any()
     if by_steps or largest_frequency_error(system, fastest) > RESONANCES.coarse:
@@ -103,30 +98,13 @@ def _resonances_of(
     return Resonances(modes, rate, linear.load, loss, frequency_error(system, modes))
 
 
-def _by_sub_intervals(solution: SubIntervalSolution) -> Iterator[tuple[str, ElasticResponse, float]]:
-    """Give the vibration that the mesh may miss, and that of modes left out, also at frequencies that it has wrong."""
-    scene, system, kept = solution.scene, solution.system, solution.modes
-    rate, ratios = 2 * np.pi / scene.period, damping_ratios(scene.damping.ratio, kept.omega)
-    fastest = fastest_felt(system, system.load, rate, _width(2 * float(ratios.min())))
-    modes = enough_modes(system, kept.elastic, fastest, scene.petsc)
-    losses, off = 2 * damping_ratios(scene.damping.ratio, modes.omega).mean(axis=0), frequency_error(system, modes)
-    resonances = Resonances(modes, rate, system.load, losses, off)
-    left_out = np.arange(len(off)) >= kept.omega.shape[1]
-    unseen = resonances.by_mesh | (resonances.met & resonances.shifted)
-    for source, missed in (("mesh", resonances.by_mesh & ~left_out), (LEFT_OUT, unseen & left_out)):
-        if missed.any():
-            y, _ = resonances.vibration(missed)
-            inertia = system.to_links(superposed(modes, -(modes.omega**2) * y))
-            yield source, solution.response.changed(superposed(modes, y), inertia), 1.0
-
-
 def _beside(
     source: str, equation: Equation, motion: tuple[Array, Array], resonances: Resonances, missed: Mask
 ) -> Iterator[tuple[str, ElasticResponse, float]]:
     """Put a little of a missed vibration beside a motion, as an equation may be linear for small motions only."""
     if not missed.any():
         return
-    more = [superposed(resonances.modes, part) for part in resonances.vibration(missed)]
+    more = [np.einsum("kmi,km->ki", resonances.modes.shapes, part) for part in resonances.vibration(missed)]
     moves, vibrates = (float(np.abs(q).max(initial=0.0)) for q in (motion[0], more[0]))
     share = ESTIMATES.little * moves / vibrates if vibrates > ESTIMATES.little * moves > 0 else 1.0
     yield source, elastic_response(equation, *(part + share * change for part, change in zip(motion, more))), share
@@ -164,7 +142,7 @@ class Resonances:
     @cached_property
     def width(self) -> Array:
         """Relative width of the modes' resonances: their loss factors, ``(modes,)``."""
-        return np.array([_width(loss) for loss in self.loss])
+        return np.array([width_of(loss) for loss in self.loss])
 
     @cached_property
     def met(self) -> Mask:
@@ -221,7 +199,7 @@ class Resonances:
         return found * (2 / count)
 
 
-def _width(loss: float) -> float:
+def width_of(loss: float) -> float:
     """Give the relative width of the resonance of a mode with a loss factor."""
     return loss if loss > RESONANCES.undamped else RESONANCES.least_loss
 

@@ -18,8 +18,6 @@ from fenics_mech.response.solution import (
     HarmonicSolution,
     Solution,
     StaticSolution,
-    SubIntervalSolution,
-    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.scene import Analysis
@@ -64,13 +62,9 @@ def not_estimated(solution: Solution) -> list[str]:
     found += _of_shear(solution)
     if isinstance(solution, TransientSolution):
         found += _of_start(solution)
-    if isinstance(solution, SuperposedSolution):
-        found.append("what the mesh does to modes that are superposed in time")
     if isinstance(solution, FreeSolution):
         found.append("what the mesh does to a motion with freedoms")
         found += [after_contacts(solution.scene.analysis)] if solution.course.parted else []
-    if isinstance(solution, SubIntervalSolution) and solution.scene.analysis.join == "modal":
-        found.append("what join = 'modal' loses where the modes' shapes change, whatever the number of sub_intervals")
     springs = too_stiff(solution.scene)
     found += [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in springs]
     return found + _between_positions(solution)

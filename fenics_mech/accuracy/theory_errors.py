@@ -28,15 +28,12 @@ from fenics_mech.response.motor_response import MotorCycle
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.response.periodic.newton import orbit_of
-from fenics_mech.response.periodic.steady_state import sub_intervals_on_few_nodes
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import (
     FreeSolution,
     MotorSolution,
     PeriodicSolution,
     Solution,
-    SubIntervalSolution,
-    SuperposedSolution,
     TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
@@ -64,8 +61,6 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
         return {}
     if _not_followed(solution) or len(solution.system.motion.free):
         return None
-    if isinstance(solution, SubIntervalSolution):
-        solution = sub_intervals_on_few_nodes(solution)
     try:
         whole, held = on_all_nodes(solution), solution.system.transformation.held is not None
         kept = 0.0 if held else 1.0  # members that could not stretch fulfilled another equation
@@ -82,10 +77,10 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
 
 
 def _not_followed(solution: Solution) -> bool:
-    """Whether its theory is not told: modes superposed, joint laws of periodic motions, or contacts that closed."""
+    """Whether its theory is not told: joint laws of periodic motions, or contacts that closed."""
     if isinstance(solution, FreeSolution):
         return solution.course.touched
-    return isinstance(solution, SuperposedSolution) or bool(solution.scene.joint_laws)
+    return bool(solution.scene.joint_laws)
 
 
 def _change(solution: Solution, exact: Scene, kept: float) -> Mapping[str, Array]:

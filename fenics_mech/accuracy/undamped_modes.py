@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +12,7 @@ from fenics_mech.effects import NOTHING
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.damped_modes import DAMPED, LeftOut
-from fenics_mech.response.modal_damping import DampedModes
-from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution, SubIntervalSolution
+from fenics_mech.response.solution import CollocationSolution, HarmonicSolution, Solution
 from fenics_mech.scene import Scene
 
 TOO_MANY = f"what undamped modes would change if they were damped, as more than {DAMPED.most} modes are too many"
@@ -37,8 +35,6 @@ def left_undamped(solution: Solution) -> dict[str, Array] | None:
         "strain" and "deflection", as `Quantities.largest`. Empty where all modes are damped, and None where those that
         are not are too many to be found.
     """
-    if isinstance(solution, SubIntervalSolution):
-        return _by_modes_left_out(solution)
     if not isinstance(solution, CollocationSolution | HarmonicSolution) or (modes := solution.cycle.damped) is None:
         return {}
     left = LeftOut.of(solution.scene, solution.system, modes)
@@ -51,22 +47,6 @@ def left_undamped(solution: Solution) -> dict[str, Array] | None:
     if left.beyond and equation.system.terms.law is None:  # else bending moves the axis without stress
         forces = forces + left.forces_beyond(q, rate)
     return _changed_by(solution.scene, equation, forces)
-
-
-def _by_modes_left_out(solution: SubIntervalSolution) -> dict[str, Array] | None:
-    """Estimate the same of the modes that sub-intervals leave out, which are the fastest."""
-    kept, system, q = solution.modes.omega.shape[1], solution.system, solution.response.displacement
-    if kept == system.size or not np.any(solution.scene.damping.ratio):
-        return {}
-    left = LeftOut.of(solution.scene, system, DampedModes(kept, math.inf))
-    if left is None:
-        return None
-    linear = left.equation.linear.modal
-    assert linear is not None
-    step = solution.scene.period / len(q)
-    rates = linear.rates(q[left.angles], ((np.roll(q, -1, axis=0) - np.roll(q, 1, axis=0)) / (2 * step))[left.angles])
-    faster = left.omega.argsort(axis=1).argsort(axis=1) >= kept
-    return _changed_by(solution.scene, left.equation, linear.forces(left.damping * faster * rates))
 
 
 def _changed_by(scene: Scene, equation: Equation, forces: Array) -> dict[str, Array]:

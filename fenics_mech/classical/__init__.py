@@ -4,7 +4,3 @@ gmsh meshes the links, dolfinx assembles their matrices from UFL forms on a brok
 PETSc's ``P^T A P`` at every position. SLEPc finds the modes there. A PETSc KSP solves the sparse system (5.16) of all
 sub-intervals as a whole.
 """
-
-from fenics_mech.classical.response import Response, sub_intervals, transient
-
-__all__ = ["Response", "sub_intervals", "transient"]

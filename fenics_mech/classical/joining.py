@@ -6,42 +6,48 @@ The state of a mode is (B, A) of (5.12): y, and y' over omega. Inside a sub-inte
 from __future__ import annotations
 
 import math
+import weakref
 from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 
-from fenics_mech._arrays import Array
-from fenics_mech._petsc import DIRECT, PETSc, configured, name_of
+from fenics_mech._arrays import Array, times
+from fenics_mech._petsc import DIRECT, PETSc, configured, name_of, to_petsc
 from fenics_mech.classical.modes import Modes, closing
 from fenics_mech.errors import SolverError, UnresolvedError
 
+LEFT = 1e-8  # of the right-hand side, that the answer of the system (5.16) may leave
 RINGING = 0.02  # of the whole amplitude: by how much a mode may ring that the sub-intervals do not follow
 
 
-def free(omega: Array, zeta: Array, time: float) -> Array:
+def free(omega: Array, zeta: Array, time: Array) -> Array:
     """From the states at 0 to those at `time` without load, (5.12), (5.13) with the damping of (E.13).
 
-    `omega` and `zeta` are ``(positions, modes)``, the matrices ``(positions, modes, 2, 2)``.
+    `omega` and `zeta` are ``(positions, modes)``, `time` is ``(positions, 1)`` (s). Matrices are
+    ``(positions, modes, 2, 2)``.
     """
     root, decay = np.sqrt(1 - zeta**2), np.exp(-zeta * omega * time)
     c, s = decay * np.cos(root * omega * time), decay * np.sin(root * omega * time) / root
     return np.stack([np.stack([c + zeta * s, s], -1), np.stack([-s, c - zeta * s], -1)], -2)
 
 
-def steady(omega: Array, zeta: Array, load: Array, slope: Array, time: float = 0.0) -> Array:
+def steady(omega: Array, zeta: Array, load: Array, slope: Array, time: Array | float = 0.0) -> Array:
     """States that follow the load ``load + slope t`` without vibration, ``(positions, modes, 2)``."""
     y = (load + slope * time) / omega**2 - 2 * zeta * slope / omega**3
     return np.stack([y, slope / omega**3], -1)
 
 
-def forced(omega: Array, zeta: Array, load: Array, slope: Array, time: float) -> Array:
+def forced(omega: Array, zeta: Array, load: Array, slope: Array, time: Array) -> Array:
     """States at `time` from rest at 0: the integrals of (5.12), (5.13) of that load, ``(positions, modes, 2)``."""
     from_rest = np.einsum("kmij,kmj->kmi", free(omega, zeta, time), steady(omega, zeta, load, slope))
     return steady(omega, zeta, load, slope, time) - from_rest
 
 
-def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: float) -> Array:
+def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: Array) -> Array:
     """From the states at the end of each sub-interval to those at the start of the next.
 
     These are ``y_{k+1} = J y_k`` and ``y'_{k+1} = J y'_k + L y_k`` with ``J = Phi_{k+1}^T M_{k+1} Phi_k``. At a join
@@ -61,7 +67,7 @@ def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: float) ->
     straining
         Rates at which turning strains the modes, ``(positions, modes, modes)`` (1/s).
     step
-        Duration of a sub-interval (s).
+        Durations of the sub-intervals (s), ``(positions, 1)``.
 
     Returns
     -------
@@ -74,16 +80,16 @@ def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: float) ->
         J = np.tile(np.eye(count), (len(omega), 1, 1))
         J[-1] = closing(modes)
     else:
-        impulse = step / 2 * (2 * zeta * omega)[..., None] * straining  # (E.12)
+        impulse = step[..., None] / 2 * (2 * zeta * omega)[..., None] * straining  # (E.12)
         L = -(J @ impulse + np.roll(impulse, -1, axis=0) @ J)
     if how == "physical":
-        L += J @ (np.eye(count) - modes.back @ J) / step
+        L += J @ (np.eye(count) - modes.back @ J) / step[..., None]
     ahead = np.roll(omega, -1, axis=0)[..., None]
     upper = np.concatenate([J, np.zeros_like(J)], axis=2)
     return np.concatenate([upper, np.concatenate([L / ahead, J * omega[:, None, :] / ahead], axis=2)], axis=1)
 
 
-def refuse_ringing(omega: Array, step: float, share: Array) -> None:
+def refuse_ringing(omega: Array, period: float, count: int, share: Array, cure: Mapping[str, Any]) -> None:
     """Raise where modes ring that swing more than once in two sub-intervals.
 
     The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
@@ -93,24 +99,30 @@ def refuse_ringing(omega: Array, step: float, share: Array) -> None:
     ----------
     omega
         Frequencies (rad/s), ``(positions, modes)``.
-    step
-        Duration of a sub-interval (s).
+    period
+        Duration of a cycle (s).
+    count
+        Sub-intervals of a cycle.
     share
         Amplitude of each mode's free vibration over the whole amplitude, ``(modes,)``.
+    cure
+        What settings cure it; empty for as many sub-intervals as it takes.
 
     Raises
     ------
     UnresolvedError
         When one of them vibrates by more than a fiftieth.
     """
-    swings = omega.max(axis=0) * step / np.pi  # in two sub-intervals
-    if (rings := (swings > 1) & (share > RINGING)).any():
-        mode = int(rings.argmax())
+    fastest = omega.max(axis=0) / (2 * np.pi)
+    fast = 2 * fastest * period > count
+    if (rings := fast & (share > RINGING)).any():
+        mode, slow, enough = int(np.argmax(share * rings)), int((~fast).sum()), math.ceil(2 * fastest.max() * period)
+        keep = f"Keep {slow} mode{'s' * (slow > 1)}, or t" if slow else "T"
         raise UnresolvedError(
-            f"mode {mode + 1} ({omega[:, mode].max() / (2 * np.pi):.4g} Hz) is too fast for these sub_intervals, at "
-            f"whose joins it is set vibrating: keep {int((swings <= 1).sum())} modes, or take "
-            f"{math.ceil(swings.max())} times as many sub_intervals. analysis.allow_ringing lets it pass"
-        )
+            f"mode {mode + 1} ({fastest[mode]:.4g} Hz) is too fast for these sub_intervals, at whose joins it is set "
+            f"vibrating. {keep}ake at least {enough} sub_intervals, or take analysis.solver = 'collocation', which "
+            "needs no modes; analysis.allow_ringing lets it pass"
+        ).finer_by(**(cure or {"sub_intervals": enough}))
 
 
 def flat(states: Array) -> Array:
@@ -125,43 +137,70 @@ def whole(matrices: Array) -> Array:
     )
 
 
-def closed_cycle(join: Array, transition: Array, force: Array, options: Mapping[str, Any]) -> Array:
-    """States at the starts of all sub-intervals, with the last joined to the first: (5.14) and (5.15), as (5.16).
+@dataclass(frozen=True, eq=False)
+class Closed:
+    """All sub-intervals with the last joined to the first: (5.14) and (5.15), as the system (5.16).
 
     Parameters
     ----------
-    join, transition
-        From the end of each to the start of the next, and from its start to its end, ``(positions, n, n)``.
-    force
-        States at the ends from rest at the starts, ``(positions, n)``.
+    transitions
+        From the start of each to the start of the next, ``(positions, n, n)``.
     options
         PETSc options with the prefix "periodic_".
-
-    Raises
-    ------
-    SolverError
-        When the KSP does not converge.
     """
-    count, n = force.shape
-    matrix = PETSc.Mat().createAIJ([count * n] * 2, nnz=n + 1, comm=PETSc.COMM_SELF)
-    places = np.arange(count * n, dtype=PETSc.IntType).reshape(count, n)
-    for k, block in enumerate(join @ transition):
-        matrix.setValues(places[(k + 1) % count], places[k], -block)
-    matrix.assemble()
-    matrix.shift(1.0)
-    right, answer = matrix.createVecs()
-    right.array[:] = np.roll(np.einsum("kij,kj->ki", join, force), 1, axis=0).ravel()
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    ksp.setOperators(matrix)
-    with configured(ksp, "periodic_", DIRECT, options):
-        ksp.solve(right, answer)
-        if ksp.getConvergedReason() < 0:
-            reason = name_of(PETSc.KSP.ConvergedReason, ksp.getConvergedReason())
-            raise SolverError(f"the sub-intervals could not be joined to a cycle (PETSc says {reason})")
-        found = answer.array_r.reshape(count, n).copy()
-    for thing in (matrix, right, answer):
-        thing.destroy()
-    return found
+
+    transitions: Array
+    options: Mapping[str, Any]
+
+    @cached_property
+    def _ksp(self) -> PETSc.KSP:
+        """The KSP with its matrix, destroyed with this."""
+        count, n, _ = self.transitions.shape
+        behind = sp.bsr_matrix(
+            (np.roll(self.transitions, 1, axis=0), np.roll(np.arange(count), 1), np.arange(count + 1))
+        )
+        matrix = to_petsc((sp.identity(count * n, format="csr") - behind.tocsr()).sorted_indices())
+        ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
+        weakref.finalize(self, ksp.destroy)
+        ksp.setOperators(matrix)
+        matrix.destroy()  # the KSP holds it
+        return ksp
+
+    def solve(self, right: Array) -> Array:
+        """Give the states at the starts, ``(positions, n)``.
+
+        Parameters
+        ----------
+        right
+            What loads add to the states from each start to the next, ``(positions, n)``.
+
+        Raises
+        ------
+        SolverError
+            When the KSP does not converge, or rounding spoils its answer, as at an undamped resonance.
+        """
+        loads, ksp = np.roll(right, 1, axis=0), self._ksp
+        b, x = ksp.getOperators()[0].createVecs()
+        with configured(ksp, "periodic_", DIRECT, self.options, keep=True):
+            b.array[:] = loads.ravel()
+            ksp.solve(b, x)
+            reason, states = ksp.getConvergedReason(), x.array_r.reshape(right.shape).copy()
+        for vector in (b, x):
+            vector.destroy()
+        left = states - np.roll(times(self.transitions, states), 1, axis=0) - loads
+        if reason <= 0 or not np.linalg.norm(left) <= LEFT * np.linalg.norm(loads):
+            said = name_of(PETSc.KSP.ConvergedReason, reason)
+            raise SolverError(
+                f"the sub-intervals could not be joined to a cycle (PETSc says {said}). Without damping the drive may "
+                "be at resonance: give a damping ratio, or other solver options"
+            )
+        return states
+
+    roughly = solve
+
+    def terms(self, states: Array) -> Array:
+        """Give the size of what adds up to the states at the next starts, ``(positions, n)``; see `magnification`."""
+        return times(np.abs(self.transitions), np.abs(states))
 
 
 def marched(join: Array, half: Array, to_end: Array, to_middle: Array) -> Array:

@@ -9,9 +9,23 @@ from typing import Any
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from fenics_mech._arrays import Array
-from fenics_mech._petsc import PETSc, SLEPc, configured
+from fenics_mech._arrays import Array, Index
+from fenics_mech._petsc import SMALLEST_PIVOT, PETSc, SLEPc, configured, to_petsc
+from fenics_mech.classical.mechanism import Mechanism
 from fenics_mech.errors import SolverError
+
+DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
+KRYLOV = {
+    "eps_type": "krylovschur",
+    "eps_target": 0.0,
+    "eps_target_magnitude": "",
+    "st_type": "sinvert",
+    "st_ksp_type": "preonly",
+    "st_pc_type": "cholesky",
+    "st_pc_factor_zeropivot": SMALLEST_PIVOT,
+}
+SPARE = 10  # vectors of a Krylov space beside two for each mode: it then restarts few times
+EQUAL = 1e-6  # relative distance of squares of frequencies that count as one: a Krylov space may miss one of them
 
 
 @dataclass(frozen=True)
@@ -32,6 +46,10 @@ class Modes:
     shapes: Array
     momenta: Array
 
+    def part(self, which: slice, those: Index | slice = slice(None)) -> Modes:
+        """Give some of the modes at some of the positions."""
+        return Modes(*(x[which][:, those] for x in (self.omega, self.shapes, self.momenta)))
+
     @property
     def ahead(self) -> Array:
         """``Phi_{k+1}^T M_{k+1} Phi_k``, after the last position comes the first, ``(positions, modes, modes)``."""
@@ -42,16 +60,34 @@ class Modes:
         """``Phi_k^T M_k Phi_{k+1}``, ``(positions, modes, modes)``."""
         return self.momenta @ np.roll(self.shapes, -1, axis=0).transpose(0, 2, 1)
 
+    @property
+    def assurance(self) -> Array:
+        """How far each mode is that of the next position, 0..1 ``(positions, modes)``; the last: which it is most."""
+        alike = self.ahead**2
+        found = np.einsum("kmm->km", alike).copy()
+        found[-1] = alike[-1].max(axis=0)
+        return np.minimum(found, 1.0)
 
-def slowest(
-    mass: PETSc.Mat, stiffness: PETSc.Mat, count: int, options: Mapping[str, Any]
-) -> tuple[Array, Array, Array]:
-    """Find the slowest modes: their frequencies, shapes and momenta.
+    def superposed(self, y: Array) -> Array:
+        """Give the coordinates of modal ones (5.3), ``(positions, coordinates)``."""
+        return np.einsum("kmi,km->ki", self.shapes, y)
+
+    def modal(self, load: Array) -> Array:
+        """Give modal loads (5.2), ``(positions, modes)``."""
+        return np.einsum("kmi,ki->km", self.shapes, load)
+
+    def coordinates(self, q: Array) -> Array:
+        """Give the modal coordinates of a displacement (E.10), ``(positions, modes)``."""
+        return np.einsum("kmi,ki->km", self.momenta, q)
+
+
+def slowest(mechanism: Mechanism, count: int, options: Mapping[str, Any]) -> Modes:
+    """Find the slowest modes at all positions, and follow them.
 
     Parameters
     ----------
-    mass, stiffness
-        M and K, which is positive where drives lead all freedoms.
+    mechanism
+        The mechanism.
     count
         Number of modes.
     options
@@ -62,26 +98,62 @@ def slowest(
     SolverError
         When fewer modes are found.
     """
+    size = mechanism.stiffness.size
+    few = 2 * count + SPARE < size
+    omega, shapes = _found(mechanism, count, (KRYLOV | {"eps_ncv": 2 * count + SPARE}) if few else DENSE, options)
+    if few and _misses_one(mechanism, omega):
+        omega, shapes = _found(mechanism, count, DENSE, options)
+    momenta = mechanism.mass.times(shapes)
+    norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
+    return followed(omega, shapes / norms, momenta / norms)  # (E.7)
+
+
+def _found(
+    mechanism: Mechanism, count: int, defaults: Mapping[str, Any], options: Mapping[str, Any]
+) -> tuple[Array, Array]:
+    """Frequencies and shapes of the slowest modes, by one solver for all positions."""
+    positions, size = len(mechanism.P.t), mechanism.stiffness.size
+    omega, shapes = np.empty((positions, count)), np.empty((positions, count, size))
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
-    eps.setOperators(mass, stiffness)  # (E.2) as M x = x/omega^2, so that the slowest modes have the most digits
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
-    with configured(eps, "modes_", {"eps_type": "lapack", "eps_largest_real": ""}, options):
-        eps.solve()
-        found = min(eps.getConverged(), count)
-        values = np.array([eps.getEigenvalue(i).real for i in range(found)])
-        if found < count or values.min() <= 0:
-            raise SolverError(f"{(values > 0).sum()} of {count} modes were found: keep fewer modes")
-        shapes, momenta = np.empty((2, count, mass.size[0]))
-        shape, momentum = mass.createVecs()
-        for i in range(count):
-            eps.getEigenvector(i, shape)
-            mass.mult(shape, momentum)
-            norm = np.sqrt(shape.dot(momentum))  # (E.7)
-            shapes[i], momenta[i] = shape.array_r / norm, momentum.array_r / norm
-        for vector in (shape, momentum):
-            vector.destroy()
-    return 1 / np.sqrt(values), shapes, momenta
+    start = PETSc.Vec().createWithArray(np.random.default_rng(0).uniform(-1, 1, size), comm=PETSc.COMM_SELF)
+    stacks = mechanism.stiffness, mechanism.mass
+    matrices = [to_petsc(stack.at(0)) for stack in stacks]
+    shape = matrices[0].createVecRight()
+    with configured(eps, "modes_", defaults, options):
+        for k in range(positions):
+            for matrix, stack in zip(matrices, stacks):
+                matrix.setValuesCSR(*matrix.getRowIJ(), stack.values[k])
+                matrix.assemble()
+            eps.setOperators(*matrices)
+            eps.setInitialSpace(start)  # the same at all positions: answers do not depend on those before
+            eps.solve()
+            if (found := eps.getConverged()) < count:
+                raise SolverError(f"{found} of {count} modes were found: keep fewer modes")
+            squares = np.array([eps.getEigenvalue(i).real for i in range(count)])
+            if squares.min() <= 0:
+                raise SolverError("a mode has no stiffness: drives and joints leave something free to move")
+            omega[k] = np.sqrt(np.sort(squares))
+            for place, i in enumerate(np.argsort(squares)):
+                eps.getEigenvector(int(i), shape)
+                shapes[k, place] = shape.array_r
+    for thing in (*matrices, shape, start):
+        thing.destroy()  # Python by itself does not
+    return omega, shapes
+
+
+def _misses_one(mechanism: Mechanism, omega: Array) -> bool:
+    """Say whether a mode is missing: ``K - number M`` has as many negative pivots as are slower (Sylvester)."""
+    squares = omega**2
+    close = (np.diff(squares, axis=1) < EQUAL * squares[:, 1:]).any(axis=1)
+    close[0] = True
+    for k in np.flatnonzero(close):
+        bound = float(squares[k, -1]) * (1 - EQUAL)
+        pivots = (mechanism.stiffness[k : k + 1] + mechanism.mass[k : k + 1] * -bound).factors.pivots
+        if (pivots < 0).sum() > (squares[k] < bound).sum():
+            return True
+    return False
 
 
 def followed(omega: Array, shapes: Array, momenta: Array) -> Modes:
@@ -92,13 +164,19 @@ def followed(omega: Array, shapes: Array, momenta: Array) -> Modes:
     omega, shapes, momenta
         As of `Modes`, sorted by frequency at each position.
     """
-    omega, shapes, momenta = omega.copy(), shapes.copy(), momenta.copy()
-    for k in range(1, len(omega)):
-        likeness = momenta[k] @ shapes[k - 1].T
-        order = linear_sum_assignment(likeness.T**2, maximize=True)[1]
-        sign = np.where(likeness[order, np.arange(len(order))] < 0, -1.0, 1.0)[:, None]
-        omega[k], shapes[k], momenta[k] = omega[k, order], sign * shapes[k, order], sign * momenta[k, order]
-    return Modes(omega, shapes, momenta)
+    alike = momenta[1:] @ shapes[:-1].transpose(0, 2, 1)  # (steps, modes, modes of the position before)
+    count, modes = omega.shape
+    order, sign = np.tile(np.arange(modes), (count, 1)), np.ones((count, modes))
+    for k in range(1, count):
+        likeness = alike[k - 1][:, order[k - 1]] * sign[k - 1]
+        if (np.diagonal(likeness[order[k - 1]]) ** 2).min() > 0.5:  # no other mode is more like it
+            order[k] = order[k - 1]
+        else:
+            order[k] = linear_sum_assignment(likeness.T**2, maximize=True)[1]
+        sign[k] = np.where(likeness[order[k], np.arange(modes)] < 0, -1.0, 1.0)
+    rows = np.arange(count)[:, None]
+    signs = sign[..., None]
+    return Modes(omega[rows, order], signs * shapes[rows, order], signs * momenta[rows, order])
 
 
 def closing(modes: Modes) -> Array:

@@ -1,17 +1,18 @@
-"""The walk: scene, rigid motion, P(theta), modes, sub-intervals, strains."""
+"""The answer of the truncated equation (5.1): modes, sub-intervals that are joined, and what the modes left out add."""
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index, times
 from fenics_mech._constants import TINY
-from fenics_mech._petsc import DIRECT, PETSc, configured
+from fenics_mech._guard import require_memory
+from fenics_mech.accuracy.frequency_errors import highest_felt
 from fenics_mech.classical.joining import (
-    closed_cycle,
+    Closed,
     flat,
     forced,
     free,
@@ -21,229 +22,330 @@ from fenics_mech.classical.joining import (
     steady,
     whole,
 )
-from fenics_mech.classical.linkage import assembly, rigid_motion
-from fenics_mech.classical.links import Links, Transformation
-from fenics_mech.classical.modes import Modes, followed, slowest
-from fenics_mech.classical.strains import recovered
-from fenics_mech.errors import SceneError
+from fenics_mech.classical.mechanism import Mechanism, Transformation
+from fenics_mech.classical.modes import Modes, slowest
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.response.stability.resonance import blaming, magnification, of_modes, refuse_magnified
 from fenics_mech.scene import Scene
-from fenics_mech.scene.formulas.expression import Jet
+
+STATIC = 0.5  # share of the last frequency kept, up to which the modes left out answer statically
+LEAST_ENERGY = 1e-4  # share of the largest elastic energy's square root, below which no harmonic is sought
+LEAST_RATIO = 1e-6  # of damping, for which resonance is looked for
+JOINED = 24  # matrices over the modes of a sub-interval that are held at a time
+
+
+@dataclass(frozen=True)
+class SubIntervals:
+    """Modes as oscillators with constant coefficients about positions, with the loads on them.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    mechanism, modes
+        The mechanism at the middles of the sub-intervals, and its modes that are kept there.
+    duration
+        Of the sub-intervals (s), ``(positions, 1)``.
+    load, slope
+        Load on the coordinates at the middles, and its rate by time, ``(positions, coordinates)``.
+    """
+
+    scene: Scene
+    mechanism: Mechanism
+    modes: Modes
+    duration: Array
+    load: Array
+    slope: Array
+
+    @classmethod
+    def of(cls, scene: Scene, made: SceneMachine, times: Array, edges: Array, modes: int | None = None) -> SubIntervals:
+        """Build the mechanism, and find its modes.
+
+        Parameters
+        ----------
+        scene
+            The scene. It states `modes` and `load`.
+        made
+            Its machine, whose chart is the rigid motion.
+        times, edges
+            Middles of the sub-intervals, and where they begin and end, one more (s).
+        modes
+            Number of modes; None for that of the scene.
+        """
+        P = Transformation.of(made, times)
+        wanted = scene.analysis.modes if modes is None else modes
+        count = len(P.kept) if wanted == "all" else min(wanted, len(P.kept))
+        what = f"{len(times)} sub-intervals with {count} modes"
+        require_memory(JOINED * len(times) * count**2, what, "Take fewer modes, or fewer sub_intervals")
+        mechanism = Mechanism.of(P)
+        slope = np.zeros_like(P.load)
+        if scene.analysis.load == "linear":
+            slope = np.diff(Transformation.of(made, edges, P).load, axis=0) / np.diff(edges)[:, None]
+        duration = np.full((len(times), 1), times[1] - times[0])
+        return cls(scene, mechanism, slowest(mechanism, count, scene.petsc), duration, P.load, slope)
+
+    def thinned(self, every: int, those: Index | slice = slice(None)) -> SubIntervals:
+        """Give sub-intervals so many times as long about some of the positions of a cycle, with some of the modes.
+
+        `every` is an odd divisor of their number, or 2.
+        """
+        which, count = np.arange(0, len(self.load), every), len(self.load)
+        duration, load, slope = every * self.duration[which], self.load[which], self.slope[which]
+        if every % 2:  # it rises by as much as those that it takes the place of
+            around = np.arange(-(every // 2), every // 2 + 1)
+            slope = self.slope[(which[:, None] + around) % count].mean(axis=1)
+        else:
+            slope = self.load[(which + 1) % count] - self.load[which - 1]
+            if count % 2:  # it begins and ends at a position, and is not about one
+                duration[-1] = self.duration[-1]
+                load[-1], slope[-1] = (self.load[-2] + self.load[-1]) / 2, self.load[-1] - self.load[-2]
+            slope = slope / duration * bool(self.slope.any())
+        part = slice(0, None, every)
+        mechanism, modes = self.mechanism.part(part), self.modes.part(part, those)
+        return SubIntervals(self.scene, mechanism, modes, duration, load, slope)
+
+    @property
+    def zeta(self) -> Array:
+        """Damping ratios (E.12), ``(positions, modes)``."""
+        return ratios_of(self.scene, self.modes.omega)
+
+    def straining_by(self, displacements: Array) -> Array:
+        """Give rates at which turning strains the modes, by displacements ``(positions, any, coordinates)`` (1/s)."""
+        strained = self.modes.shapes / self.modes.omega[..., None] ** 2
+        return self.mechanism.strain_by_turning(strained, displacements)
+
+    @cached_property
+    def straining(self) -> Array:
+        """Rates at which turning strains the modes, ``(positions, modes, modes)`` (1/s); 0 where no mode turns."""
+        found = self.straining_by(self.modes.shapes)
+        return np.zeros_like(found) if self.scene.analysis.join == "modal" else found
+
+    @cached_property
+    def _join(self) -> Array:
+        return joins(self.scene.analysis.join, self.modes, self.zeta, self.straining, self.duration)
+
+    @cached_property
+    def closed(self) -> Closed:
+        """All of them joined to a cycle (5.16)."""
+        over = whole(free(self.modes.omega, self.zeta, self.duration))
+        return Closed(self._join @ over, self.scene.petsc)
+
+    def blame(self) -> tuple[float, str]:
+        """Find which mode is next to resonance, as `of_modes` does."""
+        frequency = self.modes.omega.mean(axis=0) / (2 * np.pi)
+        return of_modes(self.closed.transitions, frequency, float(self.duration.sum()))
+
+    def starts(self, load: Array, slope: Array) -> Array:
+        """Give the states at their starts in a cycle under modal loads ``(positions, modes)``, flat.
+
+        Raises
+        ------
+        SolverError
+            When the cycle cannot be closed, as at an undamped resonance, with mode and harmonic.
+        """
+        omega, zeta, step = self.modes.omega, self.zeta, self.duration
+        ends = flat(forced(omega, zeta, load - slope * step / 2, slope, step))
+        with blaming(self.blame):
+            return self.closed.solve(times(self._join, ends))
+
+    def periodic(self, load: Array, slope: Array) -> Array:
+        """Give the states at the middles in a cycle under modal loads, ``(positions, modes, 2)``."""
+        omega, zeta, half = self.modes.omega, self.zeta, self.duration / 2
+        to_middle = forced(omega, zeta, load - slope * half, slope, half)
+        starts = self.starts(load, slope)
+        return unflat(times(whole(free(omega, zeta, half)), starts)) + to_middle
+
+    @cached_property
+    def loads(self) -> tuple[Array, Array]:
+        """Modal loads at the middles, and their slopes, ``(positions, modes)`` each (5.2)."""
+        return self.modes.modal(self.load), self.modes.modal(self.slope)
+
+    def answer(self, states: Array) -> Response:
+        """Give the response of states at the middles, ``(positions, modes, 2)``."""
+        load, y = self.loads[0], states[..., 0]
+        static, answering = np.zeros_like(self.load), np.zeros_like(load)
+        if self.scene.analysis.static_correction:
+            static, answering = self.mechanism.stiffness.solve(self.load), load
+        zeta, omega = self.zeta, self.modes.omega
+        rate = states[..., 1] * omega + times(self.straining, y)
+        q = static + self.modes.superposed(y - answering / omega**2)  # (5.3)
+        elastic = self.modes.superposed(answering - omega**2 * y)
+        return Response(self, states, q, elastic, 2 * zeta * rate / omega)
+
+    def cycle(self) -> Response:
+        """Give the periodic motion.
+
+        Raises
+        ------
+        SolverError
+            When the cycle cannot be closed, or rounding would show in the motion.
+        UnresolvedError
+            When modes ring at the joins.
+        """
+        states, analysis = self.periodic(*self.loads), self.scene.analysis
+        refuse_magnified(self.condition, self.blame)
+        if not analysis.allow_ringing:
+            swinging = states - steady(self.modes.omega, self.zeta, *self.loads)
+            energy = (self.modes.omega**2)[..., None] * swinging**2
+            most = (self.modes.omega**2 * states[..., 0] ** 2).sum(axis=1).max()
+            share = np.sqrt(energy.sum(axis=2).max(axis=0) / max(most, TINY))
+            count = round(self.scene.period / self.duration[0, 0])
+            refuse_ringing(self.modes.omega, self.scene.period, count, share, {"solver": "collocation"})
+        return self.answer(states)
+
+    @cached_property
+    def condition(self) -> float:
+        """How many times a relative error of each sub-interval comes out in the motion, by estimate."""
+        return magnification(self.closed, self.starts(*self.loads))
+
+    def march(self) -> Response:
+        """Give the motion in time from rest with straight links, in the middle of the first (E.13).
+
+        Raises
+        ------
+        UnresolvedError
+            When modes swing more than once in two sub-intervals.
+        """
+        omega, zeta, half, (load, slope) = self.modes.omega, self.zeta, self.duration / 2, self.loads
+        if not self.scene.analysis.allow_ringing:
+            count = round(self.scene.period / self.duration[0, 0])
+            refuse_ringing(omega, self.scene.period, count, np.ones(omega.shape[1]), {})
+        to_end, to_middle = (forced(omega, zeta, start, slope, half) for start in (load, load - slope * half))
+        over = whole(free(omega, zeta, half))
+        return self.answer(unflat(marched(self._join, over, flat(to_end), flat(to_middle))))
+
+    # ---- without an error ----
+    def with_modes_left_out(self, found: Response) -> Response:
+        """Give a periodic response with the inertia of the modes left out, and what their motion does to those kept.
+
+        They answer statically to the inertia that the static answer lacks.
+        """
+        missing, inertia = self._left_out(found)
+        static = self.mechanism.stiffness.solve(missing)
+        q, step = found.q + static, self.duration
+        left = q - self.modes.superposed(self.modes.coordinates(q))
+        rate, second = (self.modes.coordinates(by_time(left, step)) for by_time in (rates, seconds))
+        strained = rate + self.straining_by(left[:, None])[..., 0]
+        load = -second - 2 * self.zeta * self.modes.omega * strained
+        y = self.periodic(load, rates(load, step))[..., 0]
+        moved = self.modes.superposed(-(self.modes.omega**2) * y)
+        return replace(found, q=q + self.modes.superposed(y), elastic=found.elastic + inertia + moved)
+
+    def _left_out(self, found: Response) -> tuple[Array, Array]:
+        """Load on the modes left out that is missing in the static answer, and the acceleration that it is of."""
+        acceleration = seconds(found.q, self.duration)
+        acceleration -= self.modes.superposed(self.modes.coordinates(acceleration))
+        missing = -self.mechanism.mass.times(acceleration)
+        if not self.scene.analysis.static_correction:
+            missing += self.load - np.einsum("kmi,km->ki", self.modes.momenta, self.loads[0])
+        return missing, acceleration
+
+    def reach(self, found: Response) -> float:
+        """Frequency (rad/s) of the highest harmonic of the load on the modes left out that would matter on one of them.
+
+        Beside the rest, that is, measured by the square root of the elastic energy. It is 0 where it is well below all
+        of theirs: they are not slower than those kept.
+        """
+        missing, _ = self._left_out(found)
+        static, omega = self.mechanism.stiffness.solve(missing), self.modes.omega
+        energy = np.sum(omega**2 * self.modes.coordinates(found.q) ** 2, axis=1).max()
+        left_out = np.abs(np.einsum("ki,ki->k", missing, static)).max()
+        enough = float(max(np.sqrt(left_out), LEAST_ENERGY * np.sqrt(energy)))
+        loss = 2 * max(float(self.zeta.min()), LEAST_RATIO)
+        highest = 2 * np.pi * highest_felt(missing, static, loss, enough) / self.scene.period
+        return highest if highest > STATIC * omega.min(axis=0).max() else 0.0
+
+    def halved(self, found: Response) -> Response:
+        """Give the response at every second position by half as many sub-intervals.
+
+        Modes that half as many are too few for may ring there: they answer statically where that changes less.
+        """
+        every, omega = slice(0, len(self.load) - len(self.load) % 2, 2), self.modes.omega
+        slow = 2 * omega.max(axis=0) / (2 * np.pi) * 2 * self.duration[0] <= 1
+        y, still = found.states[every, :, 0], (self.loads[0] / omega**2)[every]
+        changes = []
+        for followed in [np.ones_like(slow)] if slow.all() else [np.ones_like(slow), slow]:
+            change = still - y
+            if followed.any():
+                coarse = self.thinned(2, np.flatnonzero(followed))
+                change[:, followed] = coarse.periodic(*coarse.loads)[: len(y), :, 0] - y[:, followed]
+            changes.append(change)
+        change = min(changes, key=lambda one: (omega[every] ** 2 * one**2).sum(axis=1).max())
+        here = found.part(every)
+        modes = here.by.modes
+        moved = -modes.superposed(modes.omega**2 * change)
+        return replace(here, q=here.q + modes.superposed(change), elastic=here.elastic + moved)
 
 
 @dataclass(frozen=True)
 class Response:
-    """The elastic motion of a linkage by the dissertation's method, at the middles of the sub-intervals.
+    """The response at the middles of sub-intervals.
 
     Parameters
     ----------
-    theta, time
-        Drive angles (rad) and times (s), ``(positions,)``.
-    coordinates
-        Names of the coordinates q: "link.node.x" in link axes, "joint.X" in the fixed frame, "joint.slide".
+    by
+        The sub-intervals.
+    states
+        y and y' over omega of every mode, ``(positions, modes, 2)``.
     q
         Coordinates (m, rad), ``(positions, coordinates)``.
-    members, s
-        Names of the members, and the stations 0..1 along each.
-    strain
-        Of both outer fibres, + first, ``(positions, members, stations, 2)``.
-    deflection
-        Of the members' axes in the fixed frame (m), ``(positions, members, stations, 2)``.
-    modes
-        The natural modes kept.
+    elastic
+        Their accelerations in balance with the elastic forces alone: what damps modes is balanced by its own stress.
+    viscous
+        Modal coordinates whose elastic forces are those of the damping, ``(positions, modes)``.
     """
 
-    theta: Array
-    time: Array
-    coordinates: tuple[str, ...]
+    by: SubIntervals
+    states: Array
     q: Array
-    members: tuple[str, ...]
-    s: Array
-    strain: Array
-    deflection: Array
-    modes: Modes
+    elastic: Array
+    viscous: Array
 
     @property
-    def frequency(self) -> Array:
-        """Natural frequencies (Hz), ``(positions, modes)``."""
-        return self.modes.omega / (2 * np.pi)
+    def damped(self) -> tuple[Array, Array]:
+        """Coordinates by whose elastic forces links and dampers act together, and the accelerations with them."""
+        modes = self.by.modes
+        drag = modes.superposed(modes.omega**2 * self.viscous)
+        return self.q + modes.superposed(self.viscous), self.elastic - drag
 
+    @property
+    def power(self) -> Array:
+        """What the damping of modes takes ``(positions,)`` (W)."""
+        omega = self.by.modes.omega
+        rate = self.states[..., 1] * omega + times(self.by.straining, self.states[..., 0])
+        return np.asarray((omega**2 * self.viscous * rate).sum(axis=1))
 
-def sub_intervals(scene: Scene) -> Response:
-    """Solve the truncated equation (5.1) for its periodic motion by sub-intervals with constant coefficients.
-
-    Parameters
-    ----------
-    scene
-        The scene. Its analysis states `sub_intervals`, `modes`, `join`, `load`, `static_correction` and `stations`.
-
-    Raises
-    ------
-    AssemblyError
-        When the links cannot be put together.
-    SceneError
-        When the scene has something that the method does not know.
-    SolverError
-        When PETSc or SLEPc does not find an answer.
-
-    Examples
-    --------
-    >>> from fenics_mech.classical import sub_intervals
-    >>> scene = fm.load("demos/four_bar.toml").changed(effects=(), analysis={"sub_intervals": 60, "modes": 3})
-    >>> answer = sub_intervals(scene)
-    >>> answer.members, answer.frequency[0].round(2).tolist()
-    (('crank', 'coupler', 'follower'), [43.3, 48.74, 62.16])
-    """
-    _refuse_beyond(scene)
-    count, step = scene.analysis.sub_intervals, scene.period / scene.analysis.sub_intervals
-    time = step * np.arange(count + 1)
-    return _walked(scene, time[:-1], time - step / 2, periodic=True)
-
-
-def transient(scene: Scene) -> Response:
-    """Superpose modes in time (E.13), from rest with straight links, over the run-up and `cycles` of the drive.
-
-    Parameters
-    ----------
-    scene
-        As of `sub_intervals`; `cycles` is another of its options. `settled` is not looked at.
-
-    Raises
-    ------
-    AssemblyError
-        As of `sub_intervals`.
-    SceneError
-        As of `sub_intervals`.
-    SolverError
-        As of `sub_intervals`.
-
-    Examples
-    --------
-    >>> from fenics_mech.classical import transient
-    >>> analysis = {"method": "transient", "sub_intervals": 90, "cycles": 1, "modes": 3}
-    >>> answer = transient(fm.load("demos/four_bar.toml").changed(effects=(), analysis=analysis))
-    >>> answer.strain.shape, bool(abs(answer.strain[0]).max() < 1e-3)
-    ((91, 3, 21, 2), True)
-    """
-    _refuse_beyond(scene)
-    step = scene.period / scene.analysis.sub_intervals
-    run_up = max((drive.run_up or 0.0) for drive in scene.drives)
-    count = math.ceil(run_up / step - 1e-6) + scene.analysis.cycles * scene.analysis.sub_intervals + 1
-    time = step * np.arange(count)
-    edges = np.append(time, time[-1] + step) - step / 2
-    edges[0] = 0.0  # it begins in the middle of the first
-    return _walked(scene, time, edges, periodic=False)
-
-
-def _walked(scene: Scene, time: Array, edges: Array, *, periodic: bool) -> Response:
-    """Give the motion at the middles of sub-intervals (s), whose edges are one more."""
-    coordinate, at_edges = (_steady(scene, t) if periodic else scene.coordinate(t) for t in (time, edges))
-    links, branch, step = Links.of(scene), assembly(scene), float(time[1] - time[0])
-    motion, beside = (rigid_motion(scene, branch, at) for at in (coordinate, at_edges))
-    P, rigid = Transformation.of(links, motion, beside), links.rigid_acceleration(motion)
-    force = P.load(rigid)
-    rise = np.diff(P.at(beside).load(links.rigid_acceleration(beside)), axis=0) / np.diff(edges)[:, None]
-    if scene.analysis.load == "constant":
-        rise = np.zeros_like(force)
-    modes, straining, static = _modes(scene, P, force)
-    omega, zeta = modes.omega, _ratios(scene, modes)
-    load, slope = (np.einsum("kmi,ki->km", modes.shapes, part) for part in (force, rise))  # (5.2)
-    join, half = joins(scene.analysis.join, modes, zeta, straining, step), whole(free(omega, zeta, step / 2))
-    start = load - slope * step / 2
-    to_middle = flat(forced(omega, zeta, start, slope, step / 2))
-    if periodic:
-        transition = whole(free(omega, zeta, step))
-        starts = closed_cycle(join, transition, flat(forced(omega, zeta, start, slope, step)), scene.petsc)  # (5.16)
-        states = np.einsum("kij,kj->ki", half, starts) + to_middle
-    else:
-        states = marched(join, half, flat(forced(omega, zeta, load, slope, step / 2)), to_middle)
-    y, ringing = states[:, : omega.shape[1]], np.ones(omega.shape[1])
-    if periodic:
-        swinging = (states - flat(steady(omega, zeta, load, slope))).reshape(len(y), 2, -1)
-        energy = (omega**2)[:, None] * swinging**2
-        ringing = np.sqrt(energy.sum(axis=1).max(axis=0) / max((omega**2 * y**2).sum(axis=1).max(), TINY))
-    if not scene.analysis.allow_ringing:
-        refuse_ringing(omega, step, ringing)
-    answering = load if scene.analysis.static_correction else np.zeros_like(load)
-    q = static + np.einsum("kmi,km->ki", modes.shapes, y - answering / omega**2)  # (5.3)
-    elastic = np.einsum("kmi,km->ki", modes.shapes, answering - omega**2 * y)  # drag is balanced by its own stress
-    inertia = P.to_nodes(elastic) + (rigid if scene.analysis.static_correction else 0.0)
-    s = np.linspace(0, 1, scene.analysis.stations)
-    strain, deflection = recovered(links, motion, P.to_nodes(q), inertia, s)
-    return Response(coordinate.value, time, P.names, q, links.mesh.members, s, strain, deflection, modes)
-
-
-def _steady(scene: Scene, time: Array) -> Jet:
-    """Drive coordinate at its constant rate."""
-    rate = np.full_like(time, scene.cycle_rate)
-    return Jet(rate * time, rate, np.zeros_like(time))
-
-
-def _modes(scene: Scene, P: Transformation, force: Array) -> tuple[Modes, Array, Array]:
-    """Modes at all positions, how the turning of the links strains them, and the static answer to the load.
-
-    Turning strains mode j at the rate ``phi_i^T P^T k P' phi_j / omega_i^2``, per coordinate of mode i.
-    """
-    size = force.shape[1]
-    count = size if scene.analysis.modes == "all" else min(scene.analysis.modes, size)
-    omega, shapes, momenta = np.empty((len(force), count)), *np.empty((2, len(force), count, size))
-    static, turning = np.zeros_like(force), []
-    for k, (mass, stiffness, turned) in enumerate(P.matrices()):
-        omega[k], shapes[k], momenta[k] = slowest(mass, stiffness, count, scene.petsc)
-        turning.append(turned)
-        if scene.analysis.static_correction:
-            static[k] = _solved(stiffness, force[k])
-    modes = followed(omega, shapes, momenta)
-    strained = modes.shapes / modes.omega[..., None] ** 2
-    straining = np.array([a @ turned @ b.T for a, turned, b in zip(strained, turning, modes.shapes)])
-    return modes, straining, static
-
-
-def _solved(matrix: PETSc.Mat, right: Array) -> Array:
-    """Solve one system by PETSc."""
-    vector, answer = matrix.createVecs()
-    vector.array[:] = right
-    ksp = PETSc.KSP().create(comm=PETSc.COMM_SELF)
-    ksp.setOperators(matrix)
-    with configured(ksp, "static_", DIRECT, {}):
-        ksp.solve(vector, answer)
-    found = np.array(answer.array_r)
-    for thing in (vector, answer):
-        thing.destroy()
-    return found
-
-
-def _ratios(scene: Scene, modes: Modes) -> Array:
-    """Damping ratio of every mode (E.12): the last one stated holds for the modes after it."""
-    stated = np.atleast_1d(scene.damping.ratio)
-    return np.broadcast_to(stated[np.minimum(np.arange(modes.omega.shape[1]), len(stated) - 1)], modes.omega.shape)
-
-
-def _refuse_beyond(scene: Scene) -> None:
-    """Raise `SceneError` where a scene states what (5.1) with modal damping does not know."""
-    damping, analysis = scene.damping, scene.analysis
-    sections = [scene.sections[member.section] for _, member in scene.members().values()]
-    there = {
-        "effects": scene.effects,
-        "loads": scene.loads,
-        "impulses": scene.impulses,
-        "springs": scene.springs,
-        "dampers": scene.dampers,
-        "joint_laws": scene.joint_laws,
-        "freedoms": scene.freedoms,
-        "plugins": scene.plugins,
-        "tolerance": scene.tolerance,
-        "drive": not scene.drives or [drive.motor for drive in scene.drives if drive.motor],
-        "damping": damping.material or damping.external or damping.relative or damping.air,
-        "sections": [section for section in sections if not section.constant],
-        "analysis.reduction": analysis.reduction != "none",
-        "analysis.start": analysis.start != "rigid",
-        "joints": [name for name, joint in scene.joints.items() if joint.member is not None],
-        "links": [r for r in scene.rigidities(np.zeros(1)) if r.neutral.any() or r.mass_centre.any()],
-    }
-    if place := next((name for name, value in there.items() if value), None):
-        raise SceneError(
-            "the dissertation's method knows driven links of uniform symmetric sections on pins, welds and guides, "
-            "their inertia and weight, and damping ratios of modes",
-            place=place,
-            hint="Leave it out, or take fm.analyse, which knows it",
+    def part(self, which: slice) -> Response:
+        """Give it at some of the positions."""
+        by = self.by
+        there = replace(
+            by,
+            mechanism=by.mechanism.part(which),
+            modes=by.modes.part(which),
+            duration=by.duration[which],
+            load=by.load[which],
+            slope=by.slope[which],
         )
+        arrays = (x[which] for x in (self.states, self.q, self.elastic, self.viscous))
+        return Response(there, *arrays)
+
+
+def ratios_of(scene: Scene, omega: Array) -> Array:
+    """Give the damping ratios of modes, of the shape of `omega`: the last one stated holds for the modes after it."""
+    stated = np.atleast_1d(scene.damping.ratio)
+    return np.broadcast_to(stated[np.minimum(np.arange(omega.shape[1]), len(stated) - 1)], omega.shape)
+
+
+def unflat(vectors: Array) -> Array:
+    """States ``(positions, modes, 2)`` of vectors, as of `flat`."""
+    return vectors.reshape(len(vectors), 2, -1).transpose(0, 2, 1)
+
+
+def rates(values: Array, step: Array) -> Array:
+    """Give rates over a cycle by central differences, ``(positions, ...)``."""
+    return np.asarray((np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) / (2 * step))
+
+
+def seconds(values: Array, step: Array) -> Array:
+    """Give second rates over a cycle by central differences, ``(positions, ...)``."""
+    return np.asarray((np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2)

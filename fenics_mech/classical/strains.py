@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array, Index, each
-from fenics_mech._petsc import to_scipy
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.shapes import (
@@ -22,8 +21,8 @@ from fenics_mech.beams.shapes import (
     evaluate,
     integral,
 )
-from fenics_mech.classical.linkage import Motion, turns
-from fenics_mech.classical.links import Links
+from fenics_mech.classical.joints import turns
+from fenics_mech.classical.mechanism import Transformation
 
 
 def stations(mesh: BeamMesh, s: Array) -> tuple[Index, Array]:
@@ -37,45 +36,76 @@ def stations(mesh: BeamMesh, s: Array) -> tuple[Index, Array]:
     return np.concatenate(elements), np.clip(np.concatenate(places), 0, 1)
 
 
-def recovered(links: Links, motion: Motion, v: Array, inertia: Array, s: Array) -> tuple[Array, Array]:
-    """Give strains of both outer fibres (6.38), and deflections in the fixed frame.
+def end_forces(P: Transformation, strained: Array, inertia: Array) -> Array:
+    """Give forces and moments on the ends of the elements in their members' axes, ``(positions, elements, 6)``.
 
     Parameters
     ----------
-    links, motion
-        The links and their rigid motion.
-    v
-        Elastic displacements of the nodal dofs in link axes, ``(positions, nodal dofs)``.
+    P
+        What joins the links.
+    strained
+        Displacements of the nodal dofs in link axes whose elastic forces act, ``(positions, nodal dofs)``.
     inertia
-        Their acceleration, of the rigid and the elastic motion, in balance with the elastic forces.
+        Accelerations of the nodal dofs, of the rigid and the elastic motion.
+    """
+    links = P.made.links
+    assert links is not None
+    return links.elastic_ends(strained) + each(links.element_mass, in_member_axes(links.mesh, inertia))
+
+
+def section_forces(P: Transformation, strained: Array, inertia: Array, s: Array) -> tuple[Array, Array, Array]:
+    """Give axial forces, shear forces (N) and moments (N m) in sections, ``(positions, members, stations)`` each.
+
+    Parameters
+    ----------
+    P, strained, inertia
+        As of `end_forces`.
     s
         Places along the members, 0..1.
-
-    Returns
-    -------
-    tuple
-        Strains, ``(positions, members, stations, 2)``, and deflections (m), the same with X and Y last.
     """
+    links = P.made.links
+    assert links is not None
     mesh, (element, xi) = links.mesh, stations(links.mesh, s)
-    h, ea, ei, rho = (part[element] for part in (mesh.cell_length, links.axial, links.bending, links.density))
-    stiffness, mass = (links.layout.of_elements(to_scipy(matrix)) for matrix in (links.stiffness, links.mass))
-    moved, accelerated = in_member_axes(mesh, v), in_member_axes(mesh, inertia)
-    ends = (each(stiffness, moved) + each(mass, accelerated))[:, element]
-    unit = np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)  # cubics of a unit element
-    u, w = moved[:, element][..., AXIAL], moved[:, element][..., NORMAL] * unit
-    along, across = accelerated[:, element][..., AXIAL], accelerated[:, element][..., NORMAL] * unit
+    h, rho = mesh.cell_length[element], links.inertia.density.mean[element]
+    ends, accelerated = end_forces(P, strained, inertia)[:, element], in_member_axes(mesh, inertia)[:, element]
+    along, across = accelerated[..., AXIAL], accelerated[..., NORMAL] * _of_unit(h)
+    axial = -ends[..., 0] + rho * h * _summed(along, integral(LINEAR, xi))
+    shear = ends[..., 1] - rho * h * _summed(across, integral(CUBIC, xi))
+    moment = -ends[..., 2] + ends[..., 1] * xi * h - rho * h**2 * _summed(across, integral(CUBIC, xi, 2))
+    shape = (len(ends), len(mesh.members), len(s))
+    return axial.reshape(shape), shear.reshape(shape), moment.reshape(shape)
 
-    def summed(values: Array, functions: Array) -> Array:
-        return np.einsum("kpi,pi->kp", values, functions)
 
-    axial = -ends[..., 0] + rho * h * summed(along, integral(LINEAR, xi))
-    moment = -ends[..., 2] + ends[..., 1] * xi * h - rho * h**2 * summed(across, integral(CUBIC, xi, 2))
-    u_here = summed(u, evaluate(LINEAR, xi)) + rho * h**2 / ea * summed(along, between_fixed_ends(LINEAR, xi))
-    bent = summed(across, between_clamped_ends(CUBIC, xi, np.zeros_like(xi)))
-    w_here = summed(w, evaluate(CUBIC, xi)) - rho * h**4 / ei * bent
-    shape = (len(v), len(mesh.members), len(s))
-    fibre = np.array([np.broadcast_to(section.fibre, (len(s), 2)) for section in links.scene.rigidities(s)])
-    bending = -(moment / ei).reshape(shape)[..., None] * fibre
-    turned = turns(motion.pose[:, mesh.member_link, 2] + mesh.member_angle)[:, :, None]
-    local = np.stack([u_here, w_here], axis=-1).reshape(*shape, 2)
-    return (axial / ea).reshape(shape)[..., None] + bending, (turned @ local[..., None])[..., 0]
+def deflection(P: Transformation, v: Array, inertia: Array, s: Array) -> Array:
+    """Give deflections of the members' axes in the fixed frame (m), ``(positions, members, stations, 2)``.
+
+    Parameters
+    ----------
+    P, inertia, s
+        As of `section_forces`.
+    v
+        Elastic displacements of the nodal dofs in link axes, in balance with the inertia, ``(positions, nodal dofs)``.
+    """
+    links = P.made.links
+    assert links is not None
+    mesh, (element, xi) = links.mesh, stations(links.mesh, s)
+    properties = mesh.cell_length, links.rigidity.axial.mean, links.rigidity.bending.mean, links.inertia.density.mean
+    h, ea, ei, rho = (part[element] for part in properties)
+    moved, accelerated = (in_member_axes(mesh, part)[:, element] for part in (v, inertia))
+    u, w = moved[..., AXIAL], moved[..., NORMAL] * _of_unit(h)
+    along, across = accelerated[..., AXIAL], accelerated[..., NORMAL] * _of_unit(h)
+    bent = _summed(across, between_clamped_ends(CUBIC, xi, np.zeros_like(xi)))
+    u_here = _summed(u, evaluate(LINEAR, xi)) + rho * h**2 / ea * _summed(along, between_fixed_ends(LINEAR, xi))
+    w_here = _summed(w, evaluate(CUBIC, xi)) - rho * h**4 / ei * bent
+    turned = turns(P.motion.angle[:, mesh.member_link] + mesh.member_angle)[:, :, None]
+    local = np.stack([u_here, w_here], axis=-1).reshape(len(v), len(mesh.members), len(s), 2)
+    return np.asarray((turned @ local[..., None])[..., 0])
+
+
+def _of_unit(h: Array) -> Array:
+    """What turns w and phi of both nodes into those of a unit element, ``(places, 4)``."""
+    return np.stack([np.ones_like(h), h, np.ones_like(h), h], axis=-1)
+
+
+def _summed(values: Array, functions: Array) -> Array:
+    return np.einsum("kpi,pi->kp", values, functions)

@@ -29,6 +29,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     """
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
+    lumped = made.links.inertia.spread is not None
     stations, places, parts = _stations(mesh, s)
 
     def sections_at(x: Array) -> list[Rigidity]:
@@ -36,7 +37,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
         return [scene.rigidity(label, first + own * length) for (label, first, length), own in of_members]
 
     def line_mass(x: Array) -> Array:
-        if made.links.inertia.spread is not None:  # which is at the nodes
+        if lumped:  # which is at the nodes
             return np.zeros(len(x))
         return np.concatenate([one.line_density for one in sections_at(x)])
 

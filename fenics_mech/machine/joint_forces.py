@@ -22,9 +22,11 @@ class Reactions:
     ----------
     motion
         The motion.
+    beside
+        What poses need for anything beside it, ``(instants, poses, d + turns)`` (N, N m).
     """
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Motion, beside: Array | float = 0.0) -> None:
         machine = motion.machine
         apart = copy(machine)
         apart.forget_plan()
@@ -42,6 +44,8 @@ class Reactions:
         self._found = apart.residual(
             motion.t, *states, moving=motion.moving, angles=motion.angles, tangents=False, known=True
         )
+        own = self._found.force[:, : apart.n].reshape(len(motion.t), count, size)
+        own += beside
         zero = np.zeros((len(motion.t), apart.pattern.entries))
         for group, here, stress in zip(apart.groups, self._found.terms, motion.added or ()):
             stressed = here.with_response(Response(stress))

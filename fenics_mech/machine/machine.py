@@ -397,14 +397,16 @@ class Machine:
         ]
 
     # ---- the equation ----
-    def moved(self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True) -> Moved:
+    def moved(
+        self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True, heavy: bool = True
+    ) -> Moved:
         """Move all poses by coordinates, rates and accelerations beside the chart; arguments as of `residual`."""
         chart = self.known.at(t)
         if not moving:
             for rate in (chart.v, chart.w, chart.a, chart.al):
                 rate[:] = 0.0
         Q, V, A = (np.append(x, np.zeros((len(t), 1)), axis=1)[:, self.places] for x in (q, v, a))
-        return Moved.by(self.geometry, chart, Q, V, A, loads * self.gravity, self.drag)
+        return Moved.by(self.geometry, chart, Q, V, A, loads * heavy * self.gravity, self.drag)
 
     def placed(self, t: Array, q: Array) -> Placed:
         """Place all poses by coordinates beside a chart that rests ``(instants, n)``, for measures without rates."""
@@ -432,6 +434,7 @@ class Machine:
         angles: Sequence[Array] | None = None,
         loads: float = 1.0,
         moving: bool = True,
+        heavy: bool = True,
         turning: bool = True,
         tangents: bool = True,
         known: bool = False,
@@ -453,6 +456,8 @@ class Machine:
             Share of gravity and of all terms but beams that acts.
         moving
             Whether the chart moves; else only its places count.
+        heavy
+            Whether gravity acts.
         turning
             Whether the arms of weight and inertia turn with the poses: not in a linear theory without axial forces,
             which hold them.
@@ -463,7 +468,7 @@ class Machine:
             whose patterns may have had other signs.
         """
         self._check_plan()
-        g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving)
+        g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving, heavy=heavy)
         if not turning:
             at = replace(at, H=np.zeros_like(at.H))
         F = np.zeros((len(t), self.size))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,13 @@ FINE = 4  # times as many places as angles, at which the rigid motion is looked 
 TURNS = 40  # places between which accelerations change alike, over all that they change in a cycle
 
 
-def missed_peaks(made: SceneMachine, at: Callable[[float], OfPoses], bent: bool, shares: int) -> MissedPeaks:
+def missed_peaks(
+    made: SceneMachine,
+    at: Callable[[float], OfPoses],
+    bent: bool,
+    shares: int,
+    still: Callable[[Array], OfPoses] | None = None,
+) -> MissedPeaks:
     """Give by how much the positions of a cycle miss the peaks between them.
 
     Parameters
@@ -35,12 +42,16 @@ def missed_peaks(made: SceneMachine, at: Callable[[float], OfPoses], bent: bool,
         Whether accelerations of bent links are known.
     shares
         Places for each position at which the response is looked at, at most.
+    still
+        Gives what is read off the static answer at instants (s); None for that of the machine.
     """
     times = min(shares, math.ceil(PEAK.certain / made.scene.analysis.sub_intervals))
     parts = [_values(at(share / times), bent) for share in range(times)]
     known = {name: np.stack([part[name] for part in parts], axis=1) for name in parts[0]}
     whole = {name: value.reshape(-1, *value.shape[2:]) for name, value in known.items()}
-    return PeaksBetween(_WithoutVibration(made.scene, made), whole, times).missed_peaks()
+    return PeaksBetween(
+        _WithoutVibration(made.scene, made, still or partial(_at_rest, made)), whole, times
+    ).missed_peaks()
 
 
 def _values(found: OfPoses, bent: bool) -> Values:
@@ -60,11 +71,20 @@ def _values(found: OfPoses, bent: bool) -> Values:
     return values
 
 
+def _at_rest(made: SceneMachine, t: Array) -> OfPoses:
+    """Read off the linear static answer of a machine at some instants (s)."""
+    machine, zero = made.machine, np.zeros((len(t), made.machine.size))
+    answer = quasi_static(machine, t)
+    rigid = Motion(machine, t, zero, zero, zero)
+    return OfLinear.by(made, LinearMotion(rigid, answer.change, moving=False, stresses=answer.stresses))
+
+
 @dataclass(frozen=True)
 class _WithoutVibration(OverCycle):
     """The linear static answer to loads and rigid inertia of a machine at any angles."""
 
     made: SceneMachine
+    still: Callable[[Array], OfPoses]
 
     @property
     def count(self) -> int:
@@ -73,12 +93,7 @@ class _WithoutVibration(OverCycle):
 
     def at(self, places: Array) -> Values:
         """Give the quantities at places of the cycle, in positions."""
-        machine, t = self.made.machine, places * (self.scene.period / self.count)
-        answer, zero = quasi_static(machine, t), np.zeros((len(t), machine.size))
-        linear = LinearMotion(
-            Motion(machine, t, zero, zero, zero), answer.change, moving=False, stresses=answer.stresses
-        )
-        values = _values(OfLinear.by(self.made, linear), bent=False)
+        values = _values(self.still(places * (self.scene.period / self.count)), bent=False)
         return values | {ACCELERATIONS[1]: values[ACCELERATIONS[0]]}
 
     def turning(self) -> Array:

@@ -79,7 +79,8 @@ class OfLinear(OfPoses):
         if self._exerting is not None:
             exact = read(self._exerting)
         else:
-            at_base = linear_forces(*(found(x) for x in self._beside), 1 / (2 * self.linear.step))
+            base, ahead, behind = map(found, self._beside)
+            at_base = linear_forces(base, ahead, behind, 1 / (2 * self.linear.step))
             exact = along_members(self.made, at_base, self.motion.a, self.stations, bent=False)
         place = self._linear(lambda x: cubic_places(self.made, x.motion.found, self.stations))
         return replace(exact, place=place + exact.bow)

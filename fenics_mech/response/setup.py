@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -339,22 +338,3 @@ def freedoms_in_words(
     motions = np.einsum("mf,fli->mli", rigid.freedoms, motion.free)
     q = coordinates(motion.position, motion.angle)[0]
     return describe(links, joints, q, motions if which is None else motions[list(which)])
-
-
-def boundary_load(scene: Scene, system: System) -> Array | None:
-    """Load at the starts of the sub-intervals, ``(angles, coordinates)``, where the scene asks for a linear load.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    system
-        Its mechanism.
-    """
-    if scene.analysis.load == "constant":
-        return None
-    half = math.copysign(math.pi / len(system.motion.theta), scene.cycle_rate)
-    motion = solve_motion(scene, system.motion.theta - half, near=system.motion)
-    return moved(
-        scene.model_copy(update={"effects": ()}), system, motion
-    ).load  # axial forces load nothing by themselves

@@ -15,7 +15,6 @@ from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
-from fenics_mech.response.periodic.sub_intervals import SubIntervals
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.coefficients import Coefficients
@@ -130,19 +129,6 @@ class FreeSolution(InTime):
 
 
 @dataclass(frozen=True, kw_only=True)
-class SuperposedSolution(InTime):
-    """A response in time by superposition of modes.
-
-    Parameters
-    ----------
-    over_cycle
-        The mechanism over one cycle of its steady drive.
-    """
-
-    over_cycle: System
-
-
-@dataclass(frozen=True, kw_only=True)
 class TransientSolution(InTime):
     """A response in time of a linkage that its drives lead.
 
@@ -175,22 +161,6 @@ class PeriodicSolution(Solution):
     modes: Modes
     condition: float | None = None
     stability: Stability | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class SubIntervalSolution(PeriodicSolution):
-    """A periodic response by the sub-intervals of chapter 5.
-
-    Parameters
-    ----------
-    joined
-        The sub-intervals, joined to a cycle.
-    boundary_load
-        Load at their starts (N, N m), ``(angles, coordinates)``; None where it is constant in each.
-    """
-
-    joined: SubIntervals
-    boundary_load: Array | None = None
 
 
 @dataclass(frozen=True, kw_only=True)

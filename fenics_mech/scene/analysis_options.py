@@ -23,12 +23,12 @@ class Analysis(Part):
         motion); "static" (loads only, held at one position, appendix C; with freedoms, the equilibrium near the rough
         angles).
     solver
-        Of a periodic response. "sub-intervals" (chapter 5) has constant coefficients in each, and modal damping: it is
-        for equation (5.1), without the effect "coupling". All others solve the equation of poses, which leaves nothing
-        out at rigid arms and guides: "poses" and "collocation" by steps of high order, "harmonic-balance" as a Fourier
-        series. Linear theories are its first step from the rigid motion. What it has no term for, such as lumped
-        masses, goes by link frames, and "poses" refuses it. It gives "quasi-static" and "static" answers and those of
-        "transient" where "poses" is stated. "auto" takes "poses" where it can. Of "transient", "sub-intervals" is the
+        Of a periodic response. "sub-intervals" is the dissertation's method (chapter 5): equation (5.1), without the
+        effect "coupling", and modal damping. All others solve the equation of poses, which leaves nothing out at
+        rigid arms and guides: "poses" and "collocation" by steps of high order, "harmonic-balance" as a Fourier
+        series. Linear theories are its first step from the rigid motion. Static answers are by poses too, and
+        "transient" ones where "poses" is stated. What has no term there, such as members that cannot stretch, goes by
+        link frames, and "poses" refuses it. "auto" takes "poses" where it can. Of "transient", "sub-intervals" is the
         superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
     stages
         Collocation points in a sub-interval; in a time step of "transient" at least 5.

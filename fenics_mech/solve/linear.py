@@ -135,7 +135,7 @@ class StaticIteration:
         assert self.free is not None
         count, none = self.free.shape[1], [0 * stress for stress in self.stresses or ()]
         zero = np.zeros_like(self.q)
-        straight = machine.residual(self.t, self.q, zero, zero, predicted=none, moving=False, heavy=False)
+        straight = machine.residual(self.t, self.q, zero, zero, predicted=none, moving=False, turning=False)
         steps, accelerations = np.zeros((2, *self.q.shape))
         for k in range(len(self.t)):
             K, K0, M = (machine.pattern.dense(x[k]) for x in (self.values, stiffness(machine, straight), held.M))

@@ -294,8 +294,8 @@ class Iteration:
         t, q, v, a = self.path.at(self.path.tableau.c)
         size = self.machine.size
         flat = q.reshape(-1, size), v.reshape(-1, size), a.reshape(-1, size)
-        given = {"predicted": predicted, "turning": self.turning, "tangents": tangents}
-        return self.machine.residual(t.ravel(), *flat, known=True, **given)
+        residual, turning = self.machine.residual, self.turning
+        return residual(t.ravel(), *flat, predicted=predicted, turning=turning, tangents=tangents, known=True)
 
     def linearised(self) -> LinearSteps:
         """Give the steps linearised about the path, whose residual is then `found`."""

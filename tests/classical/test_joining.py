@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech.classical.joining import closed_cycle, flat, forced, free, marched, steady, whole
+from fenics_mech.classical.joining import Closed, flat, forced, free, marched, steady, whole
 from fenics_mech.classical.modes import closing, followed
 from fenics_mech.errors import SolverError
 
@@ -45,7 +45,7 @@ def cycle(count=7, modes=3):
 def test_the_states_go_on_from_one_sub_interval_to_the_next(options):
     """Every one of (5.14), and (5.15) from the last to the first."""
     join, transition, force = cycle()
-    starts = closed_cycle(join, transition, force, options)
+    starts = Closed(join @ transition, options).solve(np.einsum("kij,kj->ki", join, force))
     ends = np.einsum("kij,kj->ki", transition, starts) + force
     ahead = np.einsum("kij,kj->ki", join, ends)
     np.testing.assert_allclose(np.roll(ahead, 1, axis=0), starts, atol=1e-11 * np.abs(starts).max())
@@ -53,8 +53,9 @@ def test_the_states_go_on_from_one_sub_interval_to_the_next(options):
 
 def test_a_ksp_that_does_not_converge_raises_with_its_reason():
     options = {"periodic_ksp_type": "gmres", "periodic_pc_type": "none", "periodic_ksp_max_it": 2}
+    join, transition, force = cycle()
     with pytest.raises(SolverError, match="DIVERGED_MAX_IT"):
-        closed_cycle(*cycle(), options)
+        Closed(join @ transition, options).solve(np.einsum("kij,kj->ki", join, force))
 
 
 def test_a_march_without_load_stays_at_rest():

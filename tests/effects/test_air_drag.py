@@ -177,7 +177,7 @@ def test_only_what_is_known_is_answered():
         ({"sections": custom}, "has no width by which the air drags it"),
         ({"drive": motor}, "not available with a motor"),
         ({"tolerance": 0.01}, "a tolerance is not available for the drag of the air"),
-        ({"analysis": {"solver": "sub-intervals"}}, "does not support all effects of the scene"),
+        ({"analysis": {"solver": "sub-intervals"}}, "effects: .* write solver = .poses. or .collocation."),
     ):
         with pytest.raises(SceneError, match=message):
             analyse(arm(**rest))

@@ -29,7 +29,6 @@ WAYS = {
     "static": {"analysis__method": "static"},
     "quasi-static": {"analysis__method": "quasi-static"},
     "reduced": {"analysis__method": "static", "analysis__reduction": "craig-bampton"},
-    "sub-intervals": {"analysis__solver": "sub-intervals", "damping": {}},
     "collocation": {"analysis__solver": "collocation"},
     "harmonic-balance": {"analysis__solver": "harmonic-balance", "analysis__harmonics": 3},
     "in time": {
@@ -41,9 +40,7 @@ WAYS = {
 }
 LINEAR, NONLINEAR = ("geometric-stiffness",), ("large-rotations",)
 BOTH = [(way, effects) for way in WAYS for effects in (LINEAR, NONLINEAR)]
-CASES = [
-    pair for pair in BOTH if pair not in [(way, NONLINEAR) for way in ("quasi-static", "sub-intervals", "reduced")]
-]
+CASES = [pair for pair in BOTH if pair not in [(way, NONLINEAR) for way in ("quasi-static", "reduced")]]
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +86,7 @@ def test_beyond_the_euler_load_link_or_mode_is_named(column, way, effects, share
     """In time the straight strut was said to stand at 4 times the load; at 1.1 times it bent by 1e82 m."""
     equilibrium = r"link column (gives way|buckles)"
     motion = r"mode 1 (has the eigenvalue -.* at drive angle 0 deg|carries \d+% of it)"
-    periodic = way in ("sub-intervals", "collocation", "harmonic-balance")
+    periodic = way in ("collocation", "harmonic-balance")
     with pytest.raises(SolverError, match=motion if periodic else equilibrium):
         analyse(pressed(column, share, way, effects))
 

@@ -6,15 +6,14 @@ and harmonic, by every solver and whether or not multipliers are asked for.
 """
 
 import re
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.accuracy.estimate import estimate
+from fenics_mech.by_sub_intervals import ByModes
+from fenics_mech.classical import joining
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic import cyclic
 from fenics_mech.response.periodic.cyclic import BlockCyclic
 from fenics_mech.response.stability.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
@@ -97,12 +96,13 @@ def test_where_nothing_excites_it_the_answer_is_right_or_refused(solver, mode, h
 
 def test_estimates_that_rounding_stops_name_mode_and_harmonic_too(monkeypatch, critical):
     """There is an answer here, and rounding decides whether the systems of its error can be solved."""
+    errors = ByModes.errors
 
-    def strictly(*words):
-        monkeypatch.setattr(cyclic, "CYCLIC", replace(cyclic.CYCLIC, largest_residual=0.0))
-        return estimate(*words)
+    def strictly(answer):
+        monkeypatch.setattr(joining, "LEFT", 0.0)
+        return errors(answer)
 
-    monkeypatch.setattr("fenics_mech.recovery.labelled.estimate", strictly)
+    monkeypatch.setattr(ByModes, "errors", strictly)
     with pytest.raises(SolverError, match=r"mode 2 \(.* harmonic 5 of the drive"):
         solved(case("sub-intervals", critical[1] / 5 * (1 + 1e-9)))
 

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 import fenics_mech.analysis
+import fenics_mech.classical.response
 import fenics_mech.mechanism.memory_need
 from fenics_mech import _guard, analyse
 from fenics_mech._guard import memory
 from fenics_mech.errors import SolverError, TooLargeError
-from fenics_mech.response.periodic import sub_intervals
-from fenics_mech.response.periodic.sub_intervals import SubIntervalLimits
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.hard_cases.hard import arm, by_modes, natural
@@ -87,7 +86,7 @@ def test_fast_modes_of_a_linkage_ring_and_are_refused():
     ("module", "name", "value", "effects", "needed"),
     [
         (fenics_mech.mechanism.memory_need, "DENSE", 1e9, ("coupling",), "180 positions with 27 degrees of freedom"),
-        (sub_intervals, "SUB_INTERVALS", SubIntervalLimits(joined=10**9), (), "60 sub-intervals with 20 modes"),
+        (fenics_mech.classical.response, "JOINED", 10**9, (), "60 sub-intervals with 20 modes"),
     ],
 )
 def test_memory_is_judged_before_every_position_is_solved(monkeypatch, module, name, value, effects, needed):
@@ -95,6 +94,7 @@ def test_memory_is_judged_before_every_position_is_solved(monkeypatch, module, n
         raise AssertionError("the eigenproblems of all positions are solved first")
 
     monkeypatch.setattr(fenics_mech.analysis, "solve_modes", modes)
+    monkeypatch.setattr(fenics_mech.classical.response, "slowest", modes)
     monkeypatch.setattr(module, name, value)
     with pytest.raises(TooLargeError, match=needed):
         analyse(seed_four_bar(effects=effects, analysis__sub_intervals=60, analysis__modes=20))

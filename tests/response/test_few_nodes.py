@@ -11,7 +11,6 @@ from fenics_mech.analysis import solved
 from fenics_mech.response import few_nodes as module
 from fenics_mech.response.few_nodes import on_few_nodes
 from fenics_mech.response.periodic import steady_state
-from fenics_mech.response.periodic.steady_state import sub_intervals_on_few_nodes
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS
@@ -64,22 +63,6 @@ def test_few_nodes_estimate_as_all_do(effects, monkeypatch):
     assert np.abs(found.data["multiplier"] - whole.data["multiplier"]).max() < 1e-6  # of all nodes
 
 
-@pytest.mark.slow
-def test_few_nodes_tell_the_theory_of_sub_intervals(monkeypatch):
-    """To 1 %, and nothing else is found with them."""
-    scene = plain()
-    solution, found = solved(scene)
-    assert sub_intervals_on_few_nodes(solution).system.size == 3 * 3 * 12
-    without_few_nodes(monkeypatch)
-    solution, whole = solved(scene.changed(name="all"))
-    assert sub_intervals_on_few_nodes(solution) is solution
-    assert found.data["strain"].equals(whole.data["strain"])
-    told, own = (one.data["relative_error"] for one in (found, whole))
-    assert told.drop_sel(source="theory").equals(own.drop_sel(source="theory"))
-    assert told.sel(source="theory").item() == pytest.approx(own.sel(source="theory").item(), rel=0.01)
-    assert told.sel(source="theory").item() > 0.01
-
-
 @pytest.mark.parametrize("more", NEED_ALL.values(), ids=list(NEED_ALL))
 def test_some_motions_need_all_nodes(more):
     scene = fine(**more)
@@ -94,8 +77,6 @@ def test_nothing_is_taken_from_few_nodes_that_differ(monkeypatch):
     solution, found = solved(fine())
     assert solution.thinned is None
     assert len(solution.stability.multipliers)
-    by_sub_intervals = solved(plain())[0]
-    assert sub_intervals_on_few_nodes(by_sub_intervals) is by_sub_intervals
     assert found.data["relative_error"].sel(source="mesh") < 1e-5
 
 

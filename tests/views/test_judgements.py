@@ -126,7 +126,7 @@ def test_errors_by_their_size(result, total, coarse, level, said):
     many = data.drop_vars(["strain", "joint_force"]).assign(
         {name: data[name] * 0 for name in ("strain", "joint_force")}  # whose peaks are no longer in doubt
     )
-    del many.attrs["not_estimated"]
+    many.attrs.pop("not_estimated", None)  # poses tell what the theory leaves out with few positions too
     judged = error(Result(many))
     assert judged.level == level
     assert said in judged.text

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeVar
 
 import numpy as np
 
@@ -24,9 +23,8 @@ from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.newton import NEWTON, Orbit
-from fenics_mech.response.periodic.sub_intervals import solve_sub_intervals
-from fenics_mech.response.setup import boundary_load, moved, rough_tension
-from fenics_mech.response.solution import AtPoints, CollocationSolution, HarmonicSolution, SubIntervalSolution
+from fenics_mech.response.setup import moved, rough_tension
+from fenics_mech.response.solution import AtPoints, CollocationSolution, HarmonicSolution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.stability.resonance import magnification
 from fenics_mech.response.static.equilibrium import naming_buckled
@@ -34,7 +32,6 @@ from fenics_mech.response.velocity_jumps import jumps_at, velocity_jumps
 from fenics_mech.scene import Analysis, Impulse, Scene
 
 logger = logging.getLogger(__name__)
-Found = TypeVar("Found", CollocationSolution, SubIntervalSolution)
 
 
 @dataclass(frozen=True)
@@ -46,53 +43,6 @@ class LongerSteps:
 
 
 LONGER = LongerSteps()
-
-
-def by_sub_intervals(scene: Scene, system: System, modes: Modes) -> SubIntervalSolution:
-    """Solve by sub-intervals with constant coefficients, as chapter 5 does; they are about the positions.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    system
-        Its mechanism at the positions.
-    modes
-        The modes kept.
-
-    Raises
-    ------
-    SolverError
-        When the cycle cannot be closed, or rounding would show in the motion.
-    UnresolvedError
-        When modes ring at the joins.
-    """
-    load = boundary_load(scene, system)
-    response, joined, condition = solve_sub_intervals(scene, system, modes, load)
-    return SubIntervalSolution(
-        scene=scene,
-        system=system,
-        response=response,
-        modes=modes,
-        condition=condition,
-        joined=joined,
-        boundary_load=load,
-    )
-
-
-def sub_intervals_on_few_nodes(solution: SubIntervalSolution) -> SubIntervalSolution:
-    """Give a response by sub-intervals with few nodes; itself where all are needed, or few differ.
-
-    Parameters
-    ----------
-    solution
-        The response.
-    """
-    scene, system = solution.scene, solution.system
-    if (found := _with_few_nodes(scene, system, by_sub_intervals)) is None:
-        return solution
-    apart = difference((found.system, found.response), (system, solution.response))
-    return found if apart < FEW_NODES.largest_difference else solution
 
 
 def by_collocation(
@@ -125,7 +75,7 @@ def by_collocation(
     SolverError
         When the cycle cannot be closed, Newton's method or the axial forces do not settle, or the motion is unstable.
     """
-    few = _with_few_nodes(scene, system, _by_collocation)
+    few = _with_few_nodes(scene, system)
     if few is None:
         return _by_collocation(scene, system, modes, near, found, damped_up_to)
     near = near or KnownMotion.of(few.cycle.at_points(few.cycle.tableau), few.orbit)
@@ -135,12 +85,12 @@ def by_collocation(
     return replace(solution, thinned=few) if apart < FEW_NODES.largest_difference else solution
 
 
-def _with_few_nodes(scene: Scene, system: System, solve: Callable[[Scene, System, Modes], Found]) -> Found | None:
+def _with_few_nodes(scene: Scene, system: System) -> CollocationSolution | None:
     """Give the motion with few nodes, whose stability is not judged; None where all are needed."""
     if (few := on_few_nodes(scene, system)) is None:
         return None
     try:
-        return solve(*few, solve_modes(few[1], scene.analysis.modes, scene.petsc))
+        return _by_collocation(*few, solve_modes(few[1], scene.analysis.modes, scene.petsc))
     except (MechanismError, ArithmeticError, np.linalg.LinAlgError) as error:  # all nodes will say it, or know better
         logger.info("no motion with few nodes: %s", error)
         return None
