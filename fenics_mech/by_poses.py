@@ -176,7 +176,8 @@ def has_poses(scene: Scene) -> bool:
     """
     if scene.analysis.solver == "poses":
         return True
-    coupled = scene.effects == "auto" or COUPLED in scene.named_effects or scene.analysis.method != "periodic"
+    coupled = scene.effects == "auto" or {COUPLED, EXACT} & set(scene.named_effects)
+    coupled = coupled or scene.analysis.method != "periodic"
     if scene.analysis.solver == "sub-intervals" or scene.analysis.method == "transient" or not coupled:
         return False
     try:
@@ -206,6 +207,8 @@ def planned(scene: Scene) -> Scene:
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
+    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
+        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
     acting = {effect.name for effect in active(scene)}
     if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
         raise SceneError(

@@ -16,18 +16,12 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
-from fenics_mech.analysis import collected
-from fenics_mech.by_poses import has_poses, result_of
-from fenics_mech.effects.springs import refuse_too_stiff
+from fenics_mech.by_poses import result_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
 from fenics_mech.followed_by_poses import followable, followed
-from fenics_mech.planning.effect_choice import choose
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.peaks import curves_of
-from fenics_mech.response.continuation.arc_length import Point, continued
-from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
@@ -195,8 +189,7 @@ def follow(
         raise SceneError(f"a branch has a point or more; found {points}, at most {most_points}", place=path)
     range_si = range_in_si(scene, path, ends)
     at_start = Scene.read(placed(scene_data(scene), {path: range_si[0]}))
-    motions_of = _by_poses if has_poses(scene) else _by_collocation
-    first, motions = motions_of(at_start, path, range_si, points)
+    first, motions = _followed(at_start, path, range_si, points)
     records: list[Record] = []
     values: list[float] = []
     ended = END
@@ -238,8 +231,8 @@ class _Motion:
 Motions = tuple[Scene, Iterator[_Motion]]  # the scene at the start with its effects, and the motions of its branch
 
 
-def _by_poses(scene: Scene, path: str, ends: tuple[float, float], points: int) -> Motions:
-    """Follow the motions of the equation of poses."""
+def _followed(scene: Scene, path: str, ends: tuple[float, float], points: int) -> Motions:
+    """Follow the motions from one end of the range on."""
     first = followable(scene)
     data = scene_data(first)
     at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
@@ -260,28 +253,6 @@ def _result(solved: Solved) -> Result:
     except SolverError as error:
         logger.info("no errors are estimated: %s", error)
     return result_of(replace(solved, scene=solved.scene.changed({"analysis.error_estimates": False})))
-
-
-def _by_collocation(scene: Scene, path: str, ends: tuple[float, float], points: int) -> Motions:
-    """Follow the motions of the equation of link frames."""
-    refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
-    refuse_too_stiff(scene)
-    common = CommonParts()
-    first, choices = choose(scene, common)
-    data = scene_data(first)
-    at = lru_cache(maxsize=8)(lambda value: Scene.read(placed(data, {path: value})))
-    family = family_of(at, path, ends, common)
-    start = first_motion(first, family)
-
-    def motions() -> Iterator[_Motion]:
-        for point in continued(family, start, points):
-
-            def result(point: Point = point) -> Result:
-                return collected(solution_at(at(point.value), point, common), choices)
-
-            yield _Motion(point.value, point.fold, point.iterations, result)
-
-    return first, motions()
 
 
 def _record(motion: _Motion, gauge: Gauge) -> Record:

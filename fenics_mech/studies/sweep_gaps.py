@@ -16,14 +16,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fenics_mech._guard import guarded
-from fenics_mech.by_poses import has_poses
 from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.followed_by_poses import AtValue, followed
-from fenics_mech.followed_by_poses import followable as by_poses
-from fenics_mech.response.continuation.arc_length import continued
-from fenics_mech.response.continuation.branch import family_of, first_motion, refuse_unfollowable, solution_at
-from fenics_mech.response.periodic.known_motion import KnownMotion
+from fenics_mech.followed_by_poses import followable as may_be_followed
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Path as Steps
 from fenics_mech.solve.continuation import FOLD
@@ -64,7 +60,7 @@ class Ahead:
     ended: float
     beyond: float
     how: str
-    reached: dict[float, tuple[bool, KnownMotion | Steps]] = field(default_factory=dict)
+    reached: dict[float, tuple[bool, Steps]] = field(default_factory=dict)
 
 
 class _Passed(NamedTuple):
@@ -74,7 +70,7 @@ class _Passed(NamedTuple):
     leading: complex
     stable: bool
     fold: bool
-    motion: KnownMotion | Steps
+    motion: Steps
 
 
 def gaps_of(records: Sequence[Record]) -> list[range]:
@@ -107,19 +103,14 @@ def followable(record: Record, scene: Scene) -> bool:
     if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
         return False
     try:
-        if has_poses(scene):
-            by_poses(scene)
-        else:
-            refuse_unfollowable(scene.analysis, scene.drives, scene.impulses)
+        may_be_followed(scene)
     except SceneError:
         return False
     return True
 
 
 @guarded()
-def ahead(
-    at: AtValue, path: str, ends: tuple[float, float], values: Sequence[float], common: PointParts
-) -> Ahead | None:
+def ahead(at: AtValue, path: str, ends: tuple[float, float], values: Sequence[float]) -> Ahead | None:
     """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with.
 
     Parameters
@@ -132,15 +123,11 @@ def ahead(
         Value of the stable point, and the other end.
     values
         Values of the points in the gap.
-    common
-        What the scenes have in common.
     """
     found: list[_Passed] = []
     how = f"followed through {MOST} motions"
-    poses = has_poses(at(ends[0]))
     try:
-        passed = _by_poses(at, path, ends) if poses else _by_collocation(at, path, ends, common)
-        for one in islice(passed, MOST):
+        for one in islice(_passing(at, path, ends), MOST):
             found.append(one)
             logger.info("followed to %.6g: stable %s", one.value, one.stable)
     except (SolverError, SceneError) as error:
@@ -152,7 +139,7 @@ def ahead(
     last = stable.index(False) if False in stable else len(stable)
     if last < len(stable):
         how = _kind(found[last].leading, [one.fold for one in found[max(last - 1, 0) : last + 3]])
-    reached: dict[float, tuple[bool, KnownMotion | Steps]] = {}
+    reached: dict[float, tuple[bool, Steps]] = {}
     for before, after in pairwise(found):
         both = before.stable and after.stable
         for value in values:
@@ -165,22 +152,10 @@ def ahead(
     return Ahead(ends[0], ended, beyond, how, reached)
 
 
-def _by_poses(at: AtValue, path: str, ends: tuple[float, float]) -> Iterator[_Passed]:
-    """Follow the motions of the equation of poses."""
+def _passing(at: AtValue, path: str, ends: tuple[float, float]) -> Iterator[_Passed]:
+    """Follow the motions from one end of a range on."""
     for point, _ in followed(at, path, ends, POINTS):
         yield _Passed(point.value, point.leading, point.stable, point.kind == FOLD, point.cycle.path)
-
-
-def _by_collocation(at: AtValue, path: str, ends: tuple[float, float], common: PointParts) -> Iterator[_Passed]:
-    """Follow the motions of the equation of link frames, as long as their steps tell of stability."""
-    family = family_of(at, path, ends, common)
-    for point in continued(family, first_motion(at(ends[0]), family), POINTS):
-        solution = solution_at(at(point.value), point, common)
-        motion = KnownMotion.of(solution.cycle.at_points(solution.cycle.tableau), solution.orbit)
-        if motion is None or solution.stability is None:
-            return
-        leading = complex(solution.stability.multipliers[0])
-        yield _Passed(point.value, leading, solution.stability.stable, point.fold, motion)
 
 
 def _kind(leading: complex, folds: Sequence[bool]) -> str:
@@ -266,7 +241,7 @@ def _follow_into(
         end = values[min(max(far, 0), len(values) - 1)]
         base, common = as_analysed(run.scene, records[k]), PointParts()
         quick = partial(_scene_at, placed(base, {"analysis.error_estimates": False}), axis.path)
-        if (one := ahead(quick, axis.path, (values[k], end), inside, common)) is not None:
+        if (one := ahead(quick, axis.path, (values[k], end), inside)) is not None:
             followed.append(_Followed(one, base, common))
     said = in_words([each.ahead for each in followed], axis.told)
     for k in gap:

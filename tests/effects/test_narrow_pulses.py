@@ -8,7 +8,6 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.planning.meet_tolerance import _start
-from fenics_mech.response.continuation.branch import family_of
 from fenics_mech.response.periodic.steps import Steps, loads_act_like_impulses
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.setup import CommonParts
@@ -16,6 +15,7 @@ from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.formulas.interval import bounds_over
+from fenics_mech.studies.follow import follow
 from tests.common import response_of
 
 WHERE, WIDTH, FORCE = 1.234561, 1e-6, 1e6  # rad, rad, N
@@ -161,9 +161,9 @@ def test_load_that_jumps_under_a_motor():
 
 def test_branch_whose_steps_would_be_cut_elsewhere_is_refused():
     load = {"at": "coupler@0.5", "force": (0.0, 1.0), "factor": {"kind": "pulse", "start": 1.0, "end": 2.0}}
-    scene = struck(loads={"p": load}, analysis=BY_POINTS)
+    scene = struck(loads={"p": load}, analysis=BY_POINTS, effects=("coupling", "large-rotations"))
     with pytest.raises(SceneError, match=r"loads.p.factor.start: the angles at which a load jumps"):
-        family_of(lambda value: scene.changed(loads__p__factor__start=value), "loads.p.factor.start", (1.0, 1.1))
+        follow(scene, "loads.p.factor.start", (1.0, 1.1))
 
 
 def test_many_harmonics():

@@ -1,1 +1,0 @@
-"""Branches of periodic motions over one number of a scene."""
