@@ -49,7 +49,12 @@ class Motion:
     @cached_property
     def found(self) -> Evaluation:
         """The residual, without tangents; the added stresses are those of its terms, and no forces."""
-        found = self._evaluated(tangents=False)
+        return self._evaluated(tangents=False)
+
+    def _evaluated(self, tangents: bool) -> Evaluation:
+        found = self.machine.residual(
+            self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles, known=True, tangents=tangents
+        )
         if self.added is None:
             return found
         stressed = [
@@ -57,11 +62,6 @@ class Motion:
             for here, stress in zip(found.terms, self.added)
         ]
         return replace(found, terms=stressed)
-
-    def _evaluated(self, tangents: bool) -> Evaluation:
-        return self.machine.residual(
-            self.t, self.q, self.v, self.a, moving=self.moving, angles=self.angles, known=True, tangents=tangents
-        )
 
     @property
     def with_tangents(self) -> Evaluation:

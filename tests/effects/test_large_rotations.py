@@ -9,7 +9,7 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 from fenics_mech._arrays import turned
 from fenics_mech.analysis import analyse
-from fenics_mech.errors import SolverError, UnresolvedError
+from fenics_mech.errors import UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.section_forces import recover_members
 from fenics_mech.response.setup import mechanism
@@ -155,14 +155,6 @@ def test_elements_shorter_than_thick_bend_and_stretch_as_reissners_beam(turn, ar
     assert data["rotation"].item() == pytest.approx(bent(moment)[0], rel=2e-4)  # of 8 elements 1e-4
 
 
-def test_an_equilibrium_that_is_not_found_is_told_with_the_share_of_the_load_that_has_one():
-    scene = cantilever(tip_of(1.45)[0] * strips.E * strips.INERTIA / strips.L**2, "collocation", mesh__elements=8)
-    with pytest.raises(SolverError, match=r"There are equilibria up to 0\.\d+ of the load"):
-        analyse(scene.changed(sections__strip__area=1e-3 * strips.A))
-    with pytest.raises(SolverError, match=r"None is found for 0\.0\d+ of the load either. Lower the loads"):
-        analyse(cantilever(1e3 * tip_of(1.45)[0]))  # so large that each element would turn by far over a radian
-
-
 def test_axes_keep_their_length_between_nodes():
     force = tip_of(0.8)[0] * strips.E * strips.INERTIA / strips.L**2
     coarse = cantilever(force).changed(mesh={"elements": 3}, analysis__stations=101, analysis__allow_coarse=True)
@@ -172,13 +164,8 @@ def test_axes_keep_their_length_between_nodes():
     assert chords == pytest.approx(1.0, abs=3e-3)
 
 
-def test_an_axis_that_turns_beyond_the_theory_is_refused():
-    force = tip_of(1.4)[0] * strips.E * strips.INERTIA / strips.L**2
-    with pytest.raises(SolverError, match=r"turns the axis of member 'beam' by 1\.4 rad.* good up to 1\.3 rad"):
-        analyse(cantilever(force, "collocation").changed(analysis__allow_large=False))
-    with pytest.raises(SolverError, match=r"an axis may turn by less than 90 degrees|would turn by 90 degrees or more"):
-        analyse(cantilever(20 * force, "collocation"))
-    load, _, _ = tip_of(1.55)  # poses have no such limits
+def test_an_axis_may_turn_by_90_degrees():
+    load, _, _ = tip_of(1.55)
     tip = analyse(cantilever(load * strips.E * strips.INERTIA / strips.L**2, mesh__elements=32)).data["rotation"]
     assert tip.item() == pytest.approx(1.55, abs=1e-4)
 
@@ -327,5 +314,3 @@ def test_arms_of_rigid_links_turn_with_them():
     tip, end = (data["point_position_bent"].sel(point=f"plate.{name}")[0].to_numpy() for name in "BC")
     assert end - tip == pytest.approx(0.1 * np.array([-np.sin(0.8), np.cos(0.8)]), abs=1e-6)
     assert "not_estimated" not in data.attrs
-    told = "rotation by 0.72 rad changes of the places of points on the rigid link 'plate'"
-    assert told in analyse(Scene.read(given).changed(analysis__solver="collocation")).data.attrs["not_estimated"]
