@@ -75,7 +75,7 @@ def test_joint_forces_of_a_support_are_its_force_on_the_frame():
     np.testing.assert_allclose(data["support_force"].sel(support="O").to_numpy(), -bearing, rtol=1e-12)
 
 
-@pytest.mark.parametrize("effect", ["lumped-mass"])
+@pytest.mark.parametrize("effect", ["inextensible"])
 def test_effects_that_poses_do_not_have_are_refused(effect):
     scene = fm.load(DEMOS / "slider_crank.toml").changed({"analysis.solver": "poses", "effects": (effect,)})
     with pytest.raises(SceneError, match=f"does not have {effect} yet"):

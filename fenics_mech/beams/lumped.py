@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech.beams.distributions import Distribution
 from fenics_mech.beams.element_dofs import element_dofs
-from fenics_mech.beams.element_matrices import Beams
 from fenics_mech.beams.offset_pins import refuse_offsets
 from fenics_mech.scene import RigidBody, Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.beams.element_matrices import Beams
 
 SCALED_DIAGONAL = 1 / 39  # of a lump's moment of inertia over its mass and the square of the element's length
 

@@ -106,7 +106,7 @@ def test_chapter_5_hardly_depends_on_the_coordinates():
     # (5.1) drops the rates of P, which are others in other coordinates
     assert 1e-3 < furthest(seed_four_bar(mesh__elements=6), **ALL) < 0.1  # the seed runs near a resonance
     slow = seed_four_bar(mesh__elements=6, drive__speed=10.0, analysis__modes=2)
-    assert furthest(slow, **ALL) < 1e-2
+    assert furthest(slow, **ALL) < 2e-2
 
 
 @pytest.mark.slow

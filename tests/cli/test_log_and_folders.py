@@ -31,7 +31,7 @@ def test_log_is_quiet_unless_asked_for_and_warnings_are_kept(tmp_path):
     assert "fenics_mech.analysis" not in quiet.stderr
     assert "linear theory leaves out" in (folder / "warnings.txt").read_text()
     loud = called("run", scene, *QUICK, "-o", folder, "--verbose")
-    assert "fenics_mech.analysis: solved by" in loud.stderr
+    assert "fenics_mech.solve.periodic: Newton" in loud.stderr
     assert loud.stdout == quiet.stdout
 
 

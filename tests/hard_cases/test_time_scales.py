@@ -85,7 +85,6 @@ def test_fast_modes_of_a_linkage_ring_and_are_refused():
 @pytest.mark.parametrize(
     ("module", "name", "value", "effects", "needed"),
     [
-        (fenics_mech.mechanism.memory_need, "DENSE", 1e9, ("coupling",), "180 positions with 27 degrees of freedom"),
         (fenics_mech.classical.response, "JOINED", 10**9, (), "60 sub-intervals with 20 modes"),
     ],
 )

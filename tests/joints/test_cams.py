@@ -121,7 +121,8 @@ def test_error_of_steps_is_estimated_where_the_follower_keeps_to_its_cam():
     data = fm.analyse(valve(0.9 * LEAVES, **steps)).data
     exact = fm.analyse(valve(0.9 * LEAVES, **{"analysis.time_tolerance": 1e-6})).data
     true = float(np.abs(data["joint_force"] - exact["joint_force"]).max())
-    assert 0.5 * true < float(data["joint_force_error"].max()) < 5 * true
+    told, rounding = float(data["joint_force_error"].max()), 1e-7 * float(np.abs(exact["joint_force"]).max())
+    assert 0.5 * true - rounding < told < 5 * true + rounding
     assert "not_estimated" not in data.attrs
 
 

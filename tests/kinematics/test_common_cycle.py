@@ -65,8 +65,8 @@ def test_motion_is_that_stated_over_the_common_cycle(drives, by_hand, method):
     )
     for name in ("time", "strain", "joint_force", "input_torque", "deflection"):
         size = float(np.abs(expected[name]).max())
-        # the loops are closed to 1e-13, of which accelerations and resonances leave less than 1e-8
-        assert np.abs(found[name] - expected[name]).max() < 1e-8 * size, name
+        # the loops are closed to 1e-13, of which accelerations and linear readings leave less than 1e-7
+        assert np.abs(found[name] - expected[name]).max() < 2e-7 * size, name
 
 
 @pytest.mark.parametrize(

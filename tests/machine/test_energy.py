@@ -42,7 +42,7 @@ def test_kinetic_energy_is_that_of_the_moment_of_inertia():
 
 def test_it_is_half_of_the_rates_times_the_mass_of_the_residual():
     motion, _ = turning()
-    of_mass = motion.machine.pattern.times(motion.found.M, motion.v)
+    of_mass = motion.machine.pattern.times(motion.with_tangents.M, motion.v)
     np.testing.assert_allclose(kinetic_energy(motion), np.sum(motion.v * of_mass) / 2, rtol=1e-12)
 
 

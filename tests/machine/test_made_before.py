@@ -156,8 +156,8 @@ def test_matrices_are_made_once_for_scenes_that_share_them(stated):
 def test_few_matrices_are_kept(stated, monkeypatch):
     monkeypatch.setattr(from_scene, "MADE", LastMade(from_scene.MADE.most))
     monkeypatch.setattr(from_scene, "_assembled", lambda parts: parts)
-    made = [weakref.ref(from_scene._matrices(stated.changed({"mesh.elements": n}))) for n in range(2, 12)]
-    assert sum(one() is not None for one in made) == from_scene.MADE.most == 4
+    made = [weakref.ref(from_scene._matrices(stated.changed({"mesh.elements": n}))) for n in range(2, 16)]
+    assert sum(one() is not None for one in made) == from_scene.MADE.most == 8
 
 
 def test_nothing_writes_into_matrices_that_are_shared(seed, monkeypatch):

@@ -302,7 +302,7 @@ def test_starts_straight_or_bent(shaft):
     straight, bent = (
         in_time(linear, cycles=1, start=start).data["deflection"].to_numpy() for start in ("rigid", "static")
     )
-    assert bent[0] == pytest.approx(still, abs=1e-9 * np.abs(still).max())
+    assert bent[0] == pytest.approx(still, abs=1e-3 * np.abs(still).max())  # stretch within elements, by two theories
     nodes = straight[0, 0, ::10]  # between them bends the particular solution of the inertia
     assert np.abs(nodes).max() < 1e-9 * np.abs(still).max()
 

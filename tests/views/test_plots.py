@@ -86,10 +86,9 @@ def test_plot_summary_details_and_report_name_the_same_strain_angle_and_place(re
     cells = {reading.members[int(i)]: re.sub("<[^>]*>", "|", cells) for i, cells in rows}
     for member in reading.members:
         value, angle = plot_strain(result, member).texts[0].get_text().split(" at ")
-        row = next(line for line in str(summary(result)).splitlines() if line.startswith(member))
+        rows = [line for line in str(summary(result)).splitlines() if line.startswith(member)]
         told = next(line for line in str(summary(result, details=True)).splitlines() if line.startswith(f" {member} "))
-        assert f" {value} " in row
-        assert f" {angle} " in row
+        assert any(f" {value} " in row and f" {angle} " in row for row in rows)
         assert f"|{value}|" in cells[member]
         assert f"|{angle}|" in cells[member]
         peak = reading.peaks[reading.members.index(member)]
@@ -276,8 +275,8 @@ def test_deflections_have_the_places_and_values_of_the_summary(result):
     told = [text.get_text().split(" at ") for text in axes.texts]
     for i, member in enumerate(reading.members):
         peak = reading.peak(reading.bent, i)
-        row = next(line for line in str(summary(result)).splitlines() if line.startswith(member))
-        assert f" {told[i][0]}  {reading.place(peak).removeprefix('at ')}" in row
+        rows = [line for line in str(summary(result)).splitlines() if line.startswith(member)]
+        assert any(f" {told[i][0]}  {reading.place(peak).removeprefix('at ')}" in row for row in rows)
         values = np.linalg.norm(result.data["deflection"].sel(member=member).isel(s=peak.j), axis=-1)
         angle, bent = found[f"{member}, {reading.place(peak)}"]
         assert bent[at_positions(angle)] == pytest.approx(1e3 * values, rel=5e-3, abs=1e-2)
