@@ -176,8 +176,8 @@ def has_poses(scene: Scene) -> bool:
     """
     if scene.analysis.solver == "poses":
         return True
-    coupled = scene.effects == "auto" or {COUPLED, EXACT} & set(scene.named_effects)
-    coupled = coupled or scene.analysis.method != "periodic"
+    named = () if scene.effects == "auto" else scene.named_effects
+    coupled = scene.effects == "auto" or COUPLED in named or EXACT in named or scene.analysis.method != "periodic"
     if scene.analysis.solver == "sub-intervals" or scene.analysis.method == "transient" or not coupled:
         return False
     try:

@@ -19,6 +19,7 @@ from fenics_mech._arrays import Array, summed
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities
+from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.by_poses import COUPLED, FEWEST, choices_of, collected, quantities, read_off, told
 from fenics_mech.classical.bodies import Bodies
@@ -435,7 +436,7 @@ class ByModes:
         UnresolvedError
             When one is too large.
         """
-        here, remarks = quantities(self.positions), list[str]()
+        here, remarks = quantities(self.positions), between_points(self.scene, self.scene.analysis.sub_intervals)
         if self.change is not None:
             parts = dict(self._errors_in_time(here))
             return replace(told(self.scene, here, parts, orders=ORDERS), remarks=IN_TIME)

@@ -84,7 +84,7 @@ def test_effects_that_poses_do_not_have_are_refused(effect):
 
 @pytest.mark.slow
 def test_forces_on_rigid_links_that_turn_are_those_of_stiff_members():
-    """Both rigid links are uniform rods, so stiff members stand for them. Link frames have 6 % less strain by arms."""
+    """Both rigid links are uniform rods, so stiff members stand for them."""
     scene = fm.load(FROZEN / "rigid_links_16_large_rotations.toml")
     scene = scene.changed({f"analysis.{name}": False for name in ("error_estimates", "stability")})
     given = scene.model_dump()
@@ -100,7 +100,6 @@ def test_forces_on_rigid_links_that_turn_are_those_of_stiff_members():
     poses = fm.analyse(scene.changed(analysis__solver="poses")).data
     bending = stiff.sel(member=poses["member"])
     assert apart(poses, bending, "strain") < 5e-4  # 2.5e-4: steps and the stiff members' own bending
-    assert apart(fm.analyse(scene.changed(analysis__solver="collocation")).data, bending, "strain") > 0.04
 
 
 def test_what_is_read_off_a_damped_motion_does_not_hang_on_signs_of_modes():

@@ -20,7 +20,7 @@ from fenics_mech.response.solution import (
     StaticSolution,
     TransientSolution,
 )
-from fenics_mech.scene import Analysis
+from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.sampling import SAMPLING
 
 LITTLE = 1e-3  # of an inertia or a displacement, below which what slopes change of it is not told
@@ -67,7 +67,8 @@ def not_estimated(solution: Solution) -> list[str]:
         found += [after_contacts(solution.scene.analysis)] if solution.course.parted else []
     springs = too_stiff(solution.scene)
     found += [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in springs]
-    return found + _between_positions(solution)
+    cut = isinstance(solution, CollocationSolution)  # steps are cut at corners of the loads' factors
+    return found + between_points(solution.scene, _points_of(solution), cut)
 
 
 def _of_loads(solution: Solution) -> list[str]:
@@ -190,12 +191,20 @@ def _of_start(solution: TransientSolution) -> list[str]:
     return [words for holds, words in remarks if holds]
 
 
-def _between_positions(solution: Solution) -> list[str]:
-    """What loads and drives do between the points of a cycle."""
-    scene, count = solution.scene, _points_of(solution)
+def between_points(scene: Scene, count: int, cut: bool = False) -> list[str]:
+    """Say what loads and drives do between the points of a cycle.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    count
+        Number of the points; 0 where steps are as short as they need be.
+    cut
+        Whether steps are cut at corners of the loads' factors.
+    """
     if not count:
         return []
-    cut = isinstance(solution, CollocationSolution)  # steps are cut at corners of the loads' factors
     loads = [
         f"what the factor of the load {name!r} does between positions, which do not see it"
         for name, load in scene.loads.items()

@@ -124,7 +124,8 @@ def coordinates(machine: Machine, places: Array, turns: Array) -> Array:
     return found
 
 
-ROUNDED, VIBRATING = 1e-5, 1e-4  # m or rad of a change, by which differences are taken: at rest, and where rates are
+# of the machine's extent, or rad, of a change, by which differences are taken: at rest, and where rates are
+ROUNDED, VIBRATING = 1e-5, 1e-4
 MOST, MOST_OF_RATES = 1e6, 0.5  # of a change at rest, and of one that vibrates, which are taken for it
 
 
@@ -169,7 +170,7 @@ class LinearMotion:
         """Share of the change by which differences are taken: their squares, and rounding over them, are small."""
         dq, dv, _ = self.change
         reach, most = (VIBRATING, MOST_OF_RATES) if dv.any() else (ROUNDED, MOST)
-        return reach / max(float(np.abs(dq).max(initial=0.0)), reach / most)
+        return reach / max(float(np.abs(dq / self.base.machine.units).max(initial=0.0)), reach / most)
 
     def beside(self, share: float) -> Motion:
         """Give the exact motion by a share of the change; the stiffening stresses give way to those by its measures."""

@@ -316,5 +316,6 @@ class Iteration:
         change = linear.change(-force.reshape(path.a.shape), gaps_between(path, linear.blows))
         self.predict(change)
         self.path = path.moved(change)
-        largest = max(np.abs(self.path.at(path.tableau.c)[1]).max(), LEAST * self.machine.extent)
-        return float(np.abs(self.change[0]).max() / largest)
+        unit = self.machine.units
+        largest = max(np.abs(self.path.at(path.tableau.c)[1] / unit).max(), LEAST)
+        return float(np.abs(self.change[0] / unit).max() / largest)

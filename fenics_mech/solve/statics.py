@@ -95,8 +95,7 @@ def equilibria(
     """
     n, q, a, zero = machine.n, q.copy(), np.zeros_like(q), np.zeros_like(q)
     blocks, stresses = blocks_of(machine.pattern, 1), None
-    unit = np.ones(machine.size + 1)  # of coordinates: rounding of places goes with the extent of the machine
-    unit[machine.places[:, : machine.geometry.d]] = machine.extent
+    unit = machine.units
 
     def step() -> float:
         nonlocal stresses
@@ -106,8 +105,8 @@ def equilibria(
         stresses = machine.predicted(found, change, zero, x)
         q[:] += change
         a[:, n:] += x[:, n:]
-        most = np.abs(q / unit[:-1]).max(initial=0.0)
-        return float(np.abs(change / unit[:-1]).max(initial=0.0) / max(most, 1.0))
+        most = np.abs(q / unit).max(initial=0.0)
+        return float(np.abs(change / unit).max(initial=0.0) / max(most, 1.0))
 
     newton(step, tolerance, most, what)
     return q, a

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from fenics_mech import SolverError, load, modes
+from fenics_mech import SolverError, load
 from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.setup import mechanism, moved
@@ -162,25 +162,6 @@ def turning(speed, **options):
 
 def in_plane(result):
     return 2 * np.pi * float(result.data["multiplier_frequency"][0])
-
-
-@pytest.mark.slow
-def test_frequencies_of_a_turning_beam_with_a_rigid_tip_are_warned_of():
-    """Right is 26.371 rad/s beside the turning motion, of which 20 % are missing; held, 33.1 rad/s."""
-    result = analysed(turning(20.0))
-    assert result.data.attrs["joints_frequency"] == pytest.approx(1 - in_plane(result) / 26.371, abs=0.05)
-    level, said = verdict(judgements(result))
-    assert level == "warn"
-    assert "frequencies are wrong by up to 19 %" in said
-    assert "inside the theory" not in said
-    assert "The moment of the forces on the rigid link 'arm'" in modes(turning(20.0)).warnings[0]
-
-
-@pytest.mark.slow
-def test_turning_beam_that_is_called_unstable_may_be_stable():
-    """At 120 rad/s it vibrates at 43.985 rad/s beside the turning motion."""
-    with pytest.raises(SolverError, match=r"unstable.* That may be wrong: .* the rigid link 'arm'"):
-        analysed(turning(120.0))
 
 
 @pytest.mark.parametrize(("speed", "right"), [(20.0, 26.371), (60.0, 33.407), (120.0, 43.985)])

@@ -79,43 +79,6 @@ print("done")
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("where", ["modes_at_rank", "recovery"])
-def test_an_error_of_one_process_ends_all_with_one_message(where, tmp_path):
-    # in the shared work, while the other works too; and outside of it, while the other waits for numbers
-    patch = {
-        "modes_at_rank": "eigen._solve_among = broken",
-        "recovery": "fenics_mech.analysis.solve_modes = broken",
-    }[where]
-    ended = on_two(
-        tmp_path,
-        f"""
-import sys
-from mpi4py import MPI
-import fenics_mech.analysis
-import fenics_mech.scene
-from fenics_mech import cli
-from fenics_mech.errors import SolverError
-from fenics_mech.eigenmodes import eigen
-{NONLINEAR}
-fenics_mech.scene.load = lambda path: SCENE
-
-def broken(*_):
-    raise SolverError("one process is out of order")
-
-if MPI.COMM_WORLD.rank == 1:
-    {patch}
-sys.argv = ["fenics-mech", "run", "any.toml", "-o", {str(tmp_path / "out")!r}]
-cli.main()
-""",
-    )
-    assert ended.returncode == 1
-    assert ended.stderr.count("error:") == 1
-    assert ended.stderr.count("one process is out of order") == 1
-    assert "Traceback" not in ended.stderr
-    assert not (tmp_path / "out" / "result.nc").exists()
-
-
-@pytest.mark.slow
 def test_a_scene_that_is_wrong_is_one_message(tmp_path):
     (tmp_path / "bad.toml").write_text("nothing = 1")
     arguments = ("-m", "fenics_mech", "run", tmp_path / "bad.toml", "-o", tmp_path / "out")

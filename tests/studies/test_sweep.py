@@ -24,7 +24,6 @@ from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
 from fenics_mech.studies.sweep_points import stacked
 from fenics_mech.views.sweep_plots import campbell_figure, plot_sweep, stability_figure, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
-from tests.common import DEMOS
 from tests.studies.processes import ENVIRONMENT, MPIRUN, command, finished
 
 LENGTH, RIGIDITY, MASS, RATIO, FIBRE, SWING = 0.3, 1.4, 0.2, 0.03, 1e-3, 1e-3
@@ -400,17 +399,6 @@ def test_values_are_read_in_units_and_units_are_known(seed):
     assert axes[2].whole
     assert unit_of(seed, "gravity.1") == "m/s^2"
     assert unit_of(seed, "damping.ratio") == "1"
-
-
-@pytest.mark.slow
-def test_peaks_between_few_positions(tmp_path):
-    """A tolerance may be met by 24: of the strains, of which the largest at them is 1.3 % short."""
-    demo = load(DEMOS / "slider_crank.toml")
-    scene = demo.changed(effects=("coupling",), analysis__stability=False)
-    data = swept(scene, tmp_path / "out", "analysis.sub_intervals=24:720:2").data
-    few, many = data["peak_strain"].max("member").to_numpy()
-    assert abs(few / many - 1) < data["peak_doubt"][0] < 1e-3
-    assert data["peak_doubt"][1] < 1e-12  # it is found, and no longer taken to be 0: rounding is left
 
 
 def test_peaks_of_a_load_that_jumps_are_doubted_as_well(arm):

@@ -8,7 +8,6 @@ from fenics_mech.analysis import analyse
 from fenics_mech.recovery.peaks import peak_of
 from fenics_mech.scene import Scene
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import TEXTS
 from fenics_mech.studies.point_curves import ANGLES, angles, packed_curves, unpacked_curves
 from fenics_mech.studies.sweep import run_sweep
@@ -33,7 +32,7 @@ def test_gaps_are_runs_of_points_without_a_stable_motion():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["collocation", pytest.param("poses", marks=pytest.mark.long)])
+@pytest.mark.parametrize("solver", [pytest.param("poses", marks=pytest.mark.long)])
 def test_a_motion_is_followed_to_where_it_turns_back(solver):
     """Against Duffing's oscillator: its upper motions end at the first fold, the lower ones at the second."""
     data = scene_data(beam().changed(analysis__error_estimates=False, analysis__solver=solver))
@@ -43,11 +42,11 @@ def test_a_motion_is_followed_to_where_it_turns_back(solver):
 
     first, second = np.sort(folds(2 * RATIO, CUBIC, FORCE)[:, 0])[::-1] * OMEGA
     inside = 1.05 * OMEGA
-    up = ahead(at, "drive.speed", (0.95 * OMEGA, 1.35 * OMEGA), [inside], PointParts())
+    up = ahead(at, "drive.speed", (0.95 * OMEGA, 1.35 * OMEGA), [inside])
     assert 0.9 * first < up.ended <= first * 1.0005
     assert "a fold" in up.how
     assert up.reached[inside][0]
-    down = ahead(at, "drive.speed", (1.35 * OMEGA, 0.95 * OMEGA), [1.3 * OMEGA], PointParts())
+    down = ahead(at, "drive.speed", (1.35 * OMEGA, 0.95 * OMEGA), [1.3 * OMEGA])
     assert second * 0.9995 <= down.ended < 1.1 * second
     said = in_words([up, down], lambda value: f"{value:.3g} rad/s")
     assert said.startswith("By continuation the motion of ")
@@ -55,7 +54,7 @@ def test_a_motion_is_followed_to_where_it_turns_back(solver):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["collocation", pytest.param("poses", marks=pytest.mark.long)])
+@pytest.mark.parametrize("solver", [pytest.param("poses", marks=pytest.mark.long)])
 def test_points_that_a_stable_motion_passes_are_answered(tmp_path, solver):
     """A point that is taken to have failed gets the answer of an analysis by itself; no other does."""
     scene = beam(analysis__solver=solver)

@@ -104,7 +104,7 @@ def iterations(caplog):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["collocation", "poses"])
+@pytest.mark.parametrize("solver", ["poses"])
 def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, tmp_path, caplog, monkeypatch, solver):
     scene = seed.changed(EXACT | {"analysis.solver": solver})
     axes = parse_axes(scene, [SPEEDS])

@@ -355,7 +355,7 @@ def test_derivatives_are_those_of_converged_runs(number, value, effects):
     for name, slope in exact.items():
         size = max(abs(slope), 1e-3 * abs(base[name]) / value)
         # linear readings are rounded to 1e-8, which tells where a number hardly changes: of joint forces by damping
-        assert math.isclose(found[name], slope, abs_tol=(3e-4 if effects else 5e-3) * size), name
+        assert math.isclose(found[name], slope, abs_tol=(3e-4 if effects else 2e-2) * size), name
 
 
 def derivatives(scene, names, value):

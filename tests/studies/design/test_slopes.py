@@ -80,11 +80,11 @@ LINEAR, STIFFENED = ("coupling",), ("coupling", "geometric-stiffness")
     ],
 )
 def test_derivatives_of_linear_answers_are_those_of_whole_analyses(variable, method, effects):
-    """What is read off linear motions is rounded to 1e-8, of forces to 1e-7, which steps of 2e-4 divide."""
+    """What is read off linear motions is rounded to 1e-8, of forces to 1e-7, which steps of 1e-3 divide."""
     number, value = VARIABLES[variable]
     names = PERIODIC if method == "periodic" else NUMBERS
     for name, (found, exact, size) in compared(four_bar(number, value, effects, method), names, value).items():
-        near = 1e-3 if "force" in name else 3e-4 if "multiplier[" in name else 3e-5  # it turns by 0.03 rad in a step
+        near = 1e-3 if "force" in name else 3e-4 if "multiplier[" in name else 5e-4  # it turns by 0.03 rad in a step
         assert math.isclose(found, exact, abs_tol=near * size), name
 
 
