@@ -84,15 +84,14 @@ class OfPoses:
     @cached_property
     def sections(self) -> Sections:
         """Forces in sections at the stations."""
-        return self._along(self.motion.found)
+        return along_members(self.made, self.motion.found, self.motion.a, self.stations, self.bent)
 
     @cached_property
     def bare(self) -> Sections:
         """Forces in sections without what damps modes, which is no strain."""
-        return self.sections if self.made.machine.beams.modal is None else self._along(self.elastic)
-
-    def _along(self, found: Evaluation) -> Sections:
-        return along_members(self.made, found, self.motion.a, self.stations, self.bent)
+        if self.made.machine.beams.modal is None:
+            return self.sections
+        return along_members(self.made, self.elastic, self.motion.a, self.stations, self.bent)
 
     @cached_property
     def elastic(self) -> Evaluation:

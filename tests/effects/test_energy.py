@@ -92,7 +92,7 @@ def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
         (
             "four_bar",
             {"effects": ("coupling", "large-rotations"), "drive__motor": SHAFT, "analysis__sub_intervals": 80},
-            4e-3,
+            8e-3,
         ),
         ("four_bar", {"effects": ("coupling", "inextensible"), "loads": PUSH, "gravity": (0.0, -9.81)}, 4e-3),
         ("manipulator", {"effects": ("coupling", "large-rotations")}, 4e-3),
