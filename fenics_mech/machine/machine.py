@@ -396,13 +396,6 @@ class Machine:
             for measured, group, modes, term in zip(found.terms, self.groups, self.mode_numbers, self.terms)
         ]
 
-    @property
-    def units(self) -> Array:
-        """Sizes by which coordinates are judged ``(size,)``: of places the machine's extent (m), of turns 1 rad."""
-        unit = np.ones(self.size + 1)
-        unit[self.places[:, : self.geometry.d]] = self.extent
-        return unit[:-1]
-
     # ---- the equation ----
     def moved(
         self, t: Array, q: Array, v: Array, a: Array, *, loads: float = 1.0, moving: bool = True, heavy: bool = True

@@ -316,7 +316,7 @@ class Iteration:
         change = linear.change(-force.reshape(path.a.shape), gaps_between(path, linear.blows))
         self.predict(change)
         self.path = path.moved(change)
-        unit = np.ones(self.machine.size + 1)  # as `Machine.units`
+        unit = np.ones(self.machine.size + 1)  # of coordinates, as of `equilibria`
         unit[self.machine.places[:, : self.machine.geometry.d]] = self.machine.extent
         unit = unit[:-1]
         largest = max(np.abs(self.path.at(path.tableau.c)[1] / unit).max(), LEAST)
