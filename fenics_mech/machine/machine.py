@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -226,13 +227,20 @@ class Machine:
             When one of them is drawn at a place that is no number.
         """
         pairs = [*(pair for term in self.terms for pair in term.pairs), *(row.pair for row in self.rows)]
-        ends = [end for pair in pairs for end in pair]
+        ends = list(chain.from_iterable(pairs))
         drawn = np.array([*self.r, *map(self.drawn, ends)])
         if not np.isfinite(drawn).all():
             poses = [*range(len(self.r)), *(end.pose for end in ends)]
             pose = poses[int(np.argmin(np.isfinite(drawn).all(axis=1)))]
             raise ValueError(f"pose {pose}, or what is fixed to it, is drawn at a place that is no number")
         return float(np.ptp(drawn, axis=0).max()) or 1.0
+
+    @property
+    def units(self) -> Array:
+        """Sizes by which coordinates are judged ``(size,)``: the extent of the machine for places, 1 rad for turns."""
+        unit = np.ones(self.size + 1)
+        unit[self.places[:, : self.geometry.d]] = self.extent
+        return unit[:-1]
 
     @cached_property
     def arm(self) -> float:

@@ -170,10 +170,7 @@ class LinearMotion:
         """Share of the change by which differences are taken: their squares, and rounding over them, are small."""
         dq, dv, _ = self.change
         reach, most = (VIBRATING, MOST_OF_RATES) if dv.any() else (ROUNDED, MOST)
-        machine = self.base.machine
-        unit = np.ones(machine.size + 1)  # of coordinates, as of `equilibria`
-        unit[machine.places[:, : machine.geometry.d]] = machine.extent
-        return reach / max(float(np.abs(dq / unit[:-1]).max(initial=0.0)), reach / most)
+        return reach / max(float(np.abs(dq / self.base.machine.units).max(initial=0.0)), reach / most)
 
     def beside(self, share: float) -> Motion:
         """Give the exact motion by a share of the change; the stiffening stresses give way to those by its measures."""

@@ -81,9 +81,7 @@ class StaticIteration:
         self.machine, self.t, self.moving, self.stresses = machine, t, moving, stresses
         self.free, self.begun = free, False
         self.q, self.a = np.zeros((2, len(t), machine.size))
-        unit = np.ones(machine.size + 1)
-        unit[machine.places[:, : machine.geometry.d]] = machine.extent
-        self.unit = unit[:-1]  # of coordinates, as of `equilibria`
+        self.unit = machine.units
         self.share = 1.0  # of the loads and of gravity that acts
 
     def step(self) -> float:

@@ -316,8 +316,6 @@ class Iteration:
         change = linear.change(-force.reshape(path.a.shape), gaps_between(path, linear.blows))
         self.predict(change)
         self.path = path.moved(change)
-        unit = np.ones(self.machine.size + 1)  # of coordinates, as of `equilibria`
-        unit[self.machine.places[:, : self.machine.geometry.d]] = self.machine.extent
-        unit = unit[:-1]
+        unit = self.machine.units
         largest = max(np.abs(self.path.at(path.tableau.c)[1] / unit).max(), LEAST)
         return float(np.abs(self.change[0] / unit).max() / largest)

@@ -95,9 +95,7 @@ def equilibria(
     """
     n, q, a, zero = machine.n, q.copy(), np.zeros_like(q), np.zeros_like(q)
     blocks, stresses = blocks_of(machine.pattern, 1), None
-    unit = np.ones(machine.size + 1)  # of coordinates: rounding of places goes with the extent of the machine
-    unit[machine.places[:, : machine.geometry.d]] = machine.extent
-    unit = unit[:-1]
+    unit = machine.units  # rounding of places goes with the extent
 
     def step() -> float:
         nonlocal stresses
