@@ -50,7 +50,19 @@ except ImportError as error:
 if not isinstance(PETSc, Absent) and PETSc.ScalarType is not PETSc.RealType:
     raise MechanismError("the PETSc that is installed computes with complex numbers: install the one with real numbers")
 
-__all__ = ["DIRECT", "MPI", "SMALLEST_PIVOT", "PETSc", "SLEPc", "configured", "name_of", "to_petsc", "to_scipy"]
+__all__ = [
+    "DIRECT",
+    "MPI",
+    "SLOWEST_MODES",
+    "SMALLEST_PIVOT",
+    "WHOLE_SPECTRUM",
+    "PETSc",
+    "SLEPc",
+    "configured",
+    "name_of",
+    "to_petsc",
+    "to_scipy",
+]
 
 SMALLEST_PIVOT = 1e-290  # PETSc's own, 2e-14, is not free of units: the stiffness of a machine in micrometres is less
 LATER = {"ts_dt": "ts_time_step"}  # names of options that PETSc has given new ones: each release reads the one it knows
@@ -69,6 +81,16 @@ MEANINGS = {  # of PETSc's error codes, which stay when releases change: include
     86: "this PETSc or SLEPc knows no method of that name",
     91: "no convergence",
     92: "no factorisation of that kind",
+}
+WHOLE_SPECTRUM = {"eps_type": "lapack", "eps_smallest_real": ""}
+SLOWEST_MODES = {
+    "eps_type": "krylovschur",
+    "eps_target": 0.0,
+    "eps_target_magnitude": "",
+    "st_type": "sinvert",
+    "st_ksp_type": "preonly",
+    "st_pc_type": "cholesky",
+    "st_pc_factor_zeropivot": SMALLEST_PIVOT,
 }
 DIRECT = {"ksp_type": "preonly", "pc_type": "lu", "pc_factor_zeropivot": SMALLEST_PIVOT}
 

@@ -10,20 +10,10 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech._petsc import SMALLEST_PIVOT, PETSc, SLEPc, configured, to_petsc
+from fenics_mech._petsc import SLOWEST_MODES, WHOLE_SPECTRUM, PETSc, SLEPc, configured, to_petsc
 from fenics_mech.classical.mechanism import Mechanism
 from fenics_mech.errors import SolverError
 
-DENSE = {"eps_type": "lapack", "eps_smallest_real": ""}
-KRYLOV = {
-    "eps_type": "krylovschur",
-    "eps_target": 0.0,
-    "eps_target_magnitude": "",
-    "st_type": "sinvert",
-    "st_ksp_type": "preonly",
-    "st_pc_type": "cholesky",
-    "st_pc_factor_zeropivot": SMALLEST_PIVOT,
-}
 SPARE = 10  # vectors of a Krylov space beside two for each mode: it then restarts few times
 EQUAL = 1e-6  # relative distance of squares of frequencies that count as one: a Krylov space may miss one of them
 
@@ -100,9 +90,11 @@ def slowest(mechanism: Mechanism, count: int, options: Mapping[str, Any]) -> Mod
     """
     size = mechanism.stiffness.size
     few = 2 * count + SPARE < size
-    omega, shapes = _found(mechanism, count, (KRYLOV | {"eps_ncv": 2 * count + SPARE}) if few else DENSE, options)
+    omega, shapes = _found(
+        mechanism, count, (SLOWEST_MODES | {"eps_ncv": 2 * count + SPARE}) if few else WHOLE_SPECTRUM, options
+    )
     if few and _misses_one(mechanism, omega):
-        omega, shapes = _found(mechanism, count, DENSE, options)
+        omega, shapes = _found(mechanism, count, WHOLE_SPECTRUM, options)
     momenta = mechanism.mass.times(shapes)
     norms = np.sqrt(np.einsum("kmi,kmi->km", shapes, momenta))[..., None]
     return followed(omega, shapes / norms, momenta / norms)  # (E.7)

@@ -14,24 +14,14 @@ from scipy.sparse.linalg import splu
 
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
-from fenics_mech._petsc import SMALLEST_PIVOT, PETSc, SLEPc, configured, name_of, to_petsc
+from fenics_mech._petsc import SLOWEST_MODES, WHOLE_SPECTRUM, PETSc, SLEPc, configured, name_of, to_petsc
 from fenics_mech._ranks import over_positions
 from fenics_mech.eigenmodes.tracking import Modes, track
 from fenics_mech.errors import SolverError
 from fenics_mech.mechanism import RigidModes, System
 
 logger = logging.getLogger(__name__)
-LAPACK = {"eps_type": "lapack", "eps_smallest_real": ""}
 SEED = 0  # of the vector that the solver starts from
-KRYLOV_SCHUR = {
-    "eps_type": "krylovschur",
-    "eps_target": 0.0,
-    "eps_target_magnitude": "",
-    "st_type": "sinvert",
-    "st_ksp_type": "preonly",
-    "st_pc_type": "cholesky",
-    "st_pc_factor_zeropivot": SMALLEST_PIVOT,
-}
 
 
 @dataclass(frozen=True)
@@ -114,7 +104,7 @@ def _solve_all(system: System, count: int, options: Mapping[str, Any]) -> Modes:
         squares, shapes = over_positions(angles, lambda among: _solve_among(system, among, count, options))
         masses, stiffnesses = system.held_matrices()
         positions = ((k, masses.at(k), stiffnesses.at(k)) for k in range(angles))
-    dense = {f"modes_{key}": value for key, value in LAPACK.items()}
+    dense = {f"modes_{key}": value for key, value in WHOLE_SPECTRUM.items()}
     if not first and not dense.items() <= options.items() and _misses_one(positions, squares):
         logger.info("a mode of a repeated frequency is missing: all are solved for anew by LAPACK")
         return _solve_all(system, count, {**options, **dense})
@@ -160,8 +150,8 @@ def _solver(
     """Set up the eigensolver for so many modes, beside others that come first, and the vector that it starts from."""
     members = len(system.beams.mesh.members)  # those that are alike have modes in common, nearly at one frequency
     subspace = 2 * count + min(members + 1, EIGENSOLVER.alike)  # with more the basis costs more than few restarts do
-    few = subspace + first < system.size and options.get("modes_eps_type") != LAPACK["eps_type"]
-    defaults = KRYLOV_SCHUR | {"eps_ncv": subspace} if few else LAPACK
+    few = subspace + first < system.size and options.get("modes_eps_type") != WHOLE_SPECTRUM["eps_type"]
+    defaults = SLOWEST_MODES | {"eps_ncv": subspace} if few else WHOLE_SPECTRUM
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
     eps.setDimensions(count)
