@@ -52,6 +52,7 @@ from fenics_mech.solve import (
     stiffening_stresses,
 )
 from fenics_mech.solve.last_motions import LastMotions
+from fenics_mech.solve.linear import stiffness_along
 from fenics_mech.solve.newton import converge, newton
 from fenics_mech.solve.rigid import FEWEST, enough
 from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
@@ -632,12 +633,9 @@ def free_motions_of(made: SceneMachine) -> Array | None:
     ways, none = np.array(whole).T, np.zeros((1, machine.size))
     straight = [0 * here.response.stress for here in machine.residual(np.zeros(1), none, none, none).terms]
     found = machine.residual(np.zeros(1), none, none, none, predicted=straight, moving=False, turning=False)
-    K = machine.pattern.dense(stiffness(machine, found)[0])
-    held, size = ways.T @ K @ ways, np.abs(ways).T @ np.abs(K) @ np.abs(ways)
-    units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
-    values, vectors = np.linalg.eigh((held + held.T) / 2 * units * units[:, None])
+    values, free = stiffness_along(machine.pattern.dense(stiffness(machine, found)[0]), ways)
     loose = values < UNHELD
-    return ways @ (units[:, None] * vectors[:, loose]) if loose.any() else None
+    return free[:, loose] if loose.any() else None
 
 
 def _refuse_accelerated(made: SceneMachine, steps: StaticIteration) -> None:

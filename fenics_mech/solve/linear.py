@@ -118,11 +118,8 @@ class StaticIteration:
 
     def _holds(self) -> bool:
         """Say whether forces that are there, such as weight, hold the free motions at rest."""
-        K, free = self.machine.pattern.dense(self.values[0]), self.free
-        assert free is not None
-        held, size = free.T @ K @ free, np.abs(free).T @ np.abs(K) @ np.abs(free)
-        units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
-        return bool(np.linalg.eigvalsh((held + held.T) / 2 * units * units[:, None]).min() > HELD)
+        assert self.free is not None
+        return bool(stiffness_along(self.machine.pattern.dense(self.values[0]), self.free)[0].min() > HELD)
 
     def _relieved(self, held: Evaluation) -> tuple[Array, Array]:
         """Give a step and accelerations ``(instants, size)``, where the machine accelerates in its free motions.
@@ -211,6 +208,22 @@ class StaticIteration:
         """The last step."""
         assert self.stresses is not None
         return Iterate(self.t, self.found, self.change, self.stresses)
+
+
+def stiffness_along(K: Array, motions: Array) -> tuple[Array, Array]:
+    """Give the stiffness along motions, as a share of that of what they move, and the motions that have it.
+
+    Parameters
+    ----------
+    K
+        Stiffness with the rows ``(size, size)``.
+    motions
+        ``(size, motions)``.
+    """
+    held, size = motions.T @ K @ motions, np.abs(motions).T @ np.abs(K) @ np.abs(motions)
+    units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh((held + held.T) / 2 * units * units[:, None])
+    return values, motions @ (units[:, None] * vectors)
 
 
 def _bordered(matrix: Array, border: Array) -> Array:
