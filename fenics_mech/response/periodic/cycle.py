@@ -130,13 +130,6 @@ class Cycle:
         key = str(self.scene.damping.ratio), finer.damped, together * known.parts
         return natural(there).once("damping between", lambda: known.at(tableau.points, together), key)
 
-    @property
-    def damped_by_starts(self) -> bool:
-        """Whether the damping of modes between the starts of the steps is interpolated between these alone."""
-        if self.start.modal_damping is None or not self.steps.regular.all():
-            return False
-        return self._known_damping is not None and self._known_damping.parts == 1
-
     @cached_property
     def _known_damping(self) -> KnownDamping | None:
         """The damping of modes at the starts of equal steps, or of parts of them; None where these are too many."""

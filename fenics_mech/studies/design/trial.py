@@ -213,7 +213,7 @@ class Trials:
             return set()
         return {task.path for task in missing}
 
-    @property
+    @cached_property
     def linearised(self) -> bool:
         """Whether the equation about a trial's motion gives derivatives; see `why_differences`."""
         return not why_differences(self.design, self.quantities)
