@@ -82,8 +82,12 @@ class OfLinear(OfPoses):
             base, ahead, behind = map(found, self._beside)
             at_base = linear_forces(base, ahead, behind, 1 / (2 * self.linear.step))
             exact = along_members(self.made, at_base, self.motion.a, self.stations, bent=False)
-        place = self._linear(lambda x: cubic_places(self.made, x.motion.found, self.stations))
-        return replace(exact, place=place + exact.bow)
+        return replace(exact, place=self._cubic + exact.bow)
+
+    @cached_property
+    def _cubic(self) -> Array:
+        """Places on the polynomials between the nodes ``(instants, members, stations, 2)`` (m)."""
+        return self._linear(lambda x: cubic_places(self.made, x.motion.found, self.stations))
 
     def held(self, name: str, joint: Joint, body: str) -> Array:
         """Give force and moment, about its point, of a joint on one of its bodies ``(instants, 3)`` (N, N m)."""
