@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
@@ -58,7 +59,7 @@ class ModalDamping:
         half = np.linalg.cholesky(stiffness)
         shape = stiffness.shape[:2]
         roots = [
-            (np.einsum("eji,ejk->eik", half, strain) * np.sqrt(lag)).reshape(-1, len(lag))
+            (np.einsum("eji,ejk->eik", half, strain) * np.sqrt(lag)).reshape(math.prod(shape), len(lag))
             for strain, lag in zip(strains, lags)
         ]
         left, sizes, _ = np.linalg.svd(np.hstack(roots), full_matrices=False)
