@@ -227,6 +227,7 @@ def test_steps_longer_than_the_corner_are_refused(gap, count, solver):
         analyse(missing(gap, speed=150.0, damping={"ratio": 0.02}, analysis=analysis))
 
 
+@pytest.mark.xfail(strict=True, reason="the sub-intervals of chapter 5 do not settle at this corner, and tell 1600 %")
 @pytest.mark.slow
 def test_steps_as_short_as_the_corner_agree():
     strains = []

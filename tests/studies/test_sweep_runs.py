@@ -23,7 +23,7 @@ EXACT = {
     "analysis.error_estimates": False,
     "analysis.stability": False,
 }
-LOGGERS = {"collocation": "fenics_mech.response.periodic.newton", "poses": "fenics_mech.solve.periodic"}
+LOGGER = "fenics_mech.solve.periodic"
 SPEEDS = "drive.speed=34:36:4"  # where Newton's method takes 4 iterations from nothing
 NEWTON = 1e-8  # of the peaks: Newton's method ends at 1e-9 of the displacement
 
@@ -104,17 +104,16 @@ def iterations(caplog):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("solver", ["poses"])
-def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, tmp_path, caplog, monkeypatch, solver):
-    scene = seed.changed(EXACT | {"analysis.solver": solver})
+def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, tmp_path, caplog, monkeypatch):
+    scene = seed.changed(EXACT | {"analysis.solver": "poses"})
     axes = parse_axes(scene, [SPEEDS])
     found, counts = {}, {}
     for longest in (1, LONGEST):
         monkeypatch.setattr("fenics_mech.studies.sweep_run.longest_run", lambda scene, longest=longest: longest)
-        with caplog.at_level(logging.DEBUG, LOGGERS[solver]):
+        with caplog.at_level(logging.DEBUG, LOGGER):
             found[longest] = run_sweep(scene, axes, tmp_path / str(longest)).data
-        told = iterations(caplog)  # of each motion, or each by its number
-        counts[longest] = sum(told) if solver == "poses" else len(told)
+        told = iterations(caplog)  # of each motion
+        counts[longest] = sum(told)
         caplog.clear()
     for name in ("peak_strain", "peak_deflection", "peak_joint_force", "peak_input_torque"):
         alone, beside = found[1][name].to_numpy(), found[LONGEST][name].to_numpy()
