@@ -21,6 +21,7 @@ from fenics_mech.classical.modes import Modes, closing
 from fenics_mech.errors import SolverError, UnresolvedError
 
 LEFT = 1e-8  # of the right-hand side, that the answer of the system (5.16) may leave
+MOST_ADVISED = 1000  # sub-intervals: beyond, other ways cost less
 RINGING = 0.02  # of the whole amplitude: by how much a mode may ring that the sub-intervals do not follow
 
 
@@ -117,11 +118,13 @@ def refuse_ringing(omega: Array, period: float, count: int, share: Array, cure: 
     fast = 2 * fastest * period > count
     if (rings := fast & (share > RINGING)).any():
         mode, slow, enough = int(np.argmax(share * rings)), int((~fast).sum()), math.ceil(2 * fastest.max() * period)
-        keep = f"Keep {slow} mode{'s' * (slow > 1)}, or t" if slow else "T"
+        ways = [f"keep {slow} mode{'s' * (slow > 1)}"] if slow else []
+        ways += [f"take at least {enough} sub_intervals"] if enough <= MOST_ADVISED else []
+        said = ", or ".join([*ways, "take analysis.solver = 'collocation', which needs no modes"])
         raise UnresolvedError(
             f"mode {mode + 1} ({fastest[mode]:.4g} Hz) is too fast for these sub_intervals, at whose joins it is set "
-            f"vibrating. {keep}ake at least {enough} sub_intervals, or take analysis.solver = 'collocation', which "
-            "needs no modes; analysis.allow_ringing lets it pass"
+            f"vibrating. {said[0].upper()}{said[1:]}; analysis.allow_ringing lets it pass, and analysis.allow_coarse "
+            "what the error estimate may refuse then"
         ).finer_by(**(cure or {"sub_intervals": enough}))
 
 
