@@ -31,7 +31,6 @@ def test_first_six_frequencies():
     assert np.abs(frequencies(reduced(32, analysis__modes=6)) / coarse - 1).max() > 1e-7  # there the mesh is at work
 
 
-@pytest.mark.xfail(reason="static answers by poses are not repeated to the last digit yet", strict=False)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
