@@ -180,8 +180,6 @@ def has_poses(scene: Scene) -> bool:
     coupled = scene.effects == "auto" or COUPLED in named or EXACT in named or scene.analysis.method != "periodic"
     if scene.analysis.solver == "sub-intervals" or scene.analysis.method == "transient" or not coupled:
         return False
-    if scene.analysis.reduction != "none":  # poses have all nodes, of which such a scene may have tens of thousands
-        return False
     try:
         machine_of(planned(scene))
     except SceneError as error:

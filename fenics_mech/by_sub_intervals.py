@@ -87,7 +87,6 @@ def lacking(scene: Scene) -> str | None:
         "plugins": scene.plugins,
         "drive": not scene.drives or [drive.motor for drive in scene.drives if drive.motor],
         "damping": damping.material or damping.external or damping.relative or damping.air,
-        "analysis.reduction": analysis.reduction != "none",
         "analysis.start": analysis.method == "transient" and analysis.start != "rigid",
         "joints": [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None],
         "sections": [member for _, member in scene.members().values() if not scene.sections[member.section].constant],

@@ -159,7 +159,7 @@ def test_a_motion_goes_on_from_the_end_of_another(tmp_path):
 
 
 def crank(**changes):
-    stated = {**{f"analysis.{key}": value for key, value in QUICK.items()}, "analysis.reduction": "none"}
+    stated = {**{f"analysis.{key}": value for key, value in QUICK.items()}}
     stated |= {"effects": ("coupling", "large-rotations"), "analysis.cycles": 1, "analysis.settled": 0.0}
     return fm.load(DEMOS / "slider_crank.toml").changed({**stated, "analysis.sub_intervals": 40, **changes})
 

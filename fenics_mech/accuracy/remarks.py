@@ -167,18 +167,13 @@ def _of_rigid_links(solution: Solution) -> list[str]:
 def _of_start(solution: TransientSolution) -> list[str]:
     """What a motion in time has by its steps and by its start."""
     scene = solution.scene
-    reduced, started = scene.analysis.reduction != "none", scene.analysis.start != "rigid"
+    started = scene.analysis.start != "rigid"
     remarks = (
         (
             bool(scene.points),
             "accelerations of traced points, where stiff axial vibration magnifies errors of the steps",
         ),
         (own_steps(scene.petsc), "the time steps, which PETSc's options state"),
-        (reduced and started, "what the start puts into the modes left out of members"),
-        (
-            reduced and any(load.jumps for load in scene.loads.values()),
-            "what loads that jump put into the modes left out of members",
-        ),
         (
             started and bool(scene.damping.material),
             "strains in the first instants, where the start lets the material's viscous stress jump",

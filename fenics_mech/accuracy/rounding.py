@@ -58,6 +58,6 @@ def lost_by_rounding(solution: Solution) -> float:
         member = beams.mesh.members[beams.mesh.cell_member[int(by_element.argmax())]]
         raise UnresolvedError(
             f"rounding takes an estimated {share:.1e} of the answer, as member {member!r} has many elements for its "
-            "stiffness. Take fewer there, or analysis.reduction = 'craig-bampton'"
+            "stiffness. Take fewer there"
         )
     return share

@@ -23,9 +23,9 @@ def released(scene: Scene) -> Scene:
         The scene.
     """
     names = [name for name in scene.named_effects if name in LADDER or EXACT_STRAINS not in EFFECTS[name].refuses]
-    if scene.analysis.reduction == "none" and len(names) == len(scene.named_effects):
+    if len(names) == len(scene.named_effects):
         return scene
-    return scene.changed(effects=tuple(names), analysis__reduction="none")
+    return scene.changed(effects=tuple(names))
 
 
 def judged(method: str) -> set[str]:

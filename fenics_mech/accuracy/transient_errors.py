@@ -12,7 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.corrected_response import ESTIMATES, CorrectedResponse, corrected_for_mesh
 from fenics_mech.accuracy.linear_response import change_in_time, too_fast
-from fenics_mech.accuracy.mesh_residual import at_the_start, neglected
+from fenics_mech.accuracy.mesh_residual import neglected
 from fenics_mech.effects import Loads
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
 from fenics_mech.mechanism.equation import Equation
@@ -73,9 +73,6 @@ def transient_errors(solution: TransientSolution) -> dict[str, CorrectedResponse
         errors["mesh"] = replace(errors["mesh"], remark=remark)
     if roughly:
         errors = {"time": CorrectedResponse(concatenated(roughly), 1, ESTIMATES.rough_share), **errors}
-    if scene.analysis.reduction != "none" and scene.analysis.start == "rigid":
-        left_out = at_the_start(solution.system)
-        errors["modes"] = CorrectedResponse(solution.response, ESTIMATES.mode_order, loads=left_out)
     return errors
 
 

@@ -190,16 +190,13 @@ def too_stiff(scene: Scene) -> dict[str, float]:
 
 
 def _bound(scene: Scene, spring: HingeSpring) -> float:
-    """Give the largest stiffness of a torsional spring beside the elements that end at its joint (N m/rad).
-
-    In a reduced scene a member counts as one element, which is on the safe side.
-    """
+    """Give the largest stiffness of a torsional spring beside the elements that end at its joint (N m/rad)."""
     points = [point.split(".") for point in scene.joints[spring.joint].connect]
     ends, held = [], {(body, scene.links[body].end_at(point)) for body, point in points if body != "ground"}
     for label, (link, member) in scene.members().items():
         for end in (0, 1):
             if (link, member.ends[end]) in held:
-                share = 1.0 if scene.analysis.reduction != "none" else np.diff(member_nodes(scene, label, True))[-end]
+                share = np.diff(member_nodes(scene, label, True))[-end]
                 h = share * math.dist(*scene.member_ends(label))
                 ends.append(4 * float(scene.rigidity(label, np.array([float(end)])).bending[0]) / h)
     return SEPARATION.stiffest * min(ends, default=math.inf)

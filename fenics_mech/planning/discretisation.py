@@ -81,9 +81,9 @@ class Discretisation:
         Returns
         -------
         Scene
-            Without reduction of members; a periodic response is by Radau points.
+            A periodic response is by Radau points.
         """
-        values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
+        values: dict[str, Any] = {"stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
             solver = "poses" if scene.analysis.solver == "poses" else "collocation"
             values |= {"solver": solver, "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}

@@ -101,7 +101,7 @@ def within(
         a motion that is unstable.
     SceneError
         When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
-        scene asks for another solver, scheme or reduction than the tolerance takes, or has none of a quantity named.
+        scene asks for another solver or scheme than the tolerance takes, or has none of a quantity named.
     """
     refuse_stated(scene)
     common = common or CommonParts()

@@ -68,7 +68,7 @@ class _WithoutVibration(OfLinkage):
         scene, system, twist = solution.scene, fields.system, None
         linear = [n for n in scene.named_effects if not (EFFECTS[n].stress_stiffening or EFFECTS[n].nonlinear)]
         straight, beams = scene.model_copy(update={"effects": tuple(linear)}), system.beams
-        if scene.analysis.reduction == "none" and not system.transformation.constraints.contacts:
+        if not system.transformation.constraints.contacts:
             few = thinned(straight, beams.mesh.members, FEW_NODES.kept)
             straight, beams = (straight, beams) if few is straight else (few, links(few))
         driven = system.motion

@@ -42,8 +42,7 @@ FEW_NODES = FewNodesLimits()
 def on_few_nodes(scene: Scene, system: System) -> tuple[Scene, System] | None:
     """Give a scene with few of its nodes, and its mechanism at the same positions; None where it needs them all.
 
-    Pins that travel pass from element to element, loads that jump excite modes beyond any mesh, and reduced members
-    have few coordinates.
+    Pins that travel pass from element to element, and loads that jump excite modes beyond any mesh.
 
     Parameters
     ----------
@@ -55,7 +54,7 @@ def on_few_nodes(scene: Scene, system: System) -> tuple[Scene, System] | None:
     if not len(fine) or not analysis.error_estimates:
         return None
     needs_all = system.transformation.constraints.contacts or settles(analysis.tension, system.terms)
-    if needs_all or analysis.reduction != "none" or Steps.of(scene).disturbed:
+    if needs_all or Steps.of(scene).disturbed:
         return None
     few = thinned(scene, [mesh.members[i] for i in fine], FEW_NODES.kept).changed(analysis__stability=False)
     return few, system_at(few, links(few), system.motion)

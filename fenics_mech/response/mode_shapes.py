@@ -123,7 +123,7 @@ def _of_unit_stiffness(shapes: Array, moved: Array, count: int) -> Array:
     if energy.shape[1] - lost < count:
         raise SolverError(
             f"the damping needs {count} modes, and rounding leaves {energy.shape[1] - lost}, as some members are far "
-            "stiffer than others. Take fewer elements in these, or analysis.reduction = 'craig-bampton'"
+            "stiffer than others. Take fewer elements in these"
         )
     kept = turn[..., lost:] / np.sqrt(energy[:, None, lost:])
     return np.asarray(kept.transpose(0, 2, 1) @ shapes)

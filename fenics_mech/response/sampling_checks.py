@@ -7,7 +7,6 @@ import math
 from fenics_mech._guard import require_memory
 from fenics_mech.effects import active, loads_at_nodes
 from fenics_mech.errors import SceneError
-from fenics_mech.mechanism.beam_links import most_recovered
 from fenics_mech.response.periodic.steps import loads_with_hidden_peaks
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import member_nodes
@@ -84,10 +83,8 @@ def require_positions(scene: Scene, positions: int) -> None:
     positions
         Number of drive angles of the result.
     """
-    acting = active(scene)
-    most = math.inf if scene.analysis.reduction == "none" else most_recovered(acting)
-    at_nodes = loads_at_nodes(acting)
-    nodes = sum(min(len(member_nodes(scene, label, at_nodes)), most) for label in scene.members())
+    at_nodes = loads_at_nodes(active(scene))
+    nodes = sum(len(member_nodes(scene, label, at_nodes)) for label in scene.members())
     each = 4 * (3 * len(scene.links)) ** 2 + 200 * nodes + 48 * len(scene.members()) * scene.analysis.stations
     hint = "Take fewer sub_intervals, cycles of a motion in time, stations or elements"
     require_memory(float(positions) * each, f"{positions} positions of {len(scene.links)} links", hint)

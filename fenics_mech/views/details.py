@@ -13,14 +13,13 @@ from rich.text import Text
 
 from fenics_mech._constants import MILLI
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.effects import EFFECTS, active, loads_at_nodes
+from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.planning.answer_remarks import made_finer
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.case_tables import cases_table, governed
 from fenics_mech.views.force_summary import at, at_head, drive_lines, joints_table, peak_of, values_of
 from fenics_mech.views.frequency_table import frequency_table
@@ -189,11 +188,6 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
     rows["effects"] = _effects(result)
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
-    if analysis.reduction != "none":
-        at_nodes = loads_at_nodes(active(scene))
-        nodes = [len(member_nodes(scene, label, at_nodes)) for label in scene.members()]
-        elements = sum(nodes) - len(nodes)  # it is recovered on fewer
-        rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "refined" in result.data.attrs:
         rows["mesh and steps"] = f"{made_finer(result)} Else {result.data.attrs['refined_because']}"
     if "chosen" in result.data.attrs:

@@ -186,9 +186,6 @@ def test_few_long_steps_tell_the_same_as_many(count):
     assert told(few, "deflection_") == pytest.approx(told(many, "deflection_"), rel=0.05)
 
 
-REDUCED = {"analysis__reduction": "craig-bampton"}
-
-
 @pytest.mark.parametrize("name", ["seed, slow", "seed, near a resonance", "slider-crank, fast", "composite"])
 def test_members_that_cannot_stretch_against_exact_strains(name):
     """What they would stretch by is added, though it may lessen the rest: that makes up to twice the truth."""
@@ -221,26 +218,10 @@ def test_members_that_cannot_stretch_are_solved_anew(change):
     assert all((part > 0.9).all() and (part < 2.1).all() for part in shares_told(scene).values())
 
 
-@pytest.mark.parametrize("change", [REDUCED, {"effects": ("inextensible",)}], ids=["reduced", "inextensible"])
-def test_quasi_static_members_with_few_coordinates(change):
+def test_quasi_static_members_with_few_coordinates():
     scene = load(DEMOS / "four_bar.toml").changed(analysis__method="quasi-static", drive__speed=16.0, **ALL)
-    told = shares_told(scene.changed(**({"effects": ()} | change)))
+    told = shares_told(scene.changed(effects=("inextensible",)))
     assert all((part > 0.99).all() and (part < 1.1).all() for part in told.values())
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_reduced_members_in_time():
-    analysis = {
-        "method": "transient",
-        "cycles": 1,
-        "sub_intervals": 120,
-        "time_tolerance": 1e-3,
-        "reduction": "craig-bampton",
-    }
-    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=16.0, analysis=analysis, **ALL)
-    told = shares_told(scene)
-    assert all((told[what] > 0.9).all() and (told[what] < 1.1).all() for what in ("strain", "deflection"))
 
 
 @pytest.mark.slow  # a free motion of a bending bar takes 2 s, and is made three times
@@ -288,13 +269,6 @@ def test_blows_in_time_against_exact_strains(demo, effects, speed, at, size):
     for share in shares_told(scene, scene.changed(analysis__time_tolerance=1e-6)).values():
         assert (share > 0.8).all()  # 0.88 to 1.03: fast vibration has other phases by finer steps
         assert (share < 1.1).all()
-
-
-def test_blows_in_time_on_members_of_few_coordinates_are_said_not_to_be_estimated(seed):
-    blow = {"hit": {"at": "coupler.A", "impulse": [0.0, 0.02], "angle": 1.0}}
-    in_time = {"method": "transient", "cycles": 1, "time_tolerance": 0.02, "allow_coarse": True, "allow_large": True}
-    scene = seed.changed(effects=(), impulses=blow, analysis=in_time | {"reduction": "craig-bampton"})
-    assert "what the theory leaves out" in analyse(scene).data.attrs["not_estimated"]
 
 
 def test_a_motion_that_exact_strains_do_not_have_is_all_wrong():

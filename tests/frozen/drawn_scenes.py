@@ -270,10 +270,9 @@ def laws(rng: np.random.Generator, method: str) -> Tables:
     return (drive_laws, joint_laws)[rng.integers(2)](rng, method)
 
 
-def reductions(rng: np.random.Generator, method: str) -> Tables:
-    """Reduce the members of a linkage to their ends and lowest clamped modes."""
+def meshes(rng: np.random.Generator, method: str) -> Tables:
+    """Cut the members of a linkage into more elements."""
     tables = machine(rng, LINKAGES[rng.integers(len(LINKAGES))], method)
-    tables["analysis"]["reduction"] = "craig-bampton"
     tables["mesh"] = {"elements": int(rng.integers(3, 8))}
     return tables
 
@@ -290,7 +289,7 @@ KINDS = {
     "springs": springs,
     "motors": motors,
     "laws": laws,
-    "reductions": reductions,
+    "meshes": meshes,
 }
 
 

@@ -37,11 +37,6 @@ CASES = {  # demo, what is stated, what changes
         {"springs.s.stiffness": (50, 80), "drive.speed": (20, 30)},
     ),
     "sizes": ("four_bar", {}, {"sections.strip.inertia": (8.67e-12, 8e-12), "links.coupler.points.B.0": (0.27, 0.28)}),
-    "reduction": (
-        "slider_crank",
-        {"effects": ["coupling"], "analysis.reduction": "craig-bampton"},
-        {"drive.speed": (20, 30)},
-    ),
     "quasi-static": ("quick_return", {"analysis.method": "quasi-static"}, {"drive.speed": (5, 8), "gravity.1": (0, 9)}),
 }
 
