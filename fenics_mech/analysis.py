@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.joint_map_errors import naming_joints
-from fenics_mech.by_poses import RefinedByPoses, by_poses, has_poses
-from fenics_mech.by_sub_intervals import by_sub_intervals, has_modes
+from fenics_mech.by_poses import RefinedByPoses, by_poses
+from fenics_mech.by_sub_intervals import by_sub_intervals
+from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import refuse_too_stiff, wound_at_start
@@ -111,15 +112,8 @@ def analyse(
     elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
     elif scene.tolerance is None and has_modes(scene):
-        result = fine_enough(
-            scene,
-            lambda finer: (
-                by_sub_intervals(finer, names)
-                if has_modes(finer)  # which may need a solver without modes
-                else _by_rungs(finer, progress, common, laws, names)
-            ),
-        )
-    elif has_poses(scene) and not scene.freedoms:
+        result = fine_enough(scene, lambda finer: by_sub_intervals(finer, names))
+    elif scene.analysis.method != "transient" and not scene.freedoms:
         if scene.tolerance is None:
             last = common.last
             result = fine_enough(scene, lambda finer: by_poses(finer, last, names))

@@ -16,6 +16,7 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
+from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
@@ -26,7 +27,7 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, machine_of
+from fenics_mech.machine.from_scene import ALWAYS, SECTIONS
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
@@ -160,32 +161,19 @@ class RefinedByPoses:
         return collected(*self._last, self._stability)
 
 
-COUPLED = "coupling"  # effect that acts in every motion of poses
+COUPLED = "coupling"  # effect that acts in every motion of poses: the equation has it at no cost
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
 
 
 def has_poses(scene: Scene) -> bool:
-    """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
-
-    It is that of statics, and of periodic motions with all coupling, where it has terms for all that the scene states.
+    """Say whether a scene is answered at rest or over a cycle, by the equation of poses.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    if scene.analysis.solver == "poses":
-        return True
-    named = () if scene.effects == "auto" else scene.named_effects
-    coupled = scene.effects == "auto" or COUPLED in named or EXACT in named or scene.analysis.method != "periodic"
-    if scene.analysis.solver == "sub-intervals" or scene.analysis.method == "transient" or not coupled:
-        return False
-    try:
-        machine_of(planned(scene))
-    except SceneError as error:
-        logger.info("not by the equation of poses: %s", error)
-        return False
-    return True
+    return scene.analysis.method != "transient" and not has_modes(scene)
 
 
 def planned(scene: Scene) -> Scene:
@@ -207,26 +195,20 @@ def planned(scene: Scene) -> Scene:
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
-    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
+    elif COUPLED not in scene.named_effects and (EXACT in scene.named_effects or scene.analysis.method == "periodic"):
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
     acting = {effect.name for effect in active(scene)}
     if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
             place="analysis.solver",
-            hint="Write solver = 'collocation'",
-        )
-    if scene.analysis.method == "periodic" and COUPLED not in acting:
-        raise SceneError(
-            "without 'coupling' the motion is that of equation (5.1), which the equation of poses does not hold",
-            place="effects",
-            hint="Add 'coupling', or write solver = 'sub-intervals'",
+            hint="Leave them out",
         )
     if "motor" in acting and EXACT not in acting:
         raise SceneError(
             f"where a motor's shaft twists, the equation of poses has exact strains alone, and {EXACT!r} is not listed",
             place="effects",
-            hint=f"Add {EXACT!r}, or write solver = 'collocation'",
+            hint=f"Add {EXACT!r}",
         )
     if STIFFENED in acting and scene.analysis.tension == "settled":
         raise SceneError(

@@ -190,7 +190,7 @@ class SubIntervals:
             most = (self.modes.omega**2 * states[..., 0] ** 2).sum(axis=1).max()
             share = np.sqrt(energy.sum(axis=2).max(axis=0) / max(most, TINY))
             count = round(self.scene.period / self.duration[0, 0])
-            refuse_ringing(self.modes.omega, self.scene.period, count, share, {"solver": "collocation"})
+            refuse_ringing(self.modes.omega, self.scene.period, count, share)
         return self.answer(states)
 
     @cached_property
@@ -209,7 +209,7 @@ class SubIntervals:
         omega, zeta, half, (load, slope) = self.modes.omega, self.zeta, self.duration / 2, self.loads
         if not self.scene.analysis.allow_ringing:
             count = round(self.scene.period / self.duration[0, 0])
-            refuse_ringing(omega, self.scene.period, count, np.ones(omega.shape[1]), {})
+            refuse_ringing(omega, self.scene.period, count, np.ones(omega.shape[1]))
         to_end, to_middle = (forced(omega, zeta, start, slope, half) for start in (load, load - slope * half))
         over = whole(free(omega, zeta, half))
         return self.answer(unflat(marched(self._join, over, flat(to_end), flat(to_middle))))

@@ -53,8 +53,16 @@ def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) 
     taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
     coarse = [f"too coarse: {text}"] if (text := result.data.attrs.get("coarse_because")) else []
     warned = [*unmet(result), *coarse, *implausible(scene), *of_starts, *too_weak]
-    told = {"warnings": warned, "notices": list(taken)}
+    told = {"warnings": warned, "notices": [*taken, *_added(scene, result)]}
     return {name: json.dumps(sentences) for name, sentences in told.items()}
+
+
+def _added(scene: Scene, result: Result) -> list[str]:
+    """Say which effects act that a list of effects leaves out."""
+    if scene.effects == "auto":
+        return []
+    more = [name for name in result.scene.named_effects if name not in scene.named_effects]
+    return [f"{name} acts too: the equation that answers this scene always holds it" for name in more]
 
 
 def unmet(result: Result) -> list[str]:
@@ -107,10 +115,7 @@ def in_words(numbers: str) -> str:
     numbers
         The numbers by name, as JSON; empty where there are none.
     """
-    said = [
-        f"solver {value!r}" if name == "solver" else f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}"
-        for name, value in json.loads(numbers or "{}").items()
-    ]
+    said = [f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}" for name, value in json.loads(numbers or "{}").items()]
     return " and ".join(said)
 
 
