@@ -27,7 +27,7 @@ from fenics_mech.planning.effect_choice import Rung, rungs, sized, suffices, the
 from fenics_mech.planning.fine_enough import fine_enough
 from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
-from fenics_mech.planning.start_state import start_state, state_to_go_on_from
+from fenics_mech.planning.start_state import state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.labelled import labelled, recovered
@@ -39,8 +39,7 @@ from fenics_mech.response.solution import CollocationSolution, MotorSolution, So
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.cycles import by_repeated_motion
-from fenics_mech.response.transient.free_motion import by_free_motion
-from fenics_mech.response.transient.in_time import by_time, refuse_in_time
+from fenics_mech.response.transient.free_motion import by_free_motion, refuse_in_time
 from fenics_mech.rigid_at_rest import rigid_at_rest
 from fenics_mech.rigid_by_poses import rigid_by_poses
 from fenics_mech.rigid_in_time import rigid_in_time
@@ -109,10 +108,10 @@ def analyse(
     if not scene.members():
         progress("response")
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
-    elif scene.analysis.solver == "poses" and scene.analysis.method == "transient":
-        result = fine_enough(scene, in_time_by_poses)
     elif scene.tolerance is None and has_modes(scene):
         result = fine_enough(scene, lambda finer: by_sub_intervals(finer, names))
+    elif scene.analysis.method == "transient" and not repeats(scene):
+        result = fine_enough(scene, in_time_by_poses)
     elif scene.analysis.method != "transient" and not scene.freedoms:
         if scene.tolerance is None:
             last = common.last
@@ -126,6 +125,12 @@ def analyse(
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
+
+
+def repeats(scene: Scene) -> bool:
+    """Whether a motion in time is sought that repeats, or what lies beside it."""
+    analysis = scene.analysis
+    return analysis.start == "periodic" or analysis.lyapunov or analysis.poincare is not None
 
 
 def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
@@ -387,12 +392,9 @@ def solve(
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
-        if scene.freedoms and scene.analysis.start == "periodic":
+        if scene.analysis.start == "periodic":
             return by_repeated_motion(scene, system), method
-        if scene.freedoms or scene.joint_laws:
-            return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
-        with naming_joints(scene, system, lambda: solve_modes(system, scene.analysis.modes, scene.petsc)):
-            return by_time(scene, system, start_state(scene, system)), method
+        return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
     solver = periodic_solver(scene.analysis, active(scene))
     check_periodic(scene, system, solver)
     progress("modes")

@@ -190,8 +190,12 @@ def planned(scene: Scene) -> Scene:
         When it lists effects that the equation has not yet, leaves out those that it always has, or asks for other
         points in a step.
     """
+    in_time = scene.analysis.method == "transient"
     if scene.analysis.scheme != "radau":
-        raise SceneError("solver = 'poses' has the points 'radau' alone", place="analysis.scheme")
+        what = "a motion in time" if in_time else "solver = 'poses'"
+        raise SceneError(f"{what} has the points 'radau' alone", place="analysis.scheme", hint="Leave scheme out")
+    if in_time:
+        scene = with_exact_strains(scene)
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
@@ -201,8 +205,8 @@ def planned(scene: Scene) -> Scene:
     if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
-            place="analysis.solver",
-            hint="Leave them out",
+            place="effects",
+            hint="Leave it out",
         )
     if "motor" in acting and EXACT not in acting:
         raise SceneError(
@@ -217,6 +221,23 @@ def planned(scene: Scene) -> Scene:
             hint=f"Replace {STIFFENED!r} by {EXACT!r}, which holds settled forces",
         )
     return scene
+
+
+LINEAR = (STIFFENED, "inextensible")  # effects that exact strains make needless
+
+
+def with_exact_strains(scene: Scene) -> Scene:
+    """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    if scene.effects == "auto" or EXACT in scene.named_effects:
+        return scene
+    kept = (name for name in scene.named_effects if name not in (*LINEAR, COUPLED, EXACT))
+    return scene.changed(effects=(COUPLED, EXACT, *kept))
 
 
 def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:

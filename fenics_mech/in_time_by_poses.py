@@ -6,6 +6,7 @@ that do not bend, whose drives and freedoms are where those of the bent ones are
 
 from __future__ import annotations
 
+import logging
 import math
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -20,7 +21,7 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.by_poses import planned, quantities, read_off, told
-from fenics_mech.errors import SceneError
+from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm
@@ -44,18 +45,22 @@ from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.periodic.steps import corners_to_cut
-from fenics_mech.response.sampling_checks import refuse_hidden_peaks
+from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_positions
+from fenics_mech.response.transient.course import refuse_rough
 from fenics_mech.response.transient.strikes import strikes_between
 from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
-from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
+from fenics_mech.solve import States, Step, damp_modes, equilibria, held_damping, quasi_static, steps_in_time
 from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS
+from fenics_mech.terms import HeldDamping, ModalDamping
 from fenics_mech.terms.causes import Cause
 
+logger = logging.getLogger(__name__)
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
+MOST_POSITIONS = 100_000  # at which a result is held
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
 LEAST = (
@@ -63,7 +68,9 @@ LEAST = (
 )
 MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
+SHARP, SHARP_STAGES = 1e-6, 5  # tolerance below which a step has more stages: a stiff pendulum at 1e-8 takes 49 for 419
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
+AHEAD = 0.5  # of a step, at which its modes are found: the error of their damping is of second order
 FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
 
@@ -85,7 +92,7 @@ def in_time_by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    _refuse(scene)
+    refuse_rough(scene.analysis)
     scene = planned(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
     whole = InTime.of(scene, times_of(scene, start), start=start)
@@ -93,30 +100,17 @@ def in_time_by_poses(scene: Scene) -> Result:
     return collected(whole, errors)
 
 
-def _refuse(scene: Scene) -> None:
-    """Raise `SceneError` for what a motion in time by poses does not have yet."""
-    analysis = scene.analysis
-    riding = [name for name, joint in scene.constraints.items() if getattr(joint, "member", None) is not None]
-    refused = [(f"joints.{name}.member", "pins that ride along members") for name in riding]
-    stated = (
-        (analysis.lyapunov, "analysis.lyapunov", "Lyapunov exponents"),
-        (analysis.poincare is not None, "analysis.poincare", "Poincare sections"),
-        (analysis.start == "periodic", "analysis.start", "motions that repeat"),
-        (bool(scene.freedoms) and np.any(scene.damping.ratio), "damping.ratio", "ratios of modes where freedoms move"),
-        (scene.tolerance is not None, "tolerance", "a tolerance of the result"),
-    )
-    refused += [(place, what) for asked, place, what in stated if asked]
-    if not scene.drives and not scene.freedoms:
-        refused.append(("analysis.method", "motions of what nothing drives or frees"))
-    if refused:
-        place, what = refused[0]
-        raise SceneError(f"motions in time by poses do not have {what} yet", place=place, hint="Write solver = 'auto'")
-
-
 def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
     """Give the instants of the result (s): equal parts of a cycle, which follow the run-up, or of the whole motion."""
     analysis, begin = scene.analysis, 0.0 if start is None else start.time
     count = _lead(scene, begin) + (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
+    if count >= MOST_POSITIONS:
+        raise SceneError(
+            f"{shortened(count + 1)} positions are more than a result holds, {MOST_POSITIONS}",
+            place="analysis.cycles",
+            hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
+        )
+    require_positions(scene, count + 1)
     return begin + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
 
 
@@ -169,7 +163,8 @@ class OfTime(OfPoses):
     def theta(self) -> Array:
         """Drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
         scene = self.made.scene
-        if scene.drives or isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
+        free = next(iter(scene.freedoms), None)
+        if scene.drives or free is None or isinstance(scene.joints[free], Slot | Prismatic):
             return super().theta
         return self.freed[0][:, 0]
 
@@ -237,14 +232,15 @@ class InTime:
         start
             The end of another result, from which it goes on; None where it begins as the scene states.
         """
-        made, tolerance = _built(scene if start is None else _freed_where(scene, start.freedoms))
+        made, tolerance, damped = _built(scene if start is None else _freed_where(scene, start.freedoms))
         machine, analysis = made.machine, scene.analysis
         share = sharper * analysis.time_tolerance
         v = _start(made) if start is None else _going_on(made, start.state)
         made = replace(made, scene=scene)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
-        chosen = {"share": share, "stages": analysis.stages, "longest": longest, "tolerance": allowed}
+        stages = max(analysis.stages, SHARP_STAGES if analysis.time_tolerance < SHARP else 1)
+        chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
         chosen["shapes"] = partial(_shapes, made, allowed)
@@ -255,31 +251,81 @@ class InTime:
         for step in steps:
             if taken.over(step):
                 break
+            if damped is not None:
+                damped.after(step)
         return taken.whole()
 
 
-def _built(scene: Scene) -> tuple[SceneMachine, Array]:
-    """Build a machine, and give the size of each coordinate: that of its static answers.
+def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
+    """Build a machine, give the size of each coordinate, and what damps its modes as freedoms move on.
 
-    Drives are at even positions of a cycle, and freedoms are held where they start.
+    The size is that of static answers: drives are at even positions of a cycle, and freedoms are held where they start.
     """
-    made, held = machine_of(scene), machine_of(scene)
+    made, held, damped = machine_of(scene), machine_of(scene), None
+    ratio = scene.damping.ratio
     for name, part in scene.freedoms.items():
-        lead(held, name, values_at(np.zeros(1), np.array([part.start or 0.0])))
-    if scene.freedoms:
-        held.machine.chart = _rigid_at(held, np.zeros(1))
-        times = np.zeros(1)
-    else:
+        lead(held, name, partial(np.full_like, fill_value=part.start or 0.0))
+    cyclic = scene.drives and not scene.freedoms
+    if cyclic:
         held.machine.chart, times = _over_cycle(held)
-        if np.any(scene.damping.ratio):
-            still = quasi_static(held.machine, times).change[0]
-            damp_modes(held.machine, scene.period, scene.damping.ratio, times=times)
-            modal = held.machine.beams.modal
-            assert modal is not None
-            made.machine.beams.modal = replace(modal, clock=clock_of(scene))
-            made.machine.forget_plan()
-            return made, _sizes(made.machine, still)
-    return made, _sizes(made.machine, quasi_static(held.machine, times).change[0])
+    else:
+        held.machine.chart, times = _rigid_at(held, np.zeros(1)), np.zeros(1)
+    sizes = _sizes(made.machine, quasi_static(held.machine, times).change[0])
+    if np.any(ratio) and cyclic:
+        damp_modes(held.machine, scene.period, ratio, times=times, fastest=math.inf)  # fast ones would ring on
+        modal = held.machine.beams.modal
+        assert isinstance(modal, ModalDamping)
+        made.machine.beams.modal = replace(modal, clock=clock_of(scene))
+    elif np.any(ratio):
+        damped = _ModesDamped.of(made, held)
+    made.machine.forget_plan()
+    return made, sizes, damped
+
+
+@dataclass
+class _ModesDamped:
+    """Damps the modes that a machine has where its freedoms are held, anew after each step.
+
+    They are those of the middle of the next step, which is taken to be as the last one.
+
+    Parameters
+    ----------
+    made, held
+        The machine, and one whose freedoms are led.
+    damping
+        What is found.
+    """
+
+    made: SceneMachine
+    held: SceneMachine
+    damping: HeldDamping
+
+    @classmethod
+    def of(cls, made: SceneMachine, held: SceneMachine) -> _ModesDamped:
+        """Begin where the chart of the held machine is."""
+        roots = held_damping(held.machine, 0.0, made.scene.damping.ratio)
+        made.machine.beams.modal = found = HeldDamping([0.0], [roots])
+        return cls(made, held, found)
+
+    def after(self, step: Step) -> None:
+        """Find them after a step; where links do not come together, or are not held, the last ones hold on."""
+        made, freedoms = self.made, self.made.scene.freedoms
+        if not freedoms:
+            return
+        t, middle = step.t + step.h, np.array([1 + AHEAD])
+        terms = [made.machine.terms.index(made.acting[f"freedoms.{name}"]) for name in freedoms]
+        place: Array = np.array([[step.measured(k, middle).x[0, 0, 0] for k in terms]])
+        still = np.zeros_like(place)
+        near = near_links(made, step.at_end().motion)
+        try:
+            at = step.t + step.h * middle
+            self.held.machine.chart = rigid_motion(self.held, at, near, (place, still, still))
+            roots = held_damping(self.held.machine, float(at[0]), made.scene.damping.ratio)
+        except (AssemblyError, SolverError) as error:
+            logger.info("modes at %g s are damped as before: %s", t, error)
+            return
+        self.damping.starts.append(t)
+        self.damping.roots.append(roots)
 
 
 def _sizes(machine: Machine, q: Array) -> Array:

@@ -23,10 +23,8 @@ from fenics_mech.mechanism.beam_links import links
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.steady_state import by_collocation
-from fenics_mech.response.setup import moved, system_at
-from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution, TransientSolution
-from fenics_mech.response.transient.in_time import by_time, concatenated, cycles_of, equation_along
-from fenics_mech.response.transient.stated_start import stated_start
+from fenics_mech.response.setup import system_at
+from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.scene import Scene
 
 MOST_ELEMENTS = 200  # of reduced members, whose nodes are all taken: more take far longer than the response itself
@@ -43,7 +41,7 @@ def on_all_nodes(solution: Solution) -> Solution:
     Raises
     ------
     UnresolvedError
-        When blows in time strike reduced members, or these have too many nodes.
+        When reduced members have too many nodes.
     """
     own = solution.system
     if own.beams.reduction is not None and len(own.beams.mesh.cell_member) > MOST_ELEMENTS:
@@ -54,22 +52,15 @@ def on_all_nodes(solution: Solution) -> Solution:
         raise UnresolvedError(f"the members can only be reduced: {error}") from error
     if scene is solution.scene:
         return solution
-    if scene.impulses and isinstance(solution, TransientSolution):
-        raise UnresolvedError("reduced members cannot follow the ringing after a blow")
     if isinstance(solution, MotorSolution):
         return _on_shaft(solution, scene)
     if own.transformation.held is not None and scene.impulses:
         return _struck(solution, scene)
-    if own.transformation.held is not None and isinstance(solution, TransientSolution):
-        return _stretching(solution, scene)
     system = _on_nodes_of(scene, own, own.motion)
     (q,) = _carried(own, system, solution.response)
     found = replace(solution, scene=scene, system=system, response=replace(solution.response, displacement=q))
-    match solution, found:
-        case CollocationSolution(), CollocationSolution():
-            return _at_points(solution, found)
-        case TransientSolution(), TransientSolution():
-            return _in_time(solution, found)
+    if isinstance(solution, CollocationSolution) and isinstance(found, CollocationSolution):
+        return _at_points(solution, found)
     return found
 
 
@@ -97,26 +88,6 @@ def _at_points(own: CollocationSolution, found: CollocationSolution) -> Collocat
     return replace(found, cycle=cycle, orbit=orbit)
 
 
-def _in_time(own: TransientSolution, found: TransientSolution) -> TransientSolution:
-    """Give a response in time whose course is on all nodes too."""
-    scene, course = found.scene, own.course
-    states, responses = [], []
-    over_cycle = moved(scene, found.system, own.over_cycle.motion)
-    for part in cycles_of(course.time, scene.analysis.sub_intervals):
-        here = equation_along(own.scene, own.over_cycle, own.system.motion.part(part))
-        there = equation_along(scene, over_cycle, here.system.motion)
-        state = course.displacement[part], course.velocity[part]
-        states.append(np.stack(_carried(here.system, there.system, elastic_response(here, *state), state)))
-        responses.append(elastic_response(there, *states[-1]))
-    q, rate = np.concatenate(states, axis=1)
-    return replace(
-        found,
-        over_cycle=over_cycle,
-        response=concatenated(responses),
-        course=replace(course, displacement=q, velocity=rate),
-    )
-
-
 def _struck(own: Solution, scene: Scene) -> CollocationSolution:
     """Solve for a response of members that cannot stretch anew: those that can ring along their axes after blows."""
     if not isinstance(own, CollocationSolution):
@@ -130,15 +101,6 @@ def _on_shaft(own: MotorSolution, scene: Scene) -> MotorSolution:
     unjudged = scene.changed(analysis__stability=False)
     system = _on_nodes_of(unjudged, own.cycle.system, own.cycle.system.motion)
     return by_motor(unjudged, system, own.modes)
-
-
-def _stretching(own: TransientSolution, scene: Scene) -> TransientSolution:
-    """Solve for a response in time of members that cannot stretch anew: those that can ring along their axes."""
-    over_cycle = _on_nodes_of(scene, own.over_cycle, own.over_cycle.motion)
-    start = stated_start(scene, over_cycle)
-    if start is None:
-        raise UnresolvedError("the result that it goes on from has no members that stretch")
-    return by_time(scene, over_cycle, start)
 
 
 def _carried(own: System, there: System, response: ElasticResponse, state: Sequence[Array] = ()) -> list[Array]:

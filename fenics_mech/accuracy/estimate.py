@@ -27,7 +27,6 @@ from fenics_mech.accuracy.slider_kinks import ringing, unloaded
 from fenics_mech.accuracy.static_errors import static_errors
 from fenics_mech.accuracy.theory_errors import theory_errors
 from fenics_mech.accuracy.theory_ladder import UNKNOWN, judged
-from fenics_mech.accuracy.transient_errors import transient_errors, trial_of_steps
 from fenics_mech.accuracy.undamped_modes import TOO_MANY, left_undamped
 from fenics_mech.beams.variable_sections import misfit
 from fenics_mech.effects.effect import Choice
@@ -39,10 +38,9 @@ from fenics_mech.response.solution import (
     HarmonicSolution,
     Solution,
     StaticSolution,
-    TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Scene
 
 STEPS = ("time", "harmonics")
 BY_POSITIONS = 2.0  # with which power of their number errors by peaks between positions fall
@@ -315,13 +313,32 @@ def corrected_responses(solution: Solution) -> dict[str, CorrectedResponse]:
             return collocation_errors(solution)
         case HarmonicSolution():
             return harmonic_errors(solution)
-        case TransientSolution():
-            return transient_errors(solution)
         case FreeSolution():
             return {}
         case StaticSolution():
             return static_errors(solution)
     raise TypeError(f"no errors are estimated of a {type(solution).__name__}")
+
+
+def trial_of_steps(analysis: Analysis, parted: bool) -> tuple[float, float] | None:
+    """Tolerance of the steps that tell the error of those of a free motion, and the factor on the difference.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    parted
+        Whether contacts opened.
+
+    Returns
+    -------
+    tuple or None
+        The tolerance over that of the motion, and the factor. None where contacts opened and their estimate is not
+        asked for.
+    """
+    if not parted:
+        return ESTIMATES.rougher, ESTIMATES.rough_share
+    return (ESTIMATES.finer, ESTIMATES.finer_share) if analysis.error_estimates == "contacts" else None
 
 
 def _by_other_steps(solution: FreeSolution, base: Quantities, tolerance: float) -> dict[str, Array]:

@@ -17,7 +17,6 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.mesh_residual import given_way
 from fenics_mech.accuracy.periodic_errors import answer_of
 from fenics_mech.accuracy.quantities import Quantities, measures
-from fenics_mech.accuracy.transient_errors import under_loads
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.effects import Loads
 from fenics_mech.eigenmodes import Modes
@@ -33,7 +32,6 @@ from fenics_mech.response.solution import (
     PeriodicSolution,
     Solution,
     StaticSolution,
-    TransientSolution,
 )
 from fenics_mech.response.static.quasi_static import held_still, solve_static, yielding_to
 from fenics_mech.scene import Scene
@@ -227,8 +225,6 @@ def _answers(solution: Solution, system: System, loads: Sequence[Loads]) -> list
     match solution:
         case CollocationSolution() | HarmonicSolution():
             answer = answer_of(solution)
-        case TransientSolution():
-            return [under_loads(solution, part) for part in loads]
         case _:
             response = solution.response.undamped
             q = response.displacement

@@ -64,12 +64,11 @@ def order_of(system: System) -> float:
     return OF_PINS if contacts else ORDER
 
 
-def neglected(system: System, response: ElasticResponse, step: float | None, closed: bool = True) -> Loads:
+def neglected(system: System, response: ElasticResponse, step: float | None) -> Loads:
     """Give the loads that the elements neglect.
 
     Those of the inertia are linear along each element, with the same moments at clamped ends; those of the axial force
-    and of a section that varies are on its ends. Derivatives in time are those of a Fourier series through a cycle, and
-    else differences, which give less of what is fast; see `time_derivatives`.
+    and of a section that varies are on its ends. Derivatives in time are those of a Fourier series through a cycle.
 
     Parameters
     ----------
@@ -77,12 +76,10 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
         The mechanism and its motion at equal steps of time.
     step
         The step (s); None where the elastic motion has no inertia.
-    closed
-        Whether the last position is followed by the first.
     """
     if system.beams.consistent is not None:
         along = replace(system, beams=system.beams.consistent)
-        return _by_lumps(system, along, response) + neglected(along, response, step, closed)
+        return _by_lumps(system, along, response) + neglected(along, response, step)
     count, tension, reduction = len(system.beams.mesh.cell), element_tension(system, response), system.beams.reduction
     varies, contacts = system.beams.rigidity.varies, system.transformation.constraints.contacts
     if step is None and tension is None and not varies and not contacts:
@@ -98,21 +95,21 @@ def neglected(system: System, response: ElasticResponse, step: float | None, clo
     line = None
     if step is not None:
         share = 1.0 if reduction is None else reduction.fineness ** float(-ORDER)
-        line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step, closed))
+        line = _line(-share * _line_density(system.beams) * _acceleration(system, z, step))
         if not system.terms.coupled:
-            line += _of_joints(system, response.displacement, step, closed)
+            line += _of_joints(system, response.displacement, step)
     force = None
     if reduction is not None and (step is not None or tension is not None):
-        force = _by_statics(system, left_to_statics(system, response), tension, step, closed)
+        force = _by_statics(system, left_to_statics(system, response), tension, step)
     ends = _by_varying(system, response, element, xi) if varies else None
     if forces is not None:
         uneven = beyond_mean(system, response, element, xi, pins).reshape(z.shape)
         ends = _sum(ends, _by_tension_inside(system, response, uneven) + _by_tension(system, forces, z.imag))
         if system.terms.law is not None and step is not None:
-            ends += _by_shift(system, response, step, closed)
+            ends += _by_shift(system, response, step)
     if contacts:
         pulled = tension if system.terms.law is not None else None
-        of_ends, of_nodes = _by_pins(system, pins, step, closed, pulled)
+        of_ends, of_nodes = _by_pins(system, pins, step, pulled)
         ends, force = _sum(ends, of_ends), _sum(force, of_nodes)
     return Loads(line=line, force=force, ends=ends)
 
@@ -163,7 +160,7 @@ def _by_varying(system: System, response: ElasticResponse, element: Index, xi: A
 
 
 def _by_pins(
-    system: System, pins: Sequence[PointLoad], step: float | None, closed: bool, tension: Array | None
+    system: System, pins: Sequence[PointLoad], step: float | None, tension: Array | None
 ) -> tuple[Array, Array]:
     """Give the loads by which travelling pins follow the deflection under their own forces, which the nodes leave out.
 
@@ -179,7 +176,7 @@ def _by_pins(
         force += system.assembled_from_members(_pulled(system, v, tension[..., None] * GAUSS_WEIGHT))
     if step is None:
         return ends, force
-    inertia, turning = _of_nodes(system, v, step, closed)
+    inertia, turning = _of_nodes(system, v, step)
     of_elements = -each(beams.element_mass, in_member_axes(beams.mesh, inertia))
     if turning is not None:
         of_elements -= each(beams.element_gyroscopic, in_member_axes(beams.mesh, turning))
@@ -245,37 +242,11 @@ def _held(system: System, coordinates: Array, v: Array) -> Array:
     return elastic
 
 
-def at_the_start(system: System) -> Loads:
-    """Give the loads whose static answer is what the modes left out of reduced members swing by from a start at rest.
-
-    Ends held, a mode swings about its static answer to the load that begins there, with an amplitude of that answer.
-
-    Parameters
-    ----------
-    system
-        The mechanism, with its start first and members reduced.
-    """
-    beams, mass = system.beams, system.nodal_mass
-    assert beams.reduction is not None
-    still = ElasticResponse(np.zeros((len(system.motion.theta), system.size)), system.rigid_acceleration)
-    held = in_member_axes(beams.mesh, left_to_statics(system, still)[:1])
-    force = system.assembled_from_members(each(beams.element_stiffness, held))[0]
-    inner = np.zeros(len(force), dtype=bool)
-    for span in beams.reduction.spans:
-        inner[span.inner] = True
-    force[~inner] = 0.0
-    first, count = len(beams.reduction.kept), len(beams.reduction.mode_omega)
-    kept = beams.reduction.shape[:, first : first + count]
-    momenta = (mass @ kept).toarray()
-    force -= momenta @ ((kept.T @ force) / (kept.multiply(momenta).sum(axis=0).A1))
-    return Loads(force=np.tile(np.where(inner, force, 0.0), (len(system.motion.theta), 1)))
-
-
-def _by_statics(system: System, v: Array, tension: Array | None, step: float | None, closed: bool) -> Array:
+def _by_statics(system: System, v: Array, tension: Array | None, step: float | None) -> Array:
     """Forces on nodal dofs by inertia and axial force of displacements v that have none in the reduction."""
     force = np.zeros_like(v)
     if step is not None:
-        force += _by_inertia(system, *_of_nodes(system, v, step, closed))
+        force += _by_inertia(system, *_of_nodes(system, v, step))
     if tension is not None:
         force += system.assembled_from_members(_pulled(system, v, tension[..., None] * GAUSS_WEIGHT))
     return force
@@ -286,15 +257,13 @@ def _by_inertia(system: System, inertia: Array, turning: Array | None) -> Array:
     return force if turning is None else force - (system.nodal_gyroscopic @ turning.T).T
 
 
-def _of_nodes(
-    system: System, v: Array, step: float, closed: bool, links: Index | None = None
-) -> tuple[Array, Array | None]:
+def _of_nodes(system: System, v: Array, step: float, links: Index | None = None) -> tuple[Array, Array | None]:
     """Inertia of displacements with drag, and what the gyroscopic matrix takes, ``(angles, dofs)`` each.
 
     `links` are those of the dofs; by default dofs are nodal ones.
     """
-    first = first_derivative(v, step, closed)
-    inertia = second_derivative(v, step, closed) + system.terms.damping.drag * first
+    first = first_derivative(v, step)
+    inertia = second_derivative(v, step) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return inertia, None
     links = system.link_of_dof if links is None else links
@@ -309,13 +278,13 @@ def _line(force: Complex) -> Array:
     return np.concatenate([along, across], axis=-1)
 
 
-def _of_joints(system: System, q: Array, step: float, closed: bool) -> Array:
+def _of_joints(system: System, q: Array, step: float) -> Array:
     """Give the load by which the inertia beside joints is that of the links' own axes, as it is everywhere else.
 
     Without coupling the acceleration is P q'', and not (P q)''. That differs where the coordinates are not those of
     nodes in link axes, in the elements beside joints, and so depends on the mesh.
     """
-    nodal = second_derivative(system.to_links(q), step, closed) - system.to_links(second_derivative(q, step, closed))
+    nodal = second_derivative(system.to_links(q), step) - system.to_links(second_derivative(q, step))
     ends = in_member_axes(system.beams.mesh, nodal)
     return -system.beams.inertia.density.mean[:, None] * ends[..., [0, 3, 1, 4]]
 
@@ -343,14 +312,14 @@ def _by_tension_inside(system: System, response: ElasticResponse, uneven: Array)
     return _pulled(system, system.to_links(response.displacement), uneven * GAUSS_WEIGHT)
 
 
-def _by_shift(system: System, response: ElasticResponse, step: float, closed: bool) -> Array:
+def _by_shift(system: System, response: ElasticResponse, step: float) -> Array:
     """Give the loads on elements' ends by the inertia of the shift of their mass, see `MassShift`."""
     mesh, v = system.beams.mesh, system.to_links(response.displacement)
     shift = MassShift(system, (v, v, v)).in_time[0]
     moved = np.zeros((*shift.shape, 6))
     moved[..., AXIAL] = shift[..., None]
     links = np.repeat(mesh.member_link[mesh.cell_member], 6)
-    inertia, turning = _of_nodes(system, moved.reshape(len(v), -1), step, closed, links)
+    inertia, turning = _of_nodes(system, moved.reshape(len(v), -1), step, links)
     ends = -each(system.beams.element_mass, inertia.reshape(moved.shape))
     if turning is not None:
         ends -= each(system.beams.element_gyroscopic, turning.reshape(moved.shape))
@@ -370,10 +339,10 @@ def _pulled(system: System, v: Array, axial: Array) -> Array:
     return ends
 
 
-def _acceleration(system: System, z: Complex, step: float, closed: bool) -> Complex:
+def _acceleration(system: System, z: Complex, step: float) -> Complex:
     """Acceleration of displacements u + i w, ``(angles, elements, places)``, in the axes of the members, with drag."""
-    first = first_derivative(z, step, closed)
-    second = second_derivative(z, step, closed) + system.terms.damping.drag * first
+    first = first_derivative(z, step)
+    second = second_derivative(z, step) + system.terms.damping.drag * first
     if not system.terms.coupled:
         return second
     mesh, motion = system.beams.mesh, system.motion

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.transient_errors import own_steps
 from fenics_mech.effects.rotary_inertia import EFFECT as ROTARY
 from fenics_mech.effects.shear import EFFECT as SHEAR
 from fenics_mech.effects.springs import too_stiff
@@ -18,7 +17,6 @@ from fenics_mech.response.solution import (
     HarmonicSolution,
     Solution,
     StaticSolution,
-    TransientSolution,
 )
 from fenics_mech.scene import Analysis, Scene
 from fenics_mech.scene.sampling import SAMPLING
@@ -60,8 +58,6 @@ def not_estimated(solution: Solution) -> list[str]:
     """
     found = _of_loads(solution) + _of_sections(solution) + _of_bodies(solution) + _of_rigid_links(solution)
     found += _of_shear(solution)
-    if isinstance(solution, TransientSolution):
-        found += _of_start(solution)
     if isinstance(solution, FreeSolution):
         found.append("what the mesh does to a motion with freedoms")
         found += [after_contacts(solution.scene.analysis)] if solution.course.parted else []
@@ -164,28 +160,6 @@ def _of_rigid_links(solution: Solution) -> list[str]:
     return found
 
 
-def _of_start(solution: TransientSolution) -> list[str]:
-    """What a motion in time has by its steps and by its start."""
-    scene = solution.scene
-    started = scene.analysis.start != "rigid"
-    remarks = (
-        (
-            bool(scene.points),
-            "accelerations of traced points, where stiff axial vibration magnifies errors of the steps",
-        ),
-        (own_steps(scene.petsc), "the time steps, which PETSc's options state"),
-        (
-            started and bool(scene.damping.material),
-            "strains in the first instants, where the start lets the material's viscous stress jump",
-        ),
-        (
-            started and bool(np.any(scene.damping.ratio)),
-            "joint forces in the first instants, where the start lets the forces of damping jump",
-        ),
-    )
-    return [words for holds, words in remarks if holds]
-
-
 def between_points(scene: Scene, count: int, cut: bool = False) -> list[str]:
     """Say what loads and drives do between the points of a cycle.
 
@@ -212,9 +186,7 @@ def between_points(scene: Scene, count: int, cut: bool = False) -> list[str]:
 
 def _points_of(solution: Solution) -> int:
     """Number of points of a cycle that see what a load or a drive does; 0 where steps are as short as they need be."""
-    scene, analysis = solution.scene, solution.scene.analysis
-    if isinstance(solution, TransientSolution):  # the viscous stress is judged by every second position
-        return analysis.sub_intervals // 2 if scene.damping.material else 0
+    analysis = solution.scene.analysis
     if analysis.method == "static":
         return 0
     by_points = isinstance(solution, CollocationSolution | HarmonicSolution)

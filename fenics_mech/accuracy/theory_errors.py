@@ -17,7 +17,6 @@ from fenics_mech.accuracy.corrected_response import ESTIMATES
 from fenics_mech.accuracy.exact_motion import THEORY, answered, at_rest, change_between, state_of
 from fenics_mech.accuracy.known_cycle import KnownCycle, of_harmonics, of_steps
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES, Quantities
-from fenics_mech.accuracy.theory_in_time import change_anew, largest_change_in_time
 from fenics_mech.accuracy.theory_ladder import exact_theory
 from fenics_mech.errors import SolverError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response, response_at
@@ -34,7 +33,6 @@ from fenics_mech.response.solution import (
     MotorSolution,
     PeriodicSolution,
     Solution,
-    TransientSolution,
 )
 from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
 from fenics_mech.response.transient.free_state import FreeState
@@ -92,10 +90,6 @@ def _change(solution: Solution, exact: Scene, kept: float) -> Mapping[str, Array
             return _of_free_motion(solution, exact).largest
         case PeriodicSolution():
             return _about_cycle(solution, exact, kept).largest
-        case TransientSolution() if solution.scene.impulses or solution.system.terms.law is not None:
-            return change_anew(solution, exact).largest
-        case TransientSolution():
-            return largest_change_in_time(solution, exact)
         case _:
             return _about_positions(solution, exact, kept).largest
 

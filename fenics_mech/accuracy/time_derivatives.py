@@ -1,8 +1,4 @@
-"""Derivatives in time of what is known at equal steps, and its values between them.
-
-Through a cycle they are those of a Fourier series. Differences, and lines between the positions, each give 0.75 of a
-vibration that turns by 1.8 rad in a step.
-"""
+"""Derivatives in time of what is known at equal steps of a cycle, and its values between them, by Fourier series."""
 
 from __future__ import annotations
 
@@ -16,8 +12,8 @@ from fenics_mech._arrays import Array
 Values = TypeVar("Values", Array, NDArray[np.complex128])
 
 
-def first_derivative(values: Values, step: float, closed: bool) -> Values:
-    """Give the first derivative in time, ``(angles, ...)``.
+def first_derivative(values: Values, step: float) -> Values:
+    """Give the first derivative in time over a cycle, by its Fourier series, ``(angles, ...)``.
 
     Parameters
     ----------
@@ -25,28 +21,18 @@ def first_derivative(values: Values, step: float, closed: bool) -> Values:
         At equal steps of time, ``(angles, ...)``.
     step
         The step (s).
-    closed
-        Whether the last is followed by the first: then it is that of the Fourier series, and else by differences.
     """
-    if closed:
-        return _derived(values, step, 1)
-    found = (np.roll(values, -1, axis=0) - np.roll(values, 1, axis=0)) / (2 * step)
-    found[[0, -1]] = found[[1, -2]] if len(values) > 2 else 0
-    return found
+    return _derived(values, step, 1)
 
 
-def second_derivative(values: Values, step: float, closed: bool) -> Values:
+def second_derivative(values: Values, step: float) -> Values:
     """Give the second derivative in time, ``(angles, ...)``; 0 of fewer than three values.
 
     Parameters are those of `first_derivative`.
     """
     if len(values) < 3:
         return np.zeros_like(values)
-    if closed:
-        return _derived(values, step, 2)
-    found = (np.roll(values, -1, axis=0) - 2 * values + np.roll(values, 1, axis=0)) / step**2
-    found[[0, -1]] = found[[1, -2]]
-    return cast(Values, found)
+    return _derived(values, step, 2)
 
 
 def _derived(values: Values, step: float, times: int) -> Values:

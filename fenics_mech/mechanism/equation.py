@@ -57,13 +57,6 @@ class Equation:
         first = self.jets[1]
         return self.system.transformation.derivatives(self.system.motion)[0] if first is None else first
 
-    def full_jet(self, values: Array) -> Array:
-        """P, P' or P'' of its nonzeros, ``(angles, links' coordinates, coordinates)``: for few coordinates."""
-        height, width = self.system.transformation.shape[0], len(self.linear.mass.diagonal[0])
-        whole = np.zeros((len(values), height, width))
-        whole[:, self.system.transformation.rows, self.system.transformation.columns] = values
-        return whole
-
     @property
     def coupled(self) -> bool:
         """Whether the coupling of rigid and elastic motion counts."""

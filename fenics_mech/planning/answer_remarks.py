@@ -53,16 +53,18 @@ def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) 
     taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
     coarse = [f"too coarse: {text}"] if (text := result.data.attrs.get("coarse_because")) else []
     warned = [*unmet(result), *coarse, *implausible(scene), *of_starts, *too_weak]
-    told = {"warnings": warned, "notices": [*taken, *_added(scene, result)]}
+    told = {"warnings": warned, "notices": [*taken, *_added(scene, result.scene)]}
     return {name: json.dumps(sentences) for name, sentences in told.items()}
 
 
-def _added(scene: Scene, result: Result) -> list[str]:
-    """Say which effects act that a list of effects leaves out."""
-    if scene.effects == "auto":
+def _added(stated: Scene, taken: Scene) -> list[str]:
+    """Say which effects act that a list of effects leaves out, and which of it they replace."""
+    if stated.effects == "auto":
         return []
-    more = [name for name in result.scene.named_effects if name not in scene.named_effects]
-    return [f"{name} acts too: the equation that answers this scene always holds it" for name in more]
+    more = [name for name in taken.named_effects if name not in stated.named_effects]
+    left = [repr(name) for name in stated.named_effects if name not in taken.named_effects]
+    instead = f" in place of {' and '.join(left)}" if left else ""
+    return [f"{' and '.join(map(repr, more))} act{instead}: the equation that answers always holds it"] if more else []
 
 
 def unmet(result: Result) -> list[str]:

@@ -17,7 +17,6 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.small_motions import SmallMotions
-from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.response.transient.course import Course, FreeCourse, StartState
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.response.transient.shooting import RepeatedMotion
@@ -126,22 +125,6 @@ class FreeSolution(InTime):
         course = inside.course
         states = course.displacement, course.velocity, course.acceleration
         return AtPoints(*self.state.along(states, course), inside.weights)
-
-
-@dataclass(frozen=True, kw_only=True)
-class TransientSolution(InTime):
-    """A response in time of a linkage that its drives lead.
-
-    Parameters
-    ----------
-    over_cycle
-        The mechanism over one cycle of its steady drive.
-    coefficients
-        The matrices of the equation at any time.
-    """
-
-    over_cycle: System
-    coefficients: Coefficients
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,6 @@ from fenics_mech.kinematics.run_up import RUN_UP
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.response.transient.course import VelocityJumps
 from fenics_mech.scene import Scene
 
 
@@ -65,32 +64,6 @@ def jumps_at(scene: Scene, system: System, theta: Array) -> Array:
     impulses, _ = nodal_impulses(scene.impulses.values(), scene.links, scene.joints, system.beams, motion)
     momenta = struck.on_coordinates(impulses)
     return Equation(struck).linear.mass.solve(momenta)
-
-
-def impulses_between(scene: Scene, system: System, start: float, end: float) -> VelocityJumps | None:
-    """Give the impulses of a stretch of time, through a run-up too; one at the start strikes there at time 0 only.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    system
-        Its mechanism.
-    start, end
-        Ends of the time (s).
-
-    Returns
-    -------
-    VelocityJumps or None
-        None where the scene has no impulses.
-    """
-    if not scene.impulses:
-        return None
-    theta = np.array([impulse.angle or 0.0 for impulse in scene.impulses.values()])
-    struck = [passages(scene, angle, start, end) for angle in theta]
-    time, which = np.concatenate(struck), np.repeat(np.arange(len(theta)), [len(times) for times in struck])
-    order = np.argsort(time, kind="stable")
-    return VelocityJumps(time[order], which[order], jumps_at(scene, system, theta))
 
 
 def passages(scene: Scene, angle: float, start: float, end: float) -> Array:

@@ -4,7 +4,7 @@ from fenics_mech.solve.compiled_steps import accelerated
 from fenics_mech.solve.continuation import Driven, Family, Point, continued
 from fenics_mech.solve.derivatives import Beside, cycle_change, rest_change, running_change
 from fenics_mech.solve.frequencies import frequencies, tangents_at
-from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_modes
+from fenics_mech.solve.held_modes import damp_modes, followed_modes, held_damping, held_modes
 from fenics_mech.solve.in_time import Course, march, steps_in_time
 from fenics_mech.solve.linear import (
     Iterate,
@@ -46,6 +46,7 @@ __all__ = [
     "equilibrium",
     "followed_modes",
     "frequencies",
+    "held_damping",
     "held_modes",
     "iterates",
     "march",

@@ -158,9 +158,39 @@ def damp_modes(
     times
         Instants at which the chart is at these positions; None for even ones from 0 (s).
     """
-    beams, term = machine.beams, machine.terms.index(machine.beams)
-    group = machine.groups[term]
     times = period / positions * np.arange(positions) if times is None else times
+    strains, lags = _damped(machine, times, ratio, fastest)
+    machine.beams.modal = ModalDamping.of(machine.beams.stiffness, strains, lags, period)
+    machine.forget_plan()
+
+
+def held_damping(machine: Machine, t: float, ratio: float | Sequence[float]) -> Array:
+    """Give the stress of all modes of a machine held at the place of its chart: E as of `HeldDamping`.
+
+    Parameters
+    ----------
+    machine
+        The machine, without damping of modes.
+    t
+        Instant (s).
+    ratio
+        As of `damp_modes`.
+
+    Returns
+    -------
+    ndarray
+        ``(elements, strains, modes)``.
+    """
+    (strain,), (lag,) = _damped(machine, np.array([t]), ratio, np.inf)
+    return np.asarray(np.einsum("eij,ejk->eik", machine.beams.stiffness, strain) * np.sqrt(lag))
+
+
+def _damped(
+    machine: Machine, times: Array, ratio: float | Sequence[float], fastest: float
+) -> tuple[list[Array], list[Array]]:
+    """Give strains of the slow modes of unit energy at instants, and ``2 zeta/omega`` of each (s)."""
+    term = machine.terms.index(machine.beams)
+    group = machine.groups[term]
     modes = [(omega, shape) for omega, shape, _ in _each_held(machine, times)]
     zero = np.zeros((len(times), machine.size))
     measured = machine.residual(times, zero, zero, zero, moving=False, tangents=False).terms[term]
@@ -173,5 +203,4 @@ def damp_modes(
         ratios = stated[np.minimum(np.arange(slow.sum()), len(stated) - 1)] * inside**2 * (3 - 2 * inside)
         strains.append(np.einsum("emn,ken->emk", measured.gradient[k], group.variables(shapes[:, slow].T)))
         lags.append(2 * ratios / omega[slow])
-    beams.modal = ModalDamping.of(beams.stiffness, strains, lags, period)
-    machine.forget_plan()
+    return strains, lags

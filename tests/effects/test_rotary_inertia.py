@@ -107,7 +107,9 @@ def felt(system):
     """The coupling in damping and stiffness, less ``2 P^T m P'`` and ``P^T m P''`` of the turning sections."""
     damping, stiffness = coupling(system)
     equation = Equation(replace(system, terms=replace(system.terms, coupled=True)))
-    p, first, second = map(equation.full_jet, equation.jets)
+    p, first, second = (np.zeros((len(system.motion.theta), *system.transformation.shape)) for _ in range(3))
+    for whole, values in zip((p, first, second), equation.jets):
+        whole[:, system.transformation.rows, system.transformation.columns] = values
     m = system.link_rotary_mass.toarray()
     back = p.transpose(0, 2, 1)
     return damping - 2 * back @ m @ first, stiffness - back @ m @ second

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.beside import Beside
 from fenics_mech.scene import Analysis, Scene
 
@@ -20,9 +19,7 @@ class TransientLimits:
     longest_step: float = 1 / 40  # of a cycle
     most_positions: int = 100_000  # at which a result is held
     stages: int = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
-    interpolation: float = 1e-2  # of the tolerance of a step, to which matrices are interpolated
     largest_tolerance: float = 0.02  # beyond it steps are as long as they may be
-    longest_gap: float = 2.0  # between nodes of the interpolation, over the mean one, at most
     rounding: float = 1e-12  # of a whole motion, by which the end of a step may be beside a position
 
 
@@ -44,73 +41,6 @@ def refuse_rough(analysis: Analysis) -> None:
             place="analysis.time_tolerance",
             hint="Take a smaller one: the error of the steps is not known with this one",
         )
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """What is to be computed.
-
-    Parameters
-    ----------
-    cycle
-        Duration of a cycle of the drive at its speed (s).
-    samples
-        Equal parts of a cycle at whose ends the motion is given.
-    cycles
-        Cycles after the run-up, at most.
-    settled
-        Difference of two successive cycles, relative to the largest displacement, at which to stop; 0 never stops.
-    steady_after
-        Time from which the drive is at its speed (s): cycles are counted and compared from there on.
-    tolerance
-        Relative error of a time step.
-    tableau, longest
-        Collocation points of a time step, and its largest length as a share of a cycle.
-    """
-
-    cycle: float
-    samples: int
-    cycles: int
-    settled: float
-    steady_after: float
-    tolerance: float
-    tableau: Tableau
-    longest: float = TRANSIENT.longest_step
-
-    def lead(self, start: float) -> int:
-        """Number of samples before cycles are counted, from a start.
-
-        Parameters
-        ----------
-        start
-            Time of the start (s).
-        """
-        return max(0, int(np.ceil((self.steady_after - start) / self.cycle * self.samples - 1e-6)))
-
-    def count(self, start: float) -> int:
-        """Number of times at which the motion is given, from a start.
-
-        Parameters
-        ----------
-        start
-            Time of the start (s).
-        """
-        return self.lead(start) + self.cycles * self.samples + 1
-
-    def times(self, start: float) -> Array:
-        """Times at which the motion is given (s), with the last of the last cycle.
-
-        Parameters
-        ----------
-        start
-            Time of the start (s).
-
-        Returns
-        -------
-        numpy.ndarray
-            ``(times,)``.
-        """
-        return start + self.cycle / self.samples * np.arange(self.count(start), dtype=float)
 
 
 @dataclass(frozen=True)
@@ -144,38 +74,6 @@ class StartState:
         names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
         place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
         return cls(0.0, place, rate)
-
-
-@dataclass(frozen=True)
-class VelocityJumps:
-    """Impulses as they strike.
-
-    Parameters
-    ----------
-    time
-        When (s), ascending.
-    which
-        Which jump, of each time.
-    jump
-        Changes of q', ``(impulses, coordinates)``.
-    """
-
-    time: Array
-    which: Index
-    jump: Array
-
-    def at(self, time: float, rounding: float) -> Array:
-        """Change of q' at a time, ``(coordinates,)``.
-
-        Parameters
-        ----------
-        time
-            Time (s).
-        rounding
-            By how much it may differ from that of an impulse (s).
-        """
-        now = self.which[np.searchsorted(self.time, time - rounding) : np.searchsorted(self.time, time + rounding)]
-        return np.asarray(self.jump[now].sum(axis=0))
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,11 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
-from fenics_mech.errors import SolverError
+from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
+from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.mechanism import System
+from fenics_mech.response.axial_forces import settles
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import FreeSolution
@@ -27,6 +30,7 @@ from fenics_mech.response.transient.course import (
     LawCourse,
     PointsInside,
     StartState,
+    refuse_rough,
 )
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.samples import Samples
@@ -34,7 +38,7 @@ from fenics_mech.response.transient.scaled_state import ScaledState
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
 from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
 from fenics_mech.response.transient.time_steps import stepped
-from fenics_mech.scene import Scene
+from fenics_mech.scene import Analysis, Scene
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,25 @@ class FreeLimits:
 
 
 FREE = FreeLimits()
+
+
+def refuse_in_time(analysis: Analysis, system: System) -> None:
+    """Raise `SceneError` where a scene has something that is not solved in time.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    system
+        Its mechanism.
+    """
+    if settles(analysis.tension, system.terms):
+        raise SceneError(
+            "method = 'transient' does not update axial forces",
+            place="analysis.tension",
+            hint=f"Take the effect {LARGE_ROTATIONS.name!r} in place of {GEOMETRIC_STIFFNESS.name!r}",
+        )
+    refuse_rough(analysis)
 
 
 def by_free_motion(scene: Scene, system: System, start: StartState | None = None) -> FreeSolution:

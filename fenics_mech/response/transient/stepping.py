@@ -20,7 +20,6 @@ from fenics_mech._arrays import Array
 from fenics_mech._petsc import PETSc
 from fenics_mech.errors import AssemblyError, SolverError
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.instant import growth as largest_growth
 
 Curve = Callable[[Array], tuple[Array, Array]]  # z and z' at times (s), (times, coordinates) each
 Sizes = tuple[tuple[slice, float], ...]  # parts of the coordinates, and the root of an energy for each (sqrt(J))
@@ -378,3 +377,19 @@ class Collocation:
 def _remedied(fault: str) -> str:
     """Say what helps against a fault of forces."""
     return f"{fault}. Give more damping, or lower loads"
+
+
+def largest_growth(mass: Array, stiffness: Array) -> float:
+    """Largest rate at which a motion without vibration grows (1/s), where the stiffness is not positive; else 0.
+
+    Parameters
+    ----------
+    mass, stiffness
+        M and K, ``(instants, coordinates, coordinates)`` each.
+    """
+    try:
+        np.linalg.cholesky(stiffness + stiffness.transpose(0, 2, 1))
+    except np.linalg.LinAlgError:
+        squares = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real
+        return float(np.sqrt(max(0.0, -squares.min())))
+    return 0.0

@@ -8,9 +8,10 @@ from typing import Any
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import PETSc, configured, name_of
 from fenics_mech.errors import SolverError
-from fenics_mech.response.transient.integration import INTEGRATION
 from fenics_mech.response.transient.stepping import Collocation
 from fenics_mech.response.transient.strikes import Strikes
+
+MOST_STEPS = 1_000_000  # of a motion: an hour or so
 
 
 def stepped(
@@ -64,7 +65,7 @@ def _stepped_to(
     context.begin(ts, *start, longest)
     ts.setTime(ends[0])
     ts.setMaxTime(ends[1])
-    defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": INTEGRATION.most_steps}
+    defaults = {"ts_exact_final_time": "matchstep", "ts_max_steps": MOST_STEPS}
     with configured(ts, "transient_", defaults, petsc):
         ts.solve(ts.getSolution())
         reason, steps = ts.getConvergedReason(), ts.getStepNumber()
