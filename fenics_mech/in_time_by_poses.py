@@ -45,11 +45,10 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.sampling_checks import refuse_hidden_peaks
-from fenics_mech.response.transient.strikes import strikes_between
-from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
+from fenics_mech.scene.strikes import passages, strikes_between
 from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
 from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS

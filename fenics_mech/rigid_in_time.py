@@ -37,13 +37,15 @@ from fenics_mech.recovery.running import running
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.response.transient.beside import Beside
-from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
 from fenics_mech.response.transient.cycles import differs, kinds_of, lasting
 from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, RepeatedMotion, repeated_motion, sizes_of
 from fenics_mech.response.transient.stepping import StepCurve
-from fenics_mech.response.transient.strikes import Strike, loaded, strikes_between
+from fenics_mech.response.transient.strikes import loaded
 from fenics_mech.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.start_state import StartState
+from fenics_mech.scene.strikes import ROUNDING, Strike, strikes_between
 from fenics_mech.solve import Step, steps_in_time
 from fenics_mech.terms.causes import Cause
 
@@ -85,9 +87,9 @@ def _times(scene: Scene, start: float) -> Array:
     """Give the instants of the result (s)."""
     analysis = scene.analysis
     count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
-    if count + 1 > TRANSIENT.most_positions:
+    if count + 1 > MOST_POSITIONS:
         raise SceneError(
-            f"{shortened(count + 1)} positions are more than a result holds, {TRANSIENT.most_positions}",
+            f"{shortened(count + 1)} positions are more than a result holds, {MOST_POSITIONS}",
             place="analysis.sub_intervals",
             hint="Give fewer cycles or sub_intervals",
         )
@@ -365,7 +367,7 @@ class _Taken:
         if struck is not None:
             works = sum(struck.works)
             for t, after in struck.after.items():
-                rate[np.abs(at.t - t) <= TRANSIENT.rounding * max(abs(float(at.t[-1])), scene.period)] = after
+                rate[np.abs(at.t - t) <= ROUNDING * max(abs(float(at.t[-1])), scene.period)] = after
             if self.times[0] in struck.after:  # what is stored at the start has it
                 works -= struck.works[0]
         return Course(

@@ -15,11 +15,11 @@ from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.result import Result
-from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.stated_start import stated_start
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.free_motion_checks import refuse_late_impulses
+from fenics_mech.scene.start_state import StartState
 
 WANTED = "Give the result of a transient analysis of the same scene"
 SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position

@@ -18,10 +18,11 @@ from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.coefficients import Coefficients
-from fenics_mech.response.transient.course import Course, FreeCourse, StartState
+from fenics_mech.response.transient.course import Course, FreeCourse
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.response.transient.shooting import RepeatedMotion
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,11 @@ from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism, moved
 from fenics_mech.response.transient import coefficients
 from fenics_mech.response.transient.coefficients import Coefficients
-from fenics_mech.response.transient.course import Schedule, StartState, VelocityJumps
+from fenics_mech.response.transient.course import Schedule, VelocityJumps
 from fenics_mech.response.transient.integration import integrate
 from fenics_mech.response.velocity_jumps import impulses_between
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.scene.start_state import StartState
 from tests.common import response_of
 from tests.response.synthetic import arm
 

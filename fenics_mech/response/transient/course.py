@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.errors import SceneError
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.transient.beside import Beside
-from fenics_mech.scene import Analysis, Scene
 
 
 @dataclass(frozen=True)
@@ -18,32 +16,13 @@ class TransientLimits:
     """Limits of a motion in time and of its steps."""
 
     longest_step: float = 1 / 40  # of a cycle
-    most_positions: int = 100_000  # at which a result is held
     stages: int = 5  # of a time step by collocation, at least: order 9, for steps that are few and long
     interpolation: float = 1e-2  # of the tolerance of a step, to which matrices are interpolated
-    largest_tolerance: float = 0.02  # beyond it steps are as long as they may be
     longest_gap: float = 2.0  # between nodes of the interpolation, over the mean one, at most
     rounding: float = 1e-12  # of a whole motion, by which the end of a step may be beside a position
 
 
 TRANSIENT = TransientLimits()
-
-
-def refuse_rough(analysis: Analysis) -> None:
-    """Raise `SceneError` where a tolerance does not govern the steps in time.
-
-    Parameters
-    ----------
-    analysis
-        What the scene asks for.
-    """
-    if analysis.time_tolerance > TRANSIENT.largest_tolerance:
-        raise SceneError(
-            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the "
-            "steps in time",
-            place="analysis.time_tolerance",
-            hint="Take a smaller one: the error of the steps is not known with this one",
-        )
 
 
 @dataclass(frozen=True)
@@ -111,39 +90,6 @@ class Schedule:
             ``(times,)``.
         """
         return start + self.cycle / self.samples * np.arange(self.count(start), dtype=float)
-
-
-@dataclass(frozen=True)
-class StartState:
-    """State from which a motion in time starts.
-
-    Parameters
-    ----------
-    time
-        Time (s).
-    displacement, velocity
-        q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
-    links
-        Coordinates of the links there (m, m, rad), ``(3 links,)``; None at time 0, where the scene states them.
-    """
-
-    time: float
-    displacement: Array
-    velocity: Array
-    links: Array | None = None
-
-    @classmethod
-    def stated(cls, scene: Scene) -> StartState:
-        """Give the state at time 0: angles, strokes and rates that the freedoms of a scene state.
-
-        Parameters
-        ----------
-        scene
-            The scene, with a freedom for all that can move.
-        """
-        names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
-        place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
-        return cls(0.0, place, rate)
 
 
 @dataclass(frozen=True)

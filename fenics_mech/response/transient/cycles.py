@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array, Index
 from fenics_mech.mechanism import System
 from fenics_mech.response.solution import FreeSolution
-from fenics_mech.response.transient.course import FreeCourse, StartState
+from fenics_mech.response.transient.course import FreeCourse
 from fenics_mech.response.transient.free_motion import course_of, solution_from, start_of
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.response.transient.shooting import (
@@ -24,6 +24,7 @@ from fenics_mech.response.transient.shooting import (
     sizes_of,
 )
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
 
 OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
 SAME = 1e-9  # of the accelerations, up to which they are the same at another time

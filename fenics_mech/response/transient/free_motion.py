@@ -26,15 +26,16 @@ from fenics_mech.response.transient.course import (
     FreeCourse,
     LawCourse,
     PointsInside,
-    StartState,
 )
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.samples import Samples
 from fenics_mech.response.transient.scaled_state import ScaledState
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
-from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
+from fenics_mech.response.transient.strikes import Strikes, loaded, started
 from fenics_mech.response.transient.time_steps import stepped
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
+from fenics_mech.scene.strikes import strikes_between
 
 
 @dataclass(frozen=True)

@@ -28,11 +28,14 @@ from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_po
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import TransientSolution
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
-from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule, StartState, refuse_rough
+from fenics_mech.response.transient.course import TRANSIENT, Course, Schedule
 from fenics_mech.response.transient.integration import integrate
-from fenics_mech.response.velocity_jumps import impulses_between, passages
+from fenics_mech.response.velocity_jumps import impulses_between
 from fenics_mech.scene import Analysis, Drive, Scene
+from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.base import SCENE
+from fenics_mech.scene.start_state import StartState
+from fenics_mech.scene.strikes import passages
 
 Joined = TypeVar("Joined", ElasticResponse, Loads)
 # points of a cycle that show what is not cut at hidden corners
@@ -138,9 +141,9 @@ def course_from(
     """
     schedule = replace(schedule_of(scene.analysis, scene.drives, scene.period), longest=longest)
     time = start.time
-    if (positions := schedule.count(time)) > TRANSIENT.most_positions:
+    if (positions := schedule.count(time)) > MOST_POSITIONS:
         raise SceneError(
-            f"{shortened(positions)} positions are more than a result holds, {TRANSIENT.most_positions}",
+            f"{shortened(positions)} positions are more than a result holds, {MOST_POSITIONS}",
             place="analysis.cycles",
             hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
         )

@@ -21,9 +21,10 @@ from fenics_mech._petsc import PETSc, configured, name_of
 from fenics_mech._progress import reached
 from fenics_mech.errors import SolverError
 from fenics_mech.response.transient.coefficients import TABLE, Coefficients
-from fenics_mech.response.transient.course import Course, Schedule, StartState, VelocityJumps
+from fenics_mech.response.transient.course import Course, Schedule, VelocityJumps
 from fenics_mech.response.transient.instant import Instant
 from fenics_mech.response.transient.stepping import Collocation, Curve, Keep
+from fenics_mech.scene.start_state import StartState
 
 logger = logging.getLogger(__name__)
 COLLOCATION, SECOND_ORDER = "python", "alpha2"  # types of TS; the first is that of steps of our own

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
-from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Analysis, Scene
+from fenics_mech.scene.start_state import StartState
 
 logger = logging.getLogger(__name__)
 ELASTIC, ANGLE, STROKE = range(3)  # kinds of coordinates: of links that bend, and of freedoms

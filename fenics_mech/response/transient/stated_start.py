@@ -8,10 +8,10 @@ from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.mechanism import System
 from fenics_mech.response.setup import moved
 from fenics_mech.response.static.quasi_static import solve_static
-from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.free_motion import start_of
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
 
 
 def stated_start(scene: Scene, system: System) -> StartState | None:
