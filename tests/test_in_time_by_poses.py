@@ -225,17 +225,6 @@ def test_errors_of_steps_and_mesh_are_told():
     assert steps.max() < 3 * away.max() + 1e-6 * largest
 
 
-@pytest.mark.parametrize(
-    ("changes", "what"),
-    [
-        ({"analysis.lyapunov": True}, "Lyapunov"),
-        ({"analysis.start": "periodic"}, "motions that repeat"),
-    ],
-)
-def test_what_poses_do_not_have_in_time_is_refused(changes, what):
-    with pytest.raises(SceneError, match=what):
-        fm.analyse(bars(**changes))
-
 
 def test_inertia_between_two_links_is_refused():
     freedoms = {"J0": {"start": 0.0}, "J1": {"start": 0.0, "inertia": 1.0}}

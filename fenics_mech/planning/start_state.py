@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -100,12 +100,15 @@ class GoneOn:
     state
         Coordinates of the poses, and their rates ``(2, coordinates)``.
     freedoms
-        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``.
+        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns.
+    angles
+        Measures of every term of the machine, which tell them instead; None where they are not known.
     """
 
     time: float
     state: Array
     freedoms: Array
+    angles: Sequence[Array] | None = None
 
 
 def poses_to_go_on_from(scene: Scene, size: int) -> GoneOn | None:

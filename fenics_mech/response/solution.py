@@ -20,7 +20,6 @@ from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.response.transient.course import Course, FreeCourse
 from fenics_mech.response.transient.free_state import FreeState
-from fenics_mech.response.transient.shooting import RepeatedMotion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.start_state import StartState
 
@@ -111,13 +110,10 @@ class FreeSolution(InTime):
     ----------
     state
         The equation of the motion.
-    repeated
-        What is known of a motion that repeats; None of others.
     """
 
     course: FreeCourse
     state: FreeState
-    repeated: RepeatedMotion | None = None
 
     @property
     def points(self) -> AtPoints | None:

@@ -8,7 +8,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.transient.beside import Beside
 
 
 @dataclass(frozen=True)
@@ -219,15 +218,12 @@ class FreeCourse(Course):
         What joint laws exert; None where there are none.
     inside
         The same motion at the points of a quadrature of its time steps; None of such points themselves.
-    beside
-        What was followed beside the motion; None of such points.
     """
 
     acceleration: Array
     links: Array
     laws: LawCourse | None = None
     inside: PointsInside | None = None
-    beside: Beside | None = None
 
     @property
     def touched(self) -> bool:

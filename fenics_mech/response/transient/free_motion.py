@@ -18,7 +18,6 @@ from fenics_mech.mechanism import System
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import FreeSolution
-from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import (
     TRANSIENT,
@@ -112,7 +111,7 @@ def start_of(state: FreeState) -> StartState:
     places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "rate_at_start"))
     n, start = state.size, state.scene.analysis.start
     y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
-    if start in ("smooth", "periodic"):
+    if start == "smooth":
         return _smooth(state, y, rate)
     if start == "static":
         y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
@@ -159,7 +158,7 @@ def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
     return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
 
 
-def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carries: bool = False) -> FreeCourse:
+def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
     """Integrate from a start to the end.
 
     Parameters
@@ -168,8 +167,6 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carr
         The equation, and the state that the motion starts from.
     rougher
         Factor on the tolerance of the scene.
-    carries
-        Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
     """
     state.rewind(start)
     scene, analysis = state.scene, state.scene.analysis
@@ -187,11 +184,10 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carr
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(scaled, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
     context.held = scaled if state.rubs else None
-    beside = Beside.of(scene, context.equation, context.tableau, weight, times, carries=carries)
-    context.beside, record.context = beside.takes, context
+    record.context = context
     here = start.displacement * weight, start.velocity * weight
     steps = stepped(context, here, times, scene.petsc, (strikes, record.forget))
-    return replace(record.course(steps), beside=beside)
+    return record.course(steps)
 
 
 def _momentum(state: FreeState, weight: Array, names: tuple[str, ...], time: float, place: Array, _: Array) -> Array:
