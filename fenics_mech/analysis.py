@@ -32,13 +32,13 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.labelled import labelled, recovered
 from fenics_mech.recovery.peaks import PEAKS
+from fenics_mech.repeated_by_poses import repeated_by_poses
 from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.response.periodic.steady_state import by_collocation, stability_of
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
 from fenics_mech.response.static.rest import by_rest
-from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion, refuse_in_time
 from fenics_mech.rigid_at_rest import rigid_at_rest
 from fenics_mech.rigid_by_poses import rigid_by_poses
@@ -108,9 +108,11 @@ def analyse(
     if not scene.members():
         progress("response")
         result = fine_enough(scene, lambda finer: _of_rigid_links(finer, stated))
+    elif scene.analysis.method == "transient" and scene.analysis.start == "periodic":
+        result = fine_enough(scene, repeated_by_poses)
     elif scene.tolerance is None and has_modes(scene):
         result = fine_enough(scene, lambda finer: by_sub_intervals(finer, names))
-    elif scene.analysis.method == "transient" and not repeats(scene):
+    elif scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
     elif scene.analysis.method != "transient" and not scene.freedoms:
         if scene.tolerance is None:
@@ -125,12 +127,6 @@ def analyse(
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
-
-
-def repeats(scene: Scene) -> bool:
-    """Whether a motion in time is sought that repeats, or what lies beside it."""
-    analysis = scene.analysis
-    return analysis.start == "periodic" or analysis.lyapunov or analysis.poincare is not None
 
 
 def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
@@ -392,8 +388,6 @@ def solve(
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)
-        if scene.analysis.start == "periodic":
-            return by_repeated_motion(scene, system), method
         return by_free_motion(scene, system, state_to_go_on_from(scene, system.size)), method
     solver = periodic_solver(scene.analysis, active(scene))
     check_periodic(scene, system, solver)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 import math
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -34,6 +35,7 @@ from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
 from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.mode_speeds import mode_speeds
@@ -46,21 +48,20 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.periodic.steps import corners_to_cut
 from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_positions
-from fenics_mech.response.transient.course import refuse_rough
-from fenics_mech.response.transient.strikes import strikes_between
-from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
+from fenics_mech.scene.strikes import passages, strikes_between
 from fenics_mech.solve import States, Step, damp_modes, equilibria, held_damping, quasi_static, steps_in_time
 from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS
+from fenics_mech.solve.repeated import RepeatedMotion
 from fenics_mech.terms import HeldDamping, ModalDamping
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
-MOST_POSITIONS = 100_000  # at which a result is held
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
 LEAST = (
@@ -191,6 +192,8 @@ class InTime:
         The most that each law of contact exerts, between the stages too (N or N m).
     struck
         What impulses, and what drives give at them (J).
+    beside
+        What was followed beside it.
     """
 
     scene: Scene
@@ -202,6 +205,7 @@ class InTime:
     steps: int
     peaks: dict[str, float]
     struck: Array
+    beside: Beside | None = None
 
     @property
     def closings(self) -> int:
@@ -216,6 +220,7 @@ class InTime:
         sharper: float = 1.0,
         settled: float | None = None,
         start: GoneOn | None = None,
+        also: Callable[[Step], None] | None = None,
     ) -> InTime:
         """Follow the motion of a scene from its start.
 
@@ -231,11 +236,14 @@ class InTime:
             Change from cycle to cycle at which it ends; None for that of the scene.
         start
             The end of another result, from which it goes on; None where it begins as the scene states.
+        also
+            Is called with every step.
         """
-        made, tolerance, damped = _built(scene if start is None else _freed_where(scene, start.freedoms))
+        angles = None if start is None else start.angles
+        made, tolerance, damped = _built(_freed_where(scene, start.freedoms) if start and angles is None else scene)
         machine, analysis = made.machine, scene.analysis
         share = sharper * analysis.time_tolerance
-        v = _start(made) if start is None else _going_on(made, start.state)
+        v = start_of(made) if start is None else going_on(made, start.state)
         made = replace(made, scene=scene)
         longest = scene.period * LONGEST[0 if scene.drives else 1]
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
@@ -246,14 +254,18 @@ class InTime:
         chosen["shapes"] = partial(_shapes, made, allowed)
         stops = _stops(scene, times)
         struck = _Struck.of(made, stops) if scene.impulses else None
+        beside = Beside.of_poses(made, times, v)
         taken = _Taken(made, times, analysis.settled if settled is None else settled, struck)
-        steps = steps_in_time(machine, v, stops, struck=struck, **chosen)
+        steps = steps_in_time(machine, v, stops, struck=struck, angles=angles or None, **chosen)
         for step in steps:
-            if taken.over(step):
+            over = taken.over(step)
+            for take in (beside.take, *([] if also is None else [also])):
+                take(step)
+            if over:
                 break
             if damped is not None:
                 damped.after(step)
-        return taken.whole()
+        return replace(taken.whole(), beside=beside)
 
 
 def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
@@ -390,8 +402,14 @@ def _freedoms_at(scene: Scene, t: Array, seconds: Array) -> Places:
     return place + at * rate + at**2 / 2 * middle, rate + at * middle, seconds
 
 
-def _start(made: SceneMachine) -> Array:
-    """Let the chart rest where the motion starts, and give the rates there ``(size,)``."""
+def start_of(made: SceneMachine) -> Array:
+    """Let the chart rest where the motion starts, and give the rates there ``(size,)``.
+
+    Parameters
+    ----------
+    made
+        The machine.
+    """
     machine = made.machine
     if made.scene.analysis.start == "rigid":
         known, q = _rigid_at(made, np.zeros(1)).motion, np.zeros(machine.size)
@@ -410,8 +428,16 @@ def _freed_where(scene: Scene, freedoms: Array) -> Scene:
     return scene.changed(moved)
 
 
-def _going_on(made: SceneMachine, state: Array) -> Array:
-    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``; `state` is of `_state_of`."""
+def going_on(made: SceneMachine, state: Array) -> Array:
+    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``.
+
+    Parameters
+    ----------
+    made
+        The machine.
+    state
+        Coordinates and their rates ``(2, n)``.
+    """
     machine, d = made.machine, made.machine.geometry.d
     there = machine.places >= 0
     found = np.column_stack([np.array(machine.r), PLANE.vector(np.array(machine.R))[:, 0]])
@@ -476,7 +502,7 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     correction knows one more of its derivatives by time.
     """
     scene, held = made.scene, machine_of(made.scene)
-    smooth, count = scene.analysis.start == "smooth", len(scene.freedoms)
+    smooth, count = scene.analysis.start in ("smooth", "periodic"), len(scene.freedoms)
     rates = [abs(scene.cycle_rate)] if scene.drives else []
     spacing = SLOWLY / max(1.0, *rates, *(abs(part.rate_at_start) for part in scene.freedoms.values()))
     t = spacing * np.array([-1.0, 0.0, 1.0]) if smooth else np.zeros(1)
@@ -634,7 +660,7 @@ def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
     return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
 
 
-def collected(whole: InTime, errors: Errors | None) -> Result:
+def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | None = None) -> Result:
     """Label what was found.
 
     Parameters
@@ -643,10 +669,13 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
         The motion.
     errors
         Its errors; None where they are not estimated.
+    repeated
+        What is known of a motion that repeats.
     """
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
     known = [_power(whole, errors), _of_freedoms(found), _state_of(whole.ends), _of_laws(whole)]
+    known.append(beside_motion(scene, whole.beside, found.motion.t, repeated))
     return labelled_in_time(scene, data, known, errors)
 
 

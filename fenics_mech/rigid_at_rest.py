@@ -20,10 +20,10 @@ from fenics_mech.recovery.dataset import joined
 from fenics_mech.recovery.result import Result
 from fenics_mech.response.static.rest import refuse_friction, resting, without_friction
 from fenics_mech.response.static.small_motions import RestSearch, SmallMotions
-from fenics_mech.response.transient.course import StartState
 from fenics_mech.rigid_by_poses import of_laws, with_all_units
 from fenics_mech.rigid_in_time import freed_of, rigid_at
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
 
 LED = 0.2  # rad, by which drives lead links to where they are held
 

@@ -24,12 +24,10 @@ from fenics_mech.scene import Scene
 
 @dataclass(frozen=True)
 class RunUpLimits:
-    """Limits of the motion while drives run up, and of the times of events in it."""
+    """Limits of the motion while drives run up."""
 
     block: int = 2_000_000  # entries of the loop Jacobians that are held at a time
     same: float = 1e-9  # of the linkage's size, or rad: what a cycle may leave between two positions that are the same
-    same_time: float = 1e-9  # of a cycle, between times that count as one
-    places: int = 200  # of a cycle, between which a run-up turns in one sense
 
 
 RUN_UP = RunUpLimits()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,10 +14,10 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.recovery.result import Result
-from fenics_mech.response.transient.course import StartState
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.free_motion_checks import refuse_late_impulses
+from fenics_mech.scene.start_state import StartState
 
 WANTED = "Give the result of a transient analysis of the same scene"
 SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position
@@ -79,12 +79,15 @@ class GoneOn:
     state
         Coordinates of the poses, and their rates ``(2, coordinates)``.
     freedoms
-        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``.
+        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns.
+    angles
+        Measures of every term of the machine, which tell them instead; None where they are not known.
     """
 
     time: float
     state: Array
     freedoms: Array
+    angles: Sequence[Array] | None = None
 
 
 def poses_to_go_on_from(scene: Scene, size: int) -> GoneOn | None:

@@ -21,7 +21,6 @@ from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
 from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import drive_figures, energy_balance
-from fenics_mech.recovery.beside_motion import beside_motion
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -313,8 +312,7 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     states = {"freedom_place": course.displacement, "freedom_rate": course.velocity}
     variables = {name: (along, values[:, last]) for name, values in states.items()}
     of_turn = running(solution.scene, course.time, *(values[:, last] for values in states.values()))
-    found = beside_motion(solution.scene, course.beside, course.time, solution.repeated)
-    return [xr.Dataset(variables, {"freedom": freedoms}), of_turn, found]
+    return [xr.Dataset(variables, {"freedom": freedoms}), of_turn]
 
 
 def _at_rest(solution: RestSolution) -> xr.Dataset:

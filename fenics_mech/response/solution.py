@@ -17,10 +17,10 @@ from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.static.small_motions import SmallMotions
-from fenics_mech.response.transient.course import Course, FreeCourse, StartState
+from fenics_mech.response.transient.course import Course, FreeCourse
 from fenics_mech.response.transient.free_state import FreeState
-from fenics_mech.response.transient.shooting import RepeatedMotion
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
 
 
 @dataclass(frozen=True)
@@ -109,13 +109,10 @@ class FreeSolution(InTime):
     ----------
     state
         The equation of the motion.
-    repeated
-        What is known of a motion that repeats; None of others.
     """
 
     course: FreeCourse
     state: FreeState
-    repeated: RepeatedMotion | None = None
 
     @property
     def points(self) -> AtPoints | None:

@@ -6,12 +6,15 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
+from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import SCENE, Part
 from fenics_mech.scene.poincare import PoincareSection
 from fenics_mech.scene.units import Angle, Share, Time
 from fenics_mech.scene.updating import without_neutral
 
 STATED_STARTS = "rigid", "static", "smooth", "periodic"  # any other `start` names the file of a result
+MOST_POSITIONS = 100_000  # of a motion in time at which a result is held
+LARGEST_TOLERANCE = 0.02  # of steps in time: beyond it they are as long as they may be
 
 
 class Analysis(Part):
@@ -152,3 +155,19 @@ class Analysis(Part):
                 ": smaller ones make steps shorter without a smaller error"
             )
         return value
+
+
+def refuse_rough(analysis: Analysis) -> None:
+    """Raise `SceneError` where a tolerance does not govern the steps in time.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    """
+    if analysis.time_tolerance > LARGEST_TOLERANCE:
+        raise SceneError(
+            f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",
+            place="analysis.time_tolerance",
+            hint="Take a smaller one: the error of the steps is not known with this one",
+        )

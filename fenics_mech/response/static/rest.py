@@ -14,9 +14,9 @@ from fenics_mech.mechanism import System
 from fenics_mech.response.setup import moved
 from fenics_mech.response.solution import RestSolution
 from fenics_mech.response.static.small_motions import REST, RestSearch
-from fenics_mech.response.transient.course import StartState
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.scene import Friction, Scene
+from fenics_mech.scene.start_state import StartState
 
 
 @dataclass(frozen=True)

@@ -4,12 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SceneError
-from fenics_mech.response.transient.beside import Beside
-from fenics_mech.scene import Analysis, Scene
 
 
 @dataclass(frozen=True)
@@ -24,56 +19,6 @@ class TransientLimits:
 
 
 TRANSIENT = TransientLimits()
-
-
-def refuse_rough(analysis: Analysis) -> None:
-    """Raise `SceneError` where a tolerance does not govern the steps in time.
-
-    Parameters
-    ----------
-    analysis
-        What the scene asks for.
-    """
-    if analysis.time_tolerance > TRANSIENT.largest_tolerance:
-        raise SceneError(
-            f"{analysis.time_tolerance:g} is more than {TRANSIENT.largest_tolerance:g}, up to which it governs the "
-            "steps in time",
-            place="analysis.time_tolerance",
-            hint="Take a smaller one: the error of the steps is not known with this one",
-        )
-
-
-@dataclass(frozen=True)
-class StartState:
-    """State from which a motion in time starts.
-
-    Parameters
-    ----------
-    time
-        Time (s).
-    displacement, velocity
-        q (m, rad) and q' (m/s, rad/s) there, ``(coordinates,)`` each.
-    links
-        Coordinates of the links there (m, m, rad), ``(3 links,)``; None at time 0, where the scene states them.
-    """
-
-    time: float
-    displacement: Array
-    velocity: Array
-    links: Array | None = None
-
-    @classmethod
-    def stated(cls, scene: Scene) -> StartState:
-        """Give the state at time 0: angles, strokes and rates that the freedoms of a scene state.
-
-        Parameters
-        ----------
-        scene
-            The scene, with a freedom for all that can move.
-        """
-        names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
-        place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
-        return cls(0.0, place, rate)
 
 
 @dataclass(frozen=True)
@@ -179,7 +124,6 @@ class FreeCourse(Course):
     links: Array
     laws: LawCourse | None = None
     inside: PointsInside | None = None
-    beside: Beside | None = None
 
     @property
     def touched(self) -> bool:

@@ -21,7 +21,6 @@ from fenics_mech.response.axial_forces import settles
 from fenics_mech.response.periodic.tableau import Tableau
 from fenics_mech.response.setup import mechanism
 from fenics_mech.response.solution import FreeSolution
-from fenics_mech.response.transient.beside import Beside
 from fenics_mech.response.transient.contact_events import ContactEvents
 from fenics_mech.response.transient.course import (
     TRANSIENT,
@@ -29,16 +28,16 @@ from fenics_mech.response.transient.course import (
     FreeCourse,
     LawCourse,
     PointsInside,
-    StartState,
-    refuse_rough,
 )
 from fenics_mech.response.transient.free_state import FreeState, States
 from fenics_mech.response.transient.samples import Samples
 from fenics_mech.response.transient.scaled_state import ScaledState
 from fenics_mech.response.transient.stepping import Collocation, Curve, Sizes, StepCurve
-from fenics_mech.response.transient.strikes import Strikes, loaded, started, strikes_between
+from fenics_mech.response.transient.strikes import Strikes, loaded, started
 from fenics_mech.response.transient.time_steps import stepped
 from fenics_mech.scene import Analysis, Scene
+from fenics_mech.scene.start_state import StartState
+from fenics_mech.scene.strikes import strikes_between
 
 
 @dataclass(frozen=True)
@@ -74,7 +73,6 @@ def refuse_in_time(analysis: Analysis, system: System) -> None:
             place="analysis.tension",
             hint=f"Take the effect {LARGE_ROTATIONS.name!r} in place of {GEOMETRIC_STIFFNESS.name!r}",
         )
-    refuse_rough(analysis)
 
 
 def by_free_motion(scene: Scene, system: System, start: StartState | None = None) -> FreeSolution:
@@ -134,7 +132,7 @@ def start_of(state: FreeState) -> StartState:
     places, rates = (np.array([getattr(part, name) for part in freedoms]) for name in ("start", "rate_at_start"))
     n, start = state.size, state.scene.analysis.start
     y, rate = np.append(np.zeros(n), places), np.append(np.zeros(n), rates)
-    if start in ("smooth", "periodic"):
+    if start == "smooth":
         return _smooth(state, y, rate)
     if start == "static":
         y[:n] = _slow(state, 0.0, y, rate, np.zeros((2, n)))[0]
@@ -181,7 +179,7 @@ def _smooth(state: FreeState, y: Array, rate: Array) -> StartState:
     return StartState(0.0, np.append(here, y[n:]), np.append(elastic[0], rate[n:]))
 
 
-def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carries: bool = False) -> FreeCourse:
+def course_of(state: FreeState, start: StartState, rougher: float = 1.0) -> FreeCourse:
     """Integrate from a start to the end.
 
     Parameters
@@ -190,8 +188,6 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carr
         The equation, and the state that the motion starts from.
     rougher
         Factor on the tolerance of the scene.
-    carries
-        Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
     """
     state.rewind(start)
     scene, analysis = state.scene, state.scene.analysis
@@ -209,11 +205,10 @@ def course_of(state: FreeState, start: StartState, rougher: float = 1.0, *, carr
     tableau = Tableau.of(analysis.scheme, max(analysis.stages, TRANSIENT.stages))
     context = Collocation(scaled, tableau, tolerance, sizes, FREE.longest * scene.period, record.keep, watch)
     context.held = scaled if state.rubs else None
-    beside = Beside.of(scene, context.equation, context.tableau, weight, times, carries=carries)
-    context.beside, record.context = beside.takes, context
+    record.context = context
     here = start.displacement * weight, start.velocity * weight
     steps = stepped(context, here, times, scene.petsc, (strikes, record.forget))
-    return replace(record.course(steps), beside=beside)
+    return record.course(steps)
 
 
 def _momentum(state: FreeState, weight: Array, names: tuple[str, ...], time: float, place: Array, _: Array) -> Array:

@@ -27,8 +27,9 @@ from fenics_mech.mechanism import System
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.modal_damping import modal_damping
 from fenics_mech.response.setup import moved
-from fenics_mech.response.transient.course import FreeCourse, StartState
+from fenics_mech.response.transient.course import FreeCourse
 from fenics_mech.scene import Scene
+from fenics_mech.scene.start_state import StartState
 
 States = tuple[Array, Array, Array]  # y, y' and y'', ``(times, coordinates)`` each
 

@@ -150,8 +150,6 @@ class Collocation:
         where friction holds; "first", where what rests may also move, as friction falls with speed.
     held
         Dry friction that Newton's method finds as an unknown of its own; None where there is none.
-    beside
-        Are called with every step, before `keep`.
     """
 
     equation: EquationInTime
@@ -164,7 +162,6 @@ class Collocation:
     of_motion: bool = False
     from_rest: Literal["never", "last", "first"] = "never"
     held: HeldFriction | None = None
-    beside: tuple[Callable[[StepCurve], None], ...] = ()
     _latest: tuple[float, Array] | None = field(default=None)  # length and accelerations of the last step
     _fault: str = ""  # what was wrong in the last step that was too long
 
@@ -238,8 +235,6 @@ class Collocation:
         curve = self._curve(start, length, z, rate, made)
         vector.array[:] = np.concatenate([part[0] for part in curve(np.array([start + length]))])
         self._latest = length, made
-        for take in self.beside:
-            take(curve)
         ts.setTime(end if last else start + length)
         ts.setTimeStep(max(asked, length * change) if last else length * change)
         if self.keep(ts.getTime(), curve):

@@ -16,28 +16,12 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.effects.impulses import EFFECT as IMPULSES
 from fenics_mech.effects.loads import EFFECT as LOADS
-from fenics_mech.response.transient.course import TRANSIENT, StartState
 from fenics_mech.response.transient.stepping import EquationInTime
-from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Load, Scene
+from fenics_mech.scene.start_state import StartState
+from fenics_mech.scene.strikes import Strike
 
 Momentum = Callable[[tuple[str, ...], float, Array, Array], Array]  # of impulses, at a time, for coordinates and rates
-
-
-@dataclass(frozen=True)
-class Strike:
-    """Impulses that strike at one time.
-
-    Parameters
-    ----------
-    time
-        When (s).
-    names
-        Which.
-    """
-
-    time: float
-    names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -77,28 +61,6 @@ class Strikes:
         after = rate + np.linalg.solve(mass, momentum)
         self.work.append(float(momentum @ (rate + after)) / 2)
         return after
-
-
-def strikes_between(scene: Scene, start: float, end: float) -> tuple[Strike, ...]:
-    """Give the impulses of a stretch of time, in the order of time; one at its start strikes at time 0 only.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    start, end
-        The ends of the time (s).
-    """
-    found: dict[float, tuple[str, ...]] = {}
-    rounding = TRANSIENT.rounding * max(abs(end), scene.period)
-    for name, impulse in scene.impulses.items():
-        times = [impulse.time] if impulse.angle is None else passages(scene, impulse.angle, start, end).tolist()
-        for time in times:
-            if time is None or time >= end - rounding or time < start or (time <= start + rounding and start > 0):
-                continue
-            same = next((other for other in found if abs(other - time) <= rounding), time)
-            found[same] = (*found.get(same, ()), name)
-    return tuple(Strike(time, found[time]) for time in sorted(found))
 
 
 def loaded(scene: Scene, names: tuple[str, ...]) -> Scene:

@@ -6,18 +6,20 @@ Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), chapter 7.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.transient.stepping import Curve, StepCurve
 from fenics_mech.scene import Scene
 from fenics_mech.scene.poincare import PoincareSection
+from fenics_mech.solve import Step
 
 NODES = 24  # at which a step is looked at for passages, at least
 NODES_IN_A_RADIAN = 4  # of a pin that turns fast
 ROUNDING = 1e-12  # of the time, by which a passage may be beside the end of a step
+Freedoms = Callable[[Step, Array], tuple[Array, Array]]  # places and rates at shares of a step, ``(shares, freedoms)``
 
 
 @dataclass(frozen=True)
@@ -47,25 +49,19 @@ class PoincareRecord:
         The scene, with freedoms.
     section
         What it states.
-    weight
-        Weights of the freedoms in the coordinates of the steps, ``(freedoms,)``: they are the last of these.
+    freedoms
+        Gives angles and strokes of the freedoms in a step, and their rates.
     """
 
     scene: Scene
     section: PoincareSection
-    weight: Array
+    freedoms: Freedoms
     found: list[tuple[float, Array, Array]] = field(default_factory=list)
 
-    def take(self, step: StepCurve) -> None:
-        """Find the points in a step.
-
-        Parameters
-        ----------
-        step
-            The step.
-        """
+    def take(self, step: Step) -> None:
+        """Find the points in a step that is solved."""
         for time in self._times(step):
-            place, rate = self._freedoms(step, np.array([time]))
+            place, rate = self._at(step, np.array([time]))
             self.found.append((time, place[0], rate[0]))
 
     def points(self) -> SectionPoints:
@@ -75,32 +71,30 @@ class PoincareRecord:
         place, rate = (np.array([one[i] for one in self.found]).reshape(-1, n) for i in (1, 2))
         return SectionPoints(time, place, rate)
 
-    def _freedoms(self, curve: Curve, times: Array) -> tuple[Array, Array]:
-        n = len(self.weight)
-        place, rate = curve(times)
-        return place[:, -n:] / self.weight, rate[:, -n:] / self.weight
+    def _at(self, step: Step, times: Array) -> tuple[Array, Array]:
+        return self.freedoms(step, (times - step.t) / step.h)
 
-    def _times(self, step: StepCurve) -> list[float]:
+    def _times(self, step: Step) -> list[float]:
         """Times in a step, its end included and its start not."""
         if self.section.joint is not None:
             return self._passages(step)
         every = self.section.every or self.scene.period
-        first, last = ((at * (1 + ROUNDING)) / every for at in (step.start, step.start + step.length))
+        first, last = ((at * (1 + ROUNDING)) / every for at in (step.t, step.t + step.h))
         return [every * k for k in range(math.floor(first) + 1, math.floor(last) + 1)]
 
-    def _passages(self, step: StepCurve) -> list[float]:
+    def _passages(self, step: Step) -> list[float]:
         """Times at which a freedom passes its place."""
         which, turns = list(self.scene.freedoms).index(str(self.section.joint)), self._turns
 
         def ahead(times: Array) -> Array:
-            way = self._freedoms(step, times)[0][:, which] - self.section.at
+            way = self._at(step, times)[0][:, which] - self.section.at
             return np.sin(way / 2) * np.sign(np.cos(way / 2)) if turns else way
 
-        end, nodes = step.start + step.length, NODES
+        end, nodes = step.t + step.h, NODES
         if turns:
-            rate = self._freedoms(step, np.linspace(step.start, end, NODES))[1][:, which]
-            nodes += int(NODES_IN_A_RADIAN * step.length * np.abs(rate).max())
-        times = np.linspace(step.start, end, nodes)
+            rate = self._at(step, np.linspace(step.t, end, NODES))[1][:, which]
+            nodes += int(NODES_IN_A_RADIAN * step.h * np.abs(rate).max())
+        times = np.linspace(step.t, end, nodes)
         values, sign = ahead(times), 1.0 if self.section.direction == "+" else -1.0
         passed = (sign * values[:-1] < 0) & (sign * values[1:] >= 0)
         if turns:

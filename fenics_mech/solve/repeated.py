@@ -1,9 +1,10 @@
-"""Motions with freedoms that repeat: the state that comes back to itself after a cycle, by Newton's method.
+"""Motions in time that repeat: the state that comes back to itself after a cycle, by Newton's method.
 
 The motion first goes on by itself for some cycles. Newton's method then looks for the state beside it that the cycle
 brings back, with the transition of small disturbances through the cycle, whose eigenvalues are the Floquet
 multipliers. Where nothing depends on time the period is unknown too, and the state moves across the motion only.
-Angles of pins may come back whole turns later. That forces come back with them is seen at the accelerations.
+Angles may come back whole turns later. That forces come back with them is seen at the accelerations. Disturbances are
+those that rows of joints allow: others are none.
 
 Source: Parker and Chua, Practical Numerical Algorithms for Chaotic Systems (1989), chapters 3 and 5.
 """
@@ -12,9 +13,9 @@ from __future__ import annotations
 
 import logging
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +23,9 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
-from fenics_mech.response.transient.course import StartState
-from fenics_mech.scene import Analysis, Scene
 
 logger = logging.getLogger(__name__)
-ELASTIC, ANGLE, STROKE = range(3)  # kinds of coordinates: of links that bend, and of freedoms
+ANGLE, STROKE = range(2)  # kinds of coordinates: angles (rad), and ways (m)
 History = tuple[Array, Array, Array]  # times (s), coordinates and rates there, ``(times, coordinates)`` each
 
 
@@ -54,27 +53,51 @@ SHOOTING = ShootingLimits()
 
 
 @dataclass(frozen=True)
+class State:
+    """A state of a motion.
+
+    Parameters
+    ----------
+    time
+        Time (s).
+    displacement, velocity
+        Coordinates and their rates, ``(coordinates,)`` each.
+    known
+        What tells whole turns there to who integrates the motion.
+    """
+
+    time: float
+    displacement: Array
+    velocity: Array
+    known: Any = None
+
+
+@dataclass(frozen=True)
 class Lap:
     """A motion from a state to the end of a cycle.
 
     Parameters
     ----------
     start, end
-        The states: times (s), coordinates, rates and places of the links.
+        The states.
     seconds
         Second derivatives of the coordinates at both, ``(2, coordinates)``.
     sizes
         What coordinates and rates are relative to, ``(2 coordinates,)``: see `sizes_of`.
+    disturbed
+        Small disturbances of the coordinates and rates at the start that the rows allow, one a column,
+        ``(2 coordinates, disturbances)``.
     transition
-        What becomes of small disturbances of the coordinates and rates, ``(2 coordinates, 2 coordinates)``.
+        What becomes of them, as large.
     touched
         Whether bodies touched: disturbances of such a motion are known roughly only.
     """
 
-    start: StartState
-    end: StartState
+    start: State
+    end: State
     seconds: Array
     sizes: Array
+    disturbed: Array
     transition: Array
     touched: bool
 
@@ -83,25 +106,65 @@ class Lap:
         """Time that it takes (s)."""
         return self.end.time - self.start.time
 
+    @property
+    def multipliers(self) -> NDArray[np.complex128]:
+        """Eigenvalues of the transition, largest magnitude first; none where bodies touched."""
+        if self.touched:
+            return np.zeros(0, dtype=complex)
+        start, end = (x / self.sizes[:, None] for x in (self.disturbed, self.transition))
+        values = np.linalg.eigvals(np.linalg.lstsq(start, end, rcond=None)[0]).astype(complex)
+        return np.asarray(values[np.argsort(-np.abs(values), kind="stable")])
+
 
 class Runner(Protocol):
-    """Integrates the motion of a scene."""
+    """Integrates a motion."""
 
     @property
     def kinds(self) -> Index:
-        """Kind of each coordinate, ``(coordinates,)``: `ELASTIC`, `ANGLE` or `STROKE`."""
+        """Kind of each coordinate, ``(coordinates,)``: `ANGLE` or `STROKE`."""
 
-    def lap(self, start: StartState, duration: float) -> Lap:
+    def lap(self, start: State, duration: float) -> Lap:
         """Give the motion from a state on for so long (s)."""
 
-    def begin(self) -> StartState:
+    def begin(self) -> State:
         """Give the state that the motion goes on from at first."""
 
-    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+    def run(self, start: State, duration: float, samples: int) -> tuple[State, History]:
         """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
 
-    def depends_on_time(self, start: StartState) -> bool:
+    def moved(self, start: State, change: Array) -> State:
+        """Give a state beside another one, by the change of coordinates and rates ``(2 coordinates,)``."""
+
+    def depends_on_time(self, start: State) -> bool:
         """Whether the equation at a state is another one at other times."""
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is looked for.
+
+    Parameters
+    ----------
+    period
+        A cycle of drives and forces; of a motion with a period of its own, about that (s).
+    driven
+        Whether drives lead parts of the machine.
+    cycles
+        Cycles that the motion goes on for at first.
+    repeats
+        Cycles after which it comes back.
+    settled
+        Change from cycle to cycle, relative to its size, at which it goes on no further.
+    tolerance
+        By which a closed cycle may miss its start.
+    """
+
+    period: float
+    driven: bool
+    cycles: int
+    repeats: int
+    settled: float
+    tolerance: float
 
 
 @dataclass(frozen=True)
@@ -110,8 +173,6 @@ class RepeatedMotion:
 
     Parameters
     ----------
-    scene
-        The scene of one cycle: it goes on for its period.
     start
         The state that comes back.
     multipliers
@@ -124,8 +185,7 @@ class RepeatedMotion:
         Whether its period is its own, and none of forces or drives.
     """
 
-    scene: Scene
-    start: StartState
+    start: State
     multipliers: NDArray[np.complex128]
     period: float
     change: float
@@ -142,40 +202,52 @@ class RepeatedMotion:
         """Whether no disturbance grows."""
         return bool((np.abs(self.growing) <= 1 + SHOOTING.stable).all())
 
+    def refuse_unstable(self, repeats: int) -> None:
+        """Raise `SolverError` where a disturbance grows, with what else comes back after so many cycles."""
+        if self.stable:
+            return
+        worst = complex(self.growing[0])
+        more = f"Other cycles of the forces may bring a stable one back: try analysis.repeats = {2 * repeats}"
+        other = "Take another start" if self.own else f"{more}, or another start"
+        factor = f"{worst.real:.5g}" if worst.imag == 0 else f"{abs(worst):.5g} (multiplier {worst:.4g})"
+        raise SolverError(
+            f"the motion that repeats after {self.period:.6g} s is unstable: a small disturbance is multiplied by "
+            f"{factor} in each. {other}. analysis.allow_unstable lets it pass"
+        )
 
-def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
+
+def repeated_motion(search: Search, runner: Runner) -> RepeatedMotion:
     """Find the motion that repeats.
 
     Parameters
     ----------
-    scene
-        The scene, with freedoms, whose `analysis.start` is "periodic".
+    search
+        What is looked for.
     runner
-        Integrates it.
+        Integrates the motion.
 
     Raises
     ------
     SceneError
         When it is to repeat after several cycles, and has a period of its own.
     SolverError
-        When no motion beside that of the scene repeats, or it is not stable.
+        When no motion beside that which goes on by itself repeats.
     """
-    analysis, start = scene.analysis, runner.begin()
-    own = not scene.drives and not runner.depends_on_time(start)
+    start = runner.begin()
+    own = not search.driven and not runner.depends_on_time(start)
     if own:
-        if analysis.repeats > 1:
+        if search.repeats > 1:
             raise SceneError(
                 "nothing depends on time, and the motion's own period is found whatever it is",
                 place="analysis.repeats",
                 hint="Leave it out",
             )
-        start, history = runner.run(start, scene.period * analysis.cycles, analysis.cycles * SHOOTING.in_recurrence)
+        start, history = runner.run(start, search.period * search.cycles, search.cycles * SHOOTING.in_recurrence)
         period = _recurrence(history, runner.kinds)
     else:
-        period = scene.period * analysis.repeats
-        start = _run_in(runner, start, period, analysis)
-    tolerance = SHOOTING.closed * analysis.time_tolerance
-    lap = _closed(runner, start, period, own, tolerance, scene)
+        period = search.period * search.repeats
+        start = _run_in(runner, start, period, search)
+    lap = _closed(runner, start, period, own, search)
     missed = np.abs(lap.seconds[1] - lap.seconds[0]).max() / max(np.abs(lap.seconds).max(), TINY)
     if missed > SHOOTING.forces:
         raise SolverError(
@@ -183,36 +255,17 @@ def repeated_motion(scene: Scene, runner: Runner) -> RepeatedMotion:
             "Forces depend on how often a joint has turned, or have another period. "
             "Give analysis.duration the period of the forces, or leave out what counts turns"
         )
-    values = np.linalg.eigvals(lap.transition).astype(complex) if not lap.touched else np.zeros(0, dtype=complex)
-    cycle = {"start": "periodic"} | ({"cycles": analysis.repeats} if scene.drives else {"duration": lap.duration})
-    found = RepeatedMotion(
-        scene=scene.changed({f"analysis.{key}": value for key, value in cycle.items()}),
-        start=lap.start,
-        multipliers=values[np.argsort(-np.abs(values), kind="stable")],
-        period=lap.duration,
-        change=_change(lap, runner.kinds),
-        own=own,
-    )
-    if not found.stable and not analysis.allow_unstable:
-        worst = complex(found.growing[0])
-        more = f"Other cycles of the forces may bring a stable one back: try analysis.repeats = {2 * analysis.repeats}"
-        other = "Take another start" if own else f"{more}, or another start"
-        factor = f"{worst.real:.5g}" if worst.imag == 0 else f"{abs(worst):.5g} (multiplier {worst:.4g})"
-        raise SolverError(
-            f"the motion that repeats after {found.period:.6g} s is unstable: a small disturbance is multiplied by "
-            f"{factor} in each. {other}. analysis.allow_unstable lets it pass"
-        )
-    return found
+    return RepeatedMotion(lap.start, lap.multipliers, lap.duration, _change(lap, runner.kinds), own)
 
 
-def _run_in(runner: Runner, start: StartState, period: float, analysis: Analysis) -> StartState:
+def _run_in(runner: Runner, start: State, period: float, search: Search) -> State:
     """Let the motion go on for some cycles, fewer where two of them differ little."""
-    for _ in range(math.ceil(analysis.cycles / analysis.repeats)):
+    for _ in range(math.ceil(search.cycles / search.repeats)):
         end, (_, place, rate) = runner.run(start, period, SHOOTING.samples)
         missed = _missed(start, end, runner.kinds)
         change = float(np.abs(missed / sizes_of(place, rate, runner.kinds)).max())
         logger.info("after %.6g s the motion differs by %.3g from a cycle before", end.time, change)
-        if change <= analysis.settled:
+        if change <= search.settled:
             return end
         start = end
     return start
@@ -242,8 +295,8 @@ def _recurrence(history: History, kinds: Index) -> float:
     return float(time[-1] - time[close[-1]])
 
 
-def _missed(start: StartState, end: StartState, kinds: Index) -> Array:
-    """By how much an end misses a start but for whole turns of pins, ``(2 coordinates,)``."""
+def _missed(start: State, end: State, kinds: Index) -> Array:
+    """By how much an end misses a start but for whole turns, ``(2 coordinates,)``."""
     way = end.displacement - start.displacement
     way = way - np.where(kinds == ANGLE, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
     return np.concatenate([way, end.velocity - start.velocity])
@@ -276,21 +329,20 @@ def _change(lap: Lap, kinds: Index) -> float:
     return float(np.abs(_missed(lap.start, lap.end, kinds) / lap.sizes).max())
 
 
-def _closed(runner: Runner, start: StartState, period: float, own: bool, tolerance: float, scene: Scene) -> Lap:
+def _closed(runner: Runner, start: State, period: float, own: bool, search: Search) -> Lap:
     """Close a cycle beside a start by Newton's method."""
     lap = runner.lap(start, period)
     first = change = _change(lap, runner.kinds)
     for _ in range(SHOOTING.most_iterations):
         logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
-        if change <= tolerance:
+        if change <= search.tolerance:
             better = _nearer(runner, lap, change, own, tries=1) if change > SHOOTING.rounding else None
             return lap if better is None else better[0]
         found = _nearer(runner, lap, change, own, tries=SHOOTING.halvings)
         if found is None:
             break
         lap, change = found
-    settled = scene.analysis.settled
-    if lap.touched and change <= max(settled, tolerance):  # disturbances are known roughly where bodies touch
+    if lap.touched and change <= max(search.settled, search.tolerance):  # disturbances are known roughly there
         return lap
     raise SolverError(
         f"the motion does not repeat: it misses its state by {first:.2%} after {period:.6g} s, and Newton's method "
@@ -300,33 +352,27 @@ def _closed(runner: Runner, start: StartState, period: float, own: bool, toleran
 
 
 def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> tuple[Lap, float] | None:
-    """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long."""
-    n = len(lap.start.displacement)
-    matrix = lap.transition - np.eye(2 * n)
-    missed, sizes = -_missed(lap.start, lap.end, runner.kinds), lap.sizes
-    columns = rows = sizes
+    """Give a cycle that misses its start by less, or None; `tries` are of steps, each half as long.
+
+    Unknown are sizes of orthogonal disturbances, over what coordinates and rates are relative to.
+    """
+    scale = lap.sizes[:, None]
+    orthogonal, triangle = np.linalg.qr(lap.disturbed / scale)
+    matrix = np.linalg.solve(triangle.T, (lap.transition / scale).T).T - orthogonal
+    missed = -_missed(lap.start, lap.end, runner.kinds) / lap.sizes
     if own:
-        along = [np.append(state.velocity, second) for state, second in zip((lap.start, lap.end), lap.seconds)]
-        across = along[0] / sizes**2
-        matrix = np.block([[matrix, along[1][:, None]], [across[None], np.zeros((1, 1))]])
+        along = [np.append(x.velocity, second) / lap.sizes for x, second in zip((lap.start, lap.end), lap.seconds)]
+        across = along[0] @ orthogonal / max(float(np.linalg.norm(along[0])), TINY)
+        matrix = np.block([[matrix, lap.duration * along[1][:, None]], [across[None], np.zeros((1, 1))]])
         missed = np.append(missed, 0.0)
-        columns, rows = np.append(sizes, lap.duration), np.append(sizes, np.linalg.norm(across * sizes))
-    scaled = matrix * columns / rows[:, None]
     for least, halving in product(SHOOTING.open_ends, range(tries)):
-        solved = np.linalg.lstsq(scaled, missed / rows, rcond=least)[0] / 2**halving
-        if np.abs(solved).max() > SHOOTING.farthest:
-            continue
-        step = solved * columns
-        duration = lap.duration + (step[-1] if own else 0.0)
-        moved = replace(
-            lap.start,
-            displacement=lap.start.displacement + step[:n],
-            velocity=lap.start.velocity + step[n : 2 * n],
-        )
-        if duration < SHOOTING.shortest * lap.duration:
+        solved = np.linalg.lstsq(matrix, missed, rcond=least)[0] / 2**halving
+        step = orthogonal @ solved[: orthogonal.shape[1]]
+        longer = float(solved[-1]) if own else 0.0
+        if max(np.abs(step).max(), abs(longer)) > SHOOTING.farthest or 1 + longer < SHOOTING.shortest:
             continue
         try:
-            trial = runner.lap(moved, duration)
+            trial = runner.lap(runner.moved(lap.start, step * lap.sizes), lap.duration * (1 + longer))
         except (SolverError, AssemblyError) as error:
             logger.info("a trial of a cycle failed: %s", error)
             continue
