@@ -36,7 +36,6 @@ from fenics_mech.response.periodic.steady_state import by_collocation, stability
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
-from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.cycles import by_repeated_motion
 from fenics_mech.response.transient.free_motion import by_free_motion
 from fenics_mech.response.transient.in_time import by_time, refuse_in_time
@@ -119,7 +118,7 @@ def analyse(
                 else _by_rungs(finer, progress, common, laws, names)
             ),
         )
-    elif has_poses(scene) and not scene.freedoms:
+    elif has_poses(scene):
         if scene.tolerance is None:
             last = common.last
             result = fine_enough(scene, lambda finer: by_poses(finer, last, names))
@@ -388,8 +387,6 @@ def solve(
     method = str(scene.analysis.method)
     if method != "periodic":
         progress("response")
-        if method == "static" and scene.freedoms:
-            return by_rest(scene, system), method
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)

@@ -43,6 +43,7 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.stability.floquet import STABILITY
+from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static
@@ -167,14 +168,15 @@ FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where th
 def has_poses(scene: Scene) -> bool:
     """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
 
-    It is that of statics, and of periodic motions with all coupling, where it has terms for all that the scene states.
+    It is that of rest where joints move freely, and of other statics and periodic motions with all coupling where it has
+    terms for all that the scene states.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    if scene.analysis.solver == "poses":
+    if scene.analysis.solver == "poses" or (scene.freedoms and scene.analysis.method == "static"):
         return True
     named = () if scene.effects == "auto" else scene.named_effects
     coupled = scene.effects == "auto" or COUPLED in named or EXACT in named or scene.analysis.method != "periodic"
@@ -211,12 +213,15 @@ def planned(scene: Scene) -> Scene:
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
     elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+    if scene.freedoms and scene.analysis.method == "static":  # links go along with them by any angle
+        kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
+        scene = scene.changed(effects=(*kept, EXACT))
     acting = {effect.name for effect in active(scene)}
     if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
-            place="analysis.solver",
-            hint="Write solver = 'collocation'",
+            place="effects" if scene.freedoms else "analysis.solver",
+            hint="Leave it out" if scene.freedoms else "Write solver = 'collocation'",
         )
     if scene.analysis.method == "periodic" and COUPLED not in acting:
         raise SceneError(
@@ -259,6 +264,8 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
+        if scene.freedoms:
+            return FreelyAtRest.of(scene)
         if analysis.method == "quasi-static" and scene.drives and not analysis.allow_coarse:
             path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
             assert path is not None
@@ -564,6 +571,8 @@ def collected(
     data = joined(data, stability).drop_vars(solved.untold, errors="ignore").assign_attrs(stamp(scene))
     cycle = last_cycle(scene.analysis, scene.drives, data)
     parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
+    if isinstance(solved, FreelyAtRest):
+        parts.append(lambda data: solved.told)
     if SHAFT in found.made.acting:
         parts.append(lambda data: _shaft(found))
     if "drive_effort" in data and scene.analysis.method != "static":

@@ -9,8 +9,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.static.small_motions import RestEquation
-from fenics_mech.response.transient.disturbances import Growth, Transition, quarters_of
+from fenics_mech.response.transient.disturbances import EquationOfMotion, Growth, Transition, quarters_of
 from fenics_mech.response.transient.section_points import PoincareRecord
 from fenics_mech.response.transient.stepping import StepCurve
 from fenics_mech.scene import Scene
@@ -39,7 +38,7 @@ class Beside:
 
     @classmethod
     def of(
-        cls, scene: Scene, equation: RestEquation, tableau: Tableau, weight: Array, times: Array, *, carries: bool
+        cls, scene: Scene, equation: EquationOfMotion, tableau: Tableau, weight: Array, times: Array, *, carries: bool
     ) -> Beside:
         """Begin to follow what a scene wants to know.
 

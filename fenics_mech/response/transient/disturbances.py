@@ -11,14 +11,24 @@ Algorithms for Chaotic Systems (1989), chapters 3 and 4.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
 from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.static.small_motions import RestEquation
 from fenics_mech.response.transient.stepping import StepCurve
+
+
+class EquationOfMotion(Protocol):
+    """An equation of motion as the solver of `stepping` knows it."""
+
+    def residuals(self, time: Array, place: Array, rate: Array, second: Array) -> Array:
+        """What is left of it, ``(times, coordinates)``."""
+
+    def tangents_at(self, time: Array, place: Array, rate: Array, second: Array) -> tuple[Array, Array, Array]:
+        """Tangents by the second derivative, the rate and the place, ``(times, coordinates, coordinates)`` each."""
 
 
 @dataclass
@@ -35,7 +45,7 @@ class Transition:
         Disturbances of ``(z, z')``, one a column, ``(2 coordinates, disturbances)``.
     """
 
-    equation: RestEquation
+    equation: EquationOfMotion
     tableau: Tableau
     states: Array
 
