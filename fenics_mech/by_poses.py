@@ -168,8 +168,8 @@ FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where th
 def has_poses(scene: Scene) -> bool:
     """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
 
-    It is that of rest where joints move freely, and of other statics and periodic motions with all coupling where it has
-    terms for all that the scene states.
+    It is that of rest where joints move freely, and of other statics and of periodic motions with all coupling, where
+    it has terms for all that the scene states.
 
     Parameters
     ----------
