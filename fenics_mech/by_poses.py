@@ -16,7 +16,7 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
-from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects import BY_TERMS, EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.eigenmodes import modes_kept
@@ -217,7 +217,7 @@ def planned(scene: Scene) -> Scene:
         kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
         scene = scene.changed(effects=(*kept, EXACT))
     acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
+    if refused := sorted(acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in BY_TERMS}):
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
             place="effects" if scene.freedoms else "analysis.solver",

@@ -57,8 +57,8 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
         ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
         inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
 
-    def line(x: Array, tangent: Array, velocity: Array) -> Array:
-        return np.sum([load.line(found.t, stations, x, tangent, velocity) for load, _ in loads], axis=0)
+    def line(x: Array, *at: Array) -> Array:
+        return np.sum([load.line(found.t, stations, x, *at) for load, _ in loads], axis=0)
 
     given = stations, places, line_mass
     shape = len(found.force), len(mesh.members), len(s)

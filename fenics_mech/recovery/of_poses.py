@@ -434,6 +434,7 @@ class OfPoses:
             given = given + efforts[joint] * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
+        causes |= {id(term): None for term in self.made.acting.values() if type(term).energy is not Term.energy}
         causes |= {id(term): _cause_of(self.made.scene, name, term) for name, term in self._laws.items()}
         taken: list[tuple[str | None, Array]] = []
         if self.made.links is not None:
@@ -524,7 +525,12 @@ LAWS = {
     JointEffort: Cause.EFFORTS,
     Bushing: Cause.BUSHINGS,
 }  # of laws
-CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
+CAUSES = {
+    "loads": Cause.LOADS,
+    "dampers": Cause.DAMPERS,
+    "damping": Cause.AIR_DRAG,
+    "effects": Cause.LOADS,
+}  # by table; springs store
 
 
 def _cause_of(scene: Scene, name: str, term: Term) -> Cause:
