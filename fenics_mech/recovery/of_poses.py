@@ -16,7 +16,7 @@ from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.acting_from_scene import point_of
-from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.along_members import along_members, on_elements
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
@@ -24,7 +24,7 @@ from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
+from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
@@ -314,8 +314,7 @@ class OfPoses:
 
     @cached_property
     def _ends(self) -> EndForces:
-        machine, found = self.motion.machine, self.motion.found
-        return end_forces(self.made.machine.beams, machine.groups[0], found.terms[0], found.at)
+        return on_elements(self.made, self.motion.found, self.motion.a)
 
     @cached_property
     def supports(self) -> dict[str, tuple[Array, Array]]:
