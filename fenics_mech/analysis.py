@@ -38,7 +38,6 @@ from fenics_mech.response.periodic.steady_state import by_collocation, stability
 from fenics_mech.response.setup import CommonParts, mechanism
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution
 from fenics_mech.response.solvers import SOLVERS, by_statics, check_periodic, periodic_solver
-from fenics_mech.response.static.rest import by_rest
 from fenics_mech.response.transient.free_motion import by_free_motion, refuse_in_time
 from fenics_mech.rigid_at_rest import rigid_at_rest
 from fenics_mech.rigid_by_poses import rigid_by_poses
@@ -101,7 +100,7 @@ def analyse(
     progress("effects")
     common = common or CommonParts()
     of_start = assembly_notices(scene)
-    scene, laws = choose_laws(stated := scene)
+    scene, _ = choose_laws(stated := scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
     if scene.analysis.method == "transient" or may_rest:
         scene = with_freedoms(scene)
@@ -114,16 +113,11 @@ def analyse(
         result = fine_enough(scene, lambda finer: by_sub_intervals(finer, names))
     elif scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
-    elif scene.analysis.method != "transient" and not scene.freedoms:
-        if scene.tolerance is None:
-            last = common.last
-            result = fine_enough(scene, lambda finer: by_poses(finer, last, names))
-        else:
-            result = within(scene.changed(analysis__solver="poses"), RefinedByPoses())
-    elif scene.tolerance is not None:
-        result = within(scene, RefinedAnalysis(progress, common, scene.effects == "auto"), common)
+    elif scene.tolerance is None:
+        last = common.last
+        result = fine_enough(scene, lambda finer: by_poses(finer, last, names))
     else:
-        result = fine_enough(scene, lambda finer: _by_rungs(finer, progress, common, laws, names))
+        result = within(scene.changed(analysis__solver="poses"), RefinedByPoses())
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result
@@ -383,8 +377,6 @@ def solve(
     method = str(scene.analysis.method)
     if method != "periodic":
         progress("response")
-        if method == "static" and scene.freedoms:
-            return by_rest(scene, system), method
         if method != "transient":
             return by_statics(scene, system), method
         refuse_in_time(scene.analysis, system)

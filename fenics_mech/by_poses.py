@@ -17,7 +17,7 @@ from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.classical.known import has_modes
-from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects import BY_TERMS, EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.eigenmodes import modes_kept
@@ -44,6 +44,7 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.stability.floquet import STABILITY
+from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static
@@ -201,8 +202,11 @@ def planned(scene: Scene) -> Scene:
         scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
     elif COUPLED not in scene.named_effects and (EXACT in scene.named_effects or scene.analysis.method == "periodic"):
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+    if scene.freedoms and scene.analysis.method == "static":  # links go along with them by any angle
+        kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
+        scene = scene.changed(effects=(*kept, EXACT))
     acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
+    if refused := sorted(acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in BY_TERMS}):
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet",
             place="effects",
@@ -260,6 +264,8 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
+        if scene.freedoms:
+            return FreelyAtRest.of(scene)
         if analysis.method == "quasi-static" and scene.drives and not analysis.allow_coarse:
             path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
             assert path is not None
@@ -565,6 +571,8 @@ def collected(
     data = joined(data, stability).drop_vars(solved.untold, errors="ignore").assign_attrs(stamp(scene))
     cycle = last_cycle(scene.analysis, scene.drives, data)
     parts: list[Callable[[xr.Dataset], xr.Dataset]] = [lambda data: stress_figures(scene, data, cycle)]
+    if isinstance(solved, FreelyAtRest):
+        parts.append(lambda data: solved.told)
     if SHAFT in found.made.acting:
         parts.append(lambda data: _shaft(found))
     if "drive_effort" in data and scene.analysis.method != "static":

@@ -10,8 +10,8 @@ import pytest
 
 from fenics_mech import Result, SolverError, analyse, load
 from fenics_mech._console import out
-from fenics_mech.effects import EFFECTS, Effect, Terms
-from fenics_mech.response.setup import mechanism
+from fenics_mech.effects import EFFECTS
+from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
 from fenics_mech.scene.synthesis_tasks import read_task
@@ -171,19 +171,25 @@ def test_section_of_the_contributors_recipe_is_one(place):
 
 
 def test_effect_of_the_contributors_recipe_is_the_centrifugal_force(place):
-    names = vars(importlib.import_module("fenics_mech.effects.gravity")) | {"Terms": Terms, "Effect": Effect}
-    exec(_recipe("def terms(situation"), names)
-    scene = load(place / "demos" / "four_bar.toml").changed(analysis__sub_intervals=24)
-    system = mechanism(scene)
-    mesh, motion = system.beams.mesh, system.motion
-    stated = SimpleNamespace(beams=system.beams, motion=motion, scene=SimpleNamespace(turntable=3.0))
-    found = names["terms"](stated).acceleration.reshape(len(motion.theta), -1, 3)
-    arm = np.exp(1j * motion.angle[:, mesh.node_link]) * (mesh.node_xy @ [1, 1j])
-    place_of_nodes = motion.position[:, mesh.node_link] @ [1, 1j] + arm
-    turned = np.exp(1j * motion.angle[:, mesh.node_link]) * (found[..., :2] @ [1, 1j])
-    assert turned == pytest.approx(-9.0 * place_of_nodes)
-    assert not found[..., 2].any()
-    assert names["EFFECT"].stated(SimpleNamespace(turntable=3.0))
+    from fenics_mech import terms
+    from fenics_mech.machine.from_scene import machine_of
+
+    names = {name: getattr(terms, name) for name in terms.__all__} | {"Effect": Effect, "np": np}
+    names |= {"Array": np.ndarray, "SceneMachine": None}
+    exec(_recipe("class Centrifugal"), names)
+    made = machine_of(load(place / "demos" / "four_bar.toml").changed(effects=("coupling",)))
+    scene = SimpleNamespace(turntable=3.0, rigidity=made.scene.rigidity)
+    machine = made.machine
+    made.scene = scene
+    machine.terms += names["EFFECT"].acting(made).values()
+    machine.forget_plan()
+    zero = np.zeros((1, machine.size))
+    here = machine.residual(np.zeros(1), zero, zero, zero).terms[-1]
+    mesh, force = made.links.mesh, -here.response.stress[0].sum(axis=0)
+    middles = here.x[0].reshape(len(mesh.cell), 4, 2)[:, [0, 2]].mean(axis=1)
+    mass = [scene.rigidity(mesh.members[m], np.zeros(1)).line_density[0] for m in mesh.cell_member] * mesh.cell_length
+    assert force == pytest.approx(9.0 * mass @ middles)
+    assert names["EFFECT"].stated(scene)
 
 
 def _recipe(begin):

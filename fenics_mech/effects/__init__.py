@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from difflib import get_close_matches
 from importlib import import_module
@@ -24,11 +24,13 @@ from fenics_mech.effects.terms import (
 )
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
+from fenics_mech.terms import Term
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
 
 __all__ = [
+    "BY_TERMS",
     "EFFECTS",
     "NOTHING",
     "UNLOADED",
@@ -60,12 +62,30 @@ def _plugged(plugin: Plugin, taken: bool) -> Effect:
     effect: Effect = plugin.load(Effect)
     if taken or effect.name != plugin.name:
         raise plugin.refused(f"must have that name in its record too, found {effect.name!r}, and one not yet taken")
+    if effect.acting is None or effect.terms is not None or effect.beams is not None:
+        raise plugin.refused("must state by `acting` the terms of poses that it adds, and neither `terms` nor `beams`")
     values = {f.name: getattr(effect, f.name) for f in fields(effect)}
     called: dict[str, Any] = {name: plugin.blamed(work) for name, work in values.items() if callable(work)}
-    return replace(effect, **called)
+    return replace(effect, **called | {"acting": _checked(plugin, called["acting"])})
+
+
+def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], dict[str, Term]]:
+    """Give what states the terms of a plugin, which are such, and whose errors name it."""
+
+    def terms(made: Any) -> dict[str, Term]:
+        found = acting(made)
+        if not isinstance(found, Mapping) or not all(isinstance(term, Term) for term in found.values()):
+            raise plugin.refused("must give terms of `fenics_mech.terms` by name in `acting`")
+        for term in found.values():
+            for name in ("respond", "near", "energy"):
+                setattr(term, name, plugin.blamed(getattr(term, name)))
+        return {str(name): term for name, term in found.items()}
+
+    return terms
 
 
 EFFECTS = _found()
+BY_TERMS = [effect for effect in EFFECTS.values() if effect.acting is not None]
 
 
 def active(scene: Scene) -> tuple[Effect, ...]:
@@ -145,11 +165,19 @@ def build_terms(situation: Situation) -> Terms:
 
     Raises
     ------
+    SceneError
+        When an effect of another package acts.
     TypeError
         When an effect gives loads and does not say how their work is counted.
     """
     found = []
     for effect in active(situation.scene):
+        if effect.acting is not None:
+            raise SceneError(
+                f"{effect.name!r} acts by the equation of poses, and this analysis goes by link frames",
+                place="analysis.solver",
+                hint="Write solver = 'poses'",
+            )
         if effect.terms is not None:
             found.append(effect.terms(situation))
             if found[-1].loads and not effect.work:

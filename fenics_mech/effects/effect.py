@@ -11,6 +11,8 @@ from fenics_mech.scene import Scene
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
+    from fenics_mech.machine.from_scene import SceneMachine
+    from fenics_mech.terms import Term
 
 
 @dataclass(frozen=True)
@@ -59,8 +61,12 @@ class Effect:
         What it is, in one line.
     source
         Where its equations stand.
+    acting
+        What it exerts, by name: terms of poses (`fenics_mech.terms`), for a machine with all its poses, masses and
+        joints (`machine.from_scene.SceneMachine`). So effects of other packages act; those of the program are terms
+        of their own, or parts of the equation.
     terms
-        What it adds to the equation of motion.
+        What it adds to the equation of motion in link frames.
     beams
         How it changes the links' matrices.
     stated
@@ -100,6 +106,7 @@ class Effect:
     name: str
     meaning: str
     source: str
+    acting: Callable[[SceneMachine], Mapping[str, Term]] | None = None
     terms: Callable[[Situation], Terms] | None = None
     beams: Callable[[Scene, Beams], Beams] | None = None
     stated: Callable[[Scene], bool] = lambda scene: False

@@ -8,7 +8,15 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.machine.section_forces import InnerForces, Sections, end_forces, inside, on_cubics, with_rides
+from fenics_mech.machine.section_forces import (
+    EndForces,
+    InnerForces,
+    Sections,
+    end_forces,
+    inside,
+    on_cubics,
+    with_rides,
+)
 from fenics_mech.scene.sections import Rigidity
 from fenics_mech.terms import AlongBeams
 
@@ -48,17 +56,12 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
         return np.asarray(bending / np.concatenate([one.bending for one in sections_at(x)]))
 
     varies = any(np.ptp(section.bending) > 0 for section in scene.rigidities(s))
-    loads = [
-        (term, here.response.stress) for term, here in zip(machine.terms, found.terms) if isinstance(term, AlongBeams)
-    ]
-    ends_of_elements = end_forces(beams, group, found.terms[0], found.at, loads)
-    inner = None
-    if machine.rides:
-        ends_of_elements = with_rides(ends_of_elements, beams, machine.riders, found.at, a)
-        inner = InnerForces.of_rides(beams, machine.riders, found.at, a)
+    loads = [term for term in machine.terms if isinstance(term, AlongBeams)]
+    ends_of_elements = on_elements(made, found, a)
+    inner = InnerForces.of_rides(beams, machine.riders, found.at, a) if machine.rides else None
 
-    def line(x: Array, tangent: Array, velocity: Array) -> Array:
-        return np.sum([load.line(found.t, stations, x, tangent, velocity) for load, _ in loads], axis=0)
+    def line(x: Array, *at: Array) -> Array:
+        return np.sum([load.line(found.t, stations, x, *at) for load in loads], axis=0)
 
     given = stations, places, line_mass
     shape = len(found.force), len(mesh.members), len(s)
@@ -68,6 +71,21 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     axial, shear, moment = (x.reshape(shape) for x in (sections.axial, sections.shear, sections.moment))
     place, bow = (x.reshape(*shape, 2) for x in (sections.place, sections.bow))
     return Sections(axial, shear, moment, place, bow)
+
+
+def on_elements(made: SceneMachine, found: Evaluation, a: Array) -> EndForces:
+    """Give what holds all elements at their ends, also against loads along them and pins that ride on them.
+
+    Parameters
+    ----------
+    made, found, a
+        As of `along_members`.
+    """
+    machine = made.machine
+    pairs = zip(machine.terms, found.terms)
+    loads = [(term, here.response.stress) for term, here in pairs if isinstance(term, AlongBeams)]
+    forces = end_forces(machine.beams, machine.groups[0], found.terms[0], found.at, loads)
+    return with_rides(forces, machine.beams, machine.riders, found.at, a) if machine.rides else forces
 
 
 def cubic_places(made: SceneMachine, found: Evaluation, s: Array) -> Array:

@@ -220,9 +220,7 @@ class Freed:
         self.terms, self.geometry, self.extent = machine.terms, machine.geometry, machine.extent
         self.pattern = Pattern.of(self.n, [np.arange(self.n, dtype=np.int32)[None]])
         self._turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
-        zero, drawn = np.zeros((1, machine.size)), np.zeros(1)
-        at = machine.moved(drawn, zero, zero, zero, moving=False)
-        self._drawn = [group.measure(at, term.near(drawn)).x for term, group in zip(self.terms, machine.groups)]
+        self._drawn = machine.angles_as_drawn()
         self.side = 0.0
         self.pulls: Array | None = None  # multipliers at the end of the last step ``(1, rows)``
         self._held: Balanced  # and those of Newton's method

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from fenics_mech import effects
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.beams.element_matrices import assemble_beams
@@ -62,7 +63,8 @@ class SceneMachine:
     driven
         Row of every drive; a motor's shaft has none.
     acting
-        Terms of springs, dampers, loads and air, by their place in the scene, such as "springs.NAME".
+        Terms of springs, dampers, loads and air, by their place in the scene, such as "springs.NAME"; and those of
+        effects of other packages.
     """
 
     scene: Scene
@@ -108,6 +110,12 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
         _add_rides(made, links)
     _add_bodies(made, nodes)
     made.acting.update(add_acting(scene, machine, nodes, bodies, links))
+    for effect in effects.BY_TERMS:  # of other packages
+        if effect.acting is not None and (effect.name in scene.named_effects or effect.stated(scene)):
+            found = {f"effects.{effect.name}.{name}": term for name, term in effect.acting(made).items()}
+            made.acting |= found
+            machine.terms += found.values()
+            machine.forget_plan()
     return made
 
 
@@ -117,7 +125,7 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
     They are made from a scene with nothing but what they depend on. Where that is equal they are those made before.
     """
     for name in scene.named_effects:
-        if name not in ALWAYS and name not in SECTIONS:
+        if name not in ALWAYS and name not in SECTIONS and all(name != effect.name for effect in effects.BY_TERMS):
             raise SceneError(f"no term states the effect {name!r} yet", place="effects")
     if not scene.members():
         return None

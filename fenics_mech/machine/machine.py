@@ -366,6 +366,12 @@ class Machine:
         of_turns = motion.w + rates[..., d:], motion.al + seconds[..., d:]
         return PoseMotion(motion.r, motion.R, of_places[0], of_turns[0], of_places[1], of_turns[1])
 
+    def angles_as_drawn(self) -> list[Array]:
+        """Give the measures of every term at the start, whole turns and all ``(1, elements, measures)``."""
+        zero, t = np.zeros((1, self.size)), np.zeros(1)
+        at = self.moved(t, zero, zero, zero, moving=False)
+        return [group.measure(at, term.near(t)).x for term, group in zip(self.terms, self.groups)]
+
     def turned(self, angles: Sequence[Array] | None, q: Array) -> list[Array] | None:
         """Give angles near those of every term at some coordinates: in the plane given ones, and the turns beside.
 

@@ -13,6 +13,7 @@ from fenics_mech.geometry import PLANE, Given, PoseMotion
 from fenics_mech.machine.assembly import COARSELY_MET, closed, rates_of
 from fenics_mech.machine.drawn_from_scene import Law
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.motion import coordinates
 from fenics_mech.scene.formulas.expression import Jet
 from fenics_mech.terms import Beams
@@ -51,20 +52,23 @@ def motion_of_bodies(
     AssemblyError
         When the links do not come together there.
     """
-    bodies = made.bodies
     value, first, second = (np.hstack(pair) for pair in zip(drives or driven(made, t), freedoms))
-    machine, loose = copy(bodies.machine), made.scene.open_joints
-    still = [row for row in machine.rows if not row.leads and row.name not in loose]
-    given = [
-        replace(row, value=values_at(t, value[:, k])) for k, row in enumerate(row for row in machine.rows if row.leads)
-    ]
-    machine.rows = [*still, *given]
-    machine.forget_plan()
+    machine = leading(made, t, value)
     q, gaps = closed(machine, t, near)
     if (gaps > COARSELY_MET).any():
         raise AssemblyError(f"the links, which do not bend, do not come together at {t[int(gaps.argmax())]:.6g} s")
-    rates = (np.pad(x, ((0, 0), (len(still), 0))) for x in (first, second))
+    rates = (np.pad(x, ((0, 0), (len(machine.rows) - value.shape[1], 0))) for x in (first, second))
     return q, *rates_of(machine, t, q, *rates)
+
+
+def leading(made: SceneMachine, t: Array, values: Array) -> Machine:
+    """Give the links as bodies, led to values of drives and freedoms at some instants ``(instants, drives)``."""
+    machine, loose = copy(made.bodies.machine), made.scene.open_joints
+    still = [row for row in machine.rows if not row.leads and row.name not in loose]
+    led = [row for row in machine.rows if row.leads]
+    machine.rows = [*still, *(replace(row, value=values_at(t, values[:, k])) for k, row in enumerate(led))]
+    machine.forget_plan()
+    return machine
 
 
 def values_at(t: Array, values: Array) -> Law:
@@ -78,13 +82,18 @@ def coordinates_of_links(made: SceneMachine, links: Array) -> Array:
     Parameters
     ----------
     made
-        The machine of a scene of which no link bends.
+        The machine of a scene.
     links
         Places (m) and angles (rad) of all links ``(instants, 3 links)``.
     """
-    bodies, machine, near = made.bodies, made.machine, near_motion(made, links)
-    motion = poses_of_links(made, *(near, 0 * links, 0 * links))
-    turned = np.pad((near - bodies.q[: links.shape[1]])[:, 2::3], ((0, 0), (0, 1)))
+    return coordinates_of_bodies(made, near_motion(made, links))
+
+
+def coordinates_of_bodies(made: SceneMachine, near: Array) -> Array:
+    """Give coordinates of poses ``(instants, n)`` that are fixed to links, by those of the links as bodies."""
+    machine, motion = made.machine, poses_of_links(made, near, 0 * near, 0 * near)
+    count = 3 * len(made.scene.links)
+    turned = np.pad((near[:, :count] - made.bodies.q[:count])[:, 2::3], ((0, 0), (0, 1)))
     turns = turned[:, links_of_poses(made)][..., None]
     return coordinates(machine, motion.r - np.array(machine.r), turns)[:, : machine.n]
 

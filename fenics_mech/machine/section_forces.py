@@ -14,7 +14,7 @@ from fenics_mech.machine.rides import Rides
 from fenics_mech.terms import AlongBeams, Beams, Shapes
 from fenics_mech.terms.inertia import beside_line
 
-Line = Callable[[Array, Array, Array], Array]
+Line = Callable[[Array, Array, Array, Array], Array]
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,8 @@ def inside(
     loads
         Forces inside elements.
     line
-        Gives the load per length by a share of each station's element, the tangent of the axis and its velocity there.
+        Gives the load per length by a share of each station's element, and place, tangent and velocity of the axis
+        there.
     bent
         Whether forces have levers by the bow within elements: not in a linear theory without axial forces.
     softness
@@ -217,7 +218,8 @@ def inside(
         if line is None:
             return 0.0
         slope = _between_all(shapes.at(x, 1), vectors) / length[:, None]
-        return line(x, slope, _between_all(shapes.at(x), rates))
+        place, velocity = (_between_all(shapes.at(x), y) for y in (vectors, rates))
+        return line(x, place, slope, velocity)
 
     bows, longer = None, np.zeros_like(vectors)
     bending = length * np.array([element.stiffness[2, 2] for element in beams.elements])[elements]  # EI

@@ -11,21 +11,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY
 from fenics_mech._guard import guarded
 from fenics_mech.effects.effect import Choice, Effect
 from fenics_mech.errors import MechanismError
-from fenics_mech.forces.joint_forces import joint_forces, joint_names, nodal_forces, reactions
-from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.joints.dry_friction import DryFriction, coefficient
 from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.planning.effect_choice import CHOICE
-from fenics_mech.response.setup import mechanism
-from fenics_mech.response.static.quasi_static import solve_static
 from fenics_mech.scene import Clearance, Friction, GuideClearance, Scene
+from fenics_mech.solved_by_poses import AtRest
 
 logger = logging.getLogger(__name__)
 EstimatedLaw = Friction | Clearance | GuideClearance
@@ -46,7 +43,7 @@ class TightMotion:
     speed
         Its rate (rad/s or m/s).
     deflection
-        Largest elastic displacement of a node (m).
+        Largest elastic displacement of a station (m).
     """
 
     links: LinkStates
@@ -65,15 +62,13 @@ class TightMotion:
             The scene, with its laws.
         """
         changes = {"joint_laws": {}, "effects": (), "analysis": {"method": "quasi-static"}}
-        plain = scene.changed({**changes, "analysis.sub_intervals": CHOICE.positions, "tolerance": None})
-        system = mechanism(plain)
-        still, motion = solve_static(system), system.motion
-        q, rate = coordinates(motion.position, motion.angle), coordinates(motion.velocity, motion.omega)
-        moved = system.to_links(still.displacement).reshape(len(q), -1, 3)[..., :2]
-        forces = joint_forces(plain.joints, reactions(system, nodal_forces(system, still)))
-        torque = next(iter(Forces(plain, system, still).efforts().values()))
-        deflection = float(np.linalg.norm(moved, axis=-1).max(initial=0.0))
-        return cls(LinkStates.of(q, rate), forces, torque, abs(plain.cycle_rate), deflection)
+        found = AtRest.of(scene.changed({**changes, "analysis.sub_intervals": CHOICE.positions, "tolerance": None}))
+        positions, motion = found.positions, found.positions.links()
+        links = LinkStates.of(
+            *(coordinates(*x) for x in ((motion.position, motion.angle), (motion.velocity, motion.omega)))
+        )
+        torque, deflection = next(iter(positions.efforts().values())), norms(positions.deflection).max(initial=0.0)
+        return cls(links, positions.joint_forces, torque, abs(scene.cycle_rate), float(deflection))
 
     def friction(self, scene: Scene, law: Friction) -> float:
         """Give the power of a friction over that of the drive at its largest torque.
@@ -123,7 +118,7 @@ def choose_laws(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
     led = scene.effects == "auto" and scene.members() and scene.drives and not scene.freedoms
     if not led or not estimated:
         return scene, ()
-    if any(joint_names({name: scene.joints[name]}) != [name] for name in scene.joints):
+    if any(len(joint.connect) > 2 for joint in scene.joints.values()):
         return scene, _kept(estimated, "pins go through more than two links")
     try:
         tight = TightMotion.of(scene)

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech.held_by_friction import Held
-from fenics_mech.response.static.small_motions import SmallMotions
+from fenics_mech.solve.rest import SmallMotions
 
 
 def of_small_motions(motions: SmallMotions) -> xr.Dataset:

@@ -19,7 +19,6 @@ from fenics_mech.eigenmodes import Modes
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.mechanism import System
-from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.balance import drive_figures, energy_balance
 from fenics_mech.recovery.fields import Fields
 from fenics_mech.recovery.frame_forces import frame_forces
@@ -35,7 +34,7 @@ from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.recovery.without_vibration import without_vibration
 from fenics_mech.response.setup import CommonParts
-from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, RestSolution, Solution
+from fenics_mech.response.solution import FreeSolution, InTime, MotorSolution, PeriodicSolution, Solution
 from fenics_mech.response.stability.floquet import Stability
 from fenics_mech.response.transient.course import Course
 from fenics_mech.scene.consistency import mobility
@@ -212,8 +211,6 @@ def _of_kind(solution: Solution, system: System) -> list[xr.Dataset]:
     """What a response has by its kind: modes, stability and condition, or the end of a motion in time."""
     if isinstance(solution, InTime):
         return [_of_course(solution.course), *_of_freedoms(solution), _of_laws(solution)]
-    if isinstance(solution, RestSolution):
-        return [_at_rest(solution), of_small_motions(solution.vibrations)]
     if not isinstance(solution, PeriodicSolution):
         return []
     parts = [_of_modes(system, solution.modes).dataset(), without_vibration(solution)]
@@ -313,13 +310,6 @@ def _of_freedoms(solution: InTime) -> list[xr.Dataset]:
     variables = {name: (along, values[:, last]) for name, values in states.items()}
     of_turn = running(solution.scene, course.time, *(values[:, last] for values in states.values()))
     return [xr.Dataset(variables, {"freedom": freedoms}), of_turn]
-
-
-def _at_rest(solution: RestSolution) -> xr.Dataset:
-    """Angles and strokes of the freedoms at rest."""
-    freedoms = solution.scene.freedoms
-    places = np.array([[part.start for part in freedoms.values()]], dtype=float)
-    return xr.Dataset({"freedom_place": (("theta", "freedom"), places)}, {"freedom": list(freedoms)})
 
 
 def _of_laws(solution: InTime) -> xr.Dataset:

@@ -16,7 +16,7 @@ from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.acting_from_scene import point_of
-from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.along_members import along_members, on_elements
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
@@ -24,7 +24,7 @@ from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.section_forces import EndForces, Sections, end_forces
+from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
@@ -314,8 +314,7 @@ class OfPoses:
 
     @cached_property
     def _ends(self) -> EndForces:
-        machine, found = self.motion.machine, self.motion.found
-        return end_forces(self.made.machine.beams, machine.groups[0], found.terms[0], found.at)
+        return on_elements(self.made, self.motion.found, self.motion.a)
 
     @cached_property
     def supports(self) -> dict[str, tuple[Array, Array]]:
@@ -434,6 +433,7 @@ class OfPoses:
             given = given + efforts[joint] * self.rate_of(f"freedoms.{joint}")
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
+        causes |= {id(term): None for term in self.made.acting.values() if type(term).energy is not Term.energy}
         causes |= {id(term): _cause_of(self.made.scene, name, term) for name, term in self._laws.items()}
         taken: list[tuple[str | None, Array]] = []
         if self.made.links is not None:
@@ -524,7 +524,12 @@ LAWS = {
     JointEffort: Cause.EFFORTS,
     Bushing: Cause.BUSHINGS,
 }  # of laws
-CAUSES = {"loads": Cause.LOADS, "dampers": Cause.DAMPERS, "damping": Cause.AIR_DRAG}  # by table; springs store
+CAUSES = {
+    "loads": Cause.LOADS,
+    "dampers": Cause.DAMPERS,
+    "damping": Cause.AIR_DRAG,
+    "effects": Cause.LOADS,
+}  # by table; springs store
 
 
 def _cause_of(scene: Scene, name: str, term: Term) -> Cause:

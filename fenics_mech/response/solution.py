@@ -16,7 +16,6 @@ from fenics_mech.response.periodic.cycle import Cycle
 from fenics_mech.response.periodic.harmonic_balance import Series
 from fenics_mech.response.periodic.newton import Orbit
 from fenics_mech.response.stability.floquet import Stability
-from fenics_mech.response.static.small_motions import SmallMotions
 from fenics_mech.response.transient.course import Course, FreeCourse
 from fenics_mech.response.transient.free_state import FreeState
 from fenics_mech.scene import Scene
@@ -70,19 +69,6 @@ class Solution:
 @dataclass(frozen=True, kw_only=True)
 class StaticSolution(Solution):
     """A static or quasi-static response."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class RestSolution(StaticSolution):
-    """An equilibrium of a linkage with freedoms; the scene's freedoms start there.
-
-    Parameters
-    ----------
-    vibrations
-        Small motions about it.
-    """
-
-    vibrations: SmallMotions
 
 
 @dataclass(frozen=True, kw_only=True)

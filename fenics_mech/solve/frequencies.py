@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,13 @@ SAME = 1e-3  # of eigenvalues and vectors: a double rate of 0 comes out as two t
 
 
 def tangents_at(
-    machine: Machine, q: Array, a: Array, t: float = 0.0, *, moving: bool = True
+    machine: Machine,
+    q: Array,
+    a: Array,
+    t: float = 0.0,
+    *,
+    moving: bool = True,
+    angles: Sequence[Array] | None = None,
 ) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
     """Give M, C and K of small motions about an equilibrium: M x'' + C x' + K x = 0.
 
@@ -37,8 +43,11 @@ def tangents_at(
         Instant (s).
     moving
         Whether the chart's motion counts; in a chart that turns evenly these are the tangents in the turning frame.
+    angles
+        As of the residual.
     """
-    found = machine.residual(np.array([t]), q[None], np.zeros((1, machine.size)), a[None], moving=moving)
+    still = np.zeros((1, machine.size))
+    found = machine.residual(np.array([t]), q[None], still, a[None], moving=moving, angles=angles)
     is_multiplier, kept = machine.pattern.indices >= machine.n, machine.n + machine.held
     values = np.where(is_multiplier, 0.0, found.M[0]), found.C[0], np.where(is_multiplier, found.M[0], found.K[0])
     M, C, K = (machine.pattern.matrix(x) for x in values)

@@ -1,6 +1,6 @@
 """What acts in a machine: a term measures its ends and answers with stresses, and inertia is one constant mass."""
 
-from fenics_mech.terms.along_beams import AirForce, AlongBeams, LineForce
+from fenics_mech.terms.along_beams import AirForce, AlongBeams, Density, LineForce, Spread
 from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
 from fenics_mech.terms.inner_places import Shapes
@@ -14,6 +14,7 @@ __all__ = [
     "Beams",
     "Damper",
     "DeadLoad",
+    "Density",
     "Effort",
     "Element",
     "HeldDamping",
@@ -28,6 +29,7 @@ __all__ = [
     "Shaft",
     "Shapes",
     "SoftBearing",
+    "Spread",
     "Spring",
     "Term",
     "hermite_mass",

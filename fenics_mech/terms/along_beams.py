@@ -15,7 +15,24 @@ from fenics_mech.terms.inner_places import Shapes
 from fenics_mech.terms.term import Look, Measure, Response, Term
 
 QUARTER = np.array([[0.0, -1.0], [1.0, 0.0]])
-Spread = tuple[Array, Array, Array]  # a force per length and its derivatives by tangent and velocity
+
+
+@dataclass(frozen=True)
+class Spread:
+    """A force per length at places along beams, and its derivatives; None where there is none.
+
+    Parameters
+    ----------
+    force
+        ``(instants, places, 2)`` (N/m).
+    by_place, by_tangent, by_velocity
+        ``(instants, places, 2, 2)`` each.
+    """
+
+    force: Array
+    by_place: Array | None = None
+    by_tangent: Array | None = None
+    by_velocity: Array | None = None
 
 
 class Density(Protocol):
@@ -25,11 +42,11 @@ class Density(Protocol):
     def points(self) -> int:
         """Points of Gauss's rule along an element, beside the places inside it."""
 
-    def at(self, t: Array, element: Index, x: Array, tangent: Array, velocity: Array) -> Spread:
-        """Give it (N/m), and its derivatives by tangent and velocity.
+    def at(self, t: Array, element: Index, x: Array, place: Array, tangent: Array, velocity: Array) -> Spread:
+        """Give it, and its derivatives.
 
         Elements count from 0 among those that are loaded ``(places,)``, and x is the share of their length
-        ``(places,)``. Tangents and velocities are ``(instants, places, 2)``, and derivatives ``(..., 2, 2)``.
+        ``(places,)``. Places (m), tangents and velocities (m/s) are ``(instants, places, 2)``.
         """
 
 
@@ -52,15 +69,15 @@ class LineForce:
     follows: bool = False
     points: int = 4  # exact: a shape, the slope of another and a linear load have degree 6
 
-    def at(self, t: Array, element: Index, x: Array, tangent: Array, velocity: Array) -> Spread:
+    def at(self, t: Array, element: Index, x: Array, place: Array, tangent: Array, velocity: Array) -> Spread:
         """Give it; one that follows goes with the tangent's length, as the pressure on a stretched axis."""
         one, other = self.ends[element, 0], self.ends[element, 1]
         line = (1 - x)[:, None] * one + x[:, None] * other
-        factor, none = np.asarray(self.factor(t))[:, None, None], np.zeros((*tangent.shape, 2))
+        factor = np.asarray(self.factor(t))[:, None, None]
         if not self.follows:
-            return np.broadcast_to(factor * line, tangent.shape), none, none
+            return Spread(np.broadcast_to(factor * line, tangent.shape))
         turns = factor[..., None] * (line[:, :1, None] * np.eye(2) + line[:, 1:, None] * QUARTER)
-        return np.einsum("tpij,tpj->tpi", turns, tangent), turns, none
+        return Spread(np.einsum("tpij,tpj->tpi", turns, tangent), by_tangent=turns)
 
 
 @dataclass(frozen=True)
@@ -78,7 +95,7 @@ class AirForce:
     factor: Array
     points: int = 8  # |V| V has a corner in its slope where V changes its side: 1e-4 of the largest are left
 
-    def at(self, t: Array, element: Index, x: Array, tangent: Array, velocity: Array) -> Spread:
+    def at(self, t: Array, element: Index, x: Array, place: Array, tangent: Array, velocity: Array) -> Spread:
         """Give it. As the normal n turns by n . d(tangent)/|tangent|, it changes by minus that times the axis."""
         size = np.linalg.norm(tangent, axis=-1, keepdims=True)
         axis = tangent / size
@@ -90,7 +107,8 @@ class AirForce:
         turned = (slope * along)[..., None, None] * both + square[..., None, None] * axis[..., :, None] * normal[
             ..., None, :
         ]
-        return -square[..., None] * normal, turned / size[..., None], -slope[..., None, None] * both
+        by_tangent, by_velocity = turned / size[..., None], -slope[..., None, None] * both
+        return Spread(-square[..., None] * normal, by_tangent=by_tangent, by_velocity=by_velocity)
 
 
 class AlongBeams(Term):
@@ -130,19 +148,30 @@ class AlongBeams(Term):
         """Give minus the forces on the places: integrals over the elements of the density times their shapes."""
         share, weights = self.shapes.rule(self.density.points)
         N, slopes = (self._of_places(self.shapes.at(share, order)) for order in (0, 1))
+        slopes = slopes / self.length[:, None, None]
         sets, count, k = N.shape
         places, rates = (y.reshape(len(t), sets, k, 2) for y in (x, v))
-        tangent = np.einsum("egk,tekd->tegd", slopes, places) / self.length[:, None, None]
-        velocity = np.einsum("egk,tekd->tegd", N, rates)
+        ways = ((slopes, places), (N, places), (N, rates))
+        tangent, place, velocity = (
+            np.einsum("egk,tekd->tegd", by, y).reshape(len(t), sets * count, 2) for by, y in ways
+        )
         element = np.repeat(np.arange(sets), count)
-        flat = (y.reshape(len(t), sets * count, 2) for y in (tangent, velocity))
-        found = self.density.at(t, element, np.tile(share, sets), *flat)
-        force, by_tangent, by_velocity = (y.reshape(len(t), sets, count, *y.shape[2:]) for y in found)
+        found = self.density.at(t, element, np.tile(share, sets), place, tangent, velocity)
+        force = found.force.reshape(len(t), sets, count, 2)
         stress = -np.einsum("g,e,egk,tegd->tekd", weights, self.length, N, force)
-        by_place = np.einsum("g,egk,tegij,egl->tekilj", weights, N, by_tangent, slopes)
-        by_rate = np.einsum("g,e,egk,tegij,egl->tekilj", weights, self.length, N, by_velocity, N)
-        across = -np.stack([by_place, by_rate]).reshape(2, len(t), sets, 2 * k, 2 * k)
-        return Response(stress.reshape(x.shape), across=across)
+
+        def spread(derivative: Array | None, shapes: Array) -> Array | float:
+            """Give derivatives of the forces on all places by those of the density, through some shapes."""
+            if derivative is None:
+                return 0.0
+            by = derivative.reshape(len(t), sets, count, 2, 2)
+            return np.asarray(np.einsum("g,e,egk,tegij,egl->tekilj", weights, self.length, N, by, shapes))
+
+        across = np.zeros((2, len(t), sets, k, 2, k, 2))
+        across[0] -= spread(found.by_place, N)
+        across[0] -= spread(found.by_tangent, slopes)
+        across[1] -= spread(found.by_velocity, N)
+        return Response(stress.reshape(x.shape), across=across.reshape(2, len(t), sets, 2 * k, 2 * k))
 
     def _of_places(self, shapes: Array) -> Array:
         """Give the weights of places ``(elements, points, places)`` by those of the vectors ``(points, vectors)``.
@@ -168,10 +197,11 @@ class AlongBeams(Term):
         force[:, :, [1, 3]] *= self.length[:, None, None]
         return force
 
-    def line(self, t: Array, element: Index, x: Array, tangent: Array, velocity: Array) -> Array:
+    def line(self, t: Array, element: Index, x: Array, place: Array, tangent: Array, velocity: Array) -> Array:
         """Give the force per length at places of any of the beams ``(instants, places, 2)`` (N/m); see `Density`."""
         own = np.flatnonzero(np.isin(element, self.elements))
         made, order = np.zeros(tangent.shape), np.argsort(self.elements)
         which = order[np.searchsorted(self.elements[order], element[own])]
-        made[:, own] = self.density.at(t, which, x[own], tangent[:, own], velocity[:, own])[0]
+        at = place[:, own], tangent[:, own], velocity[:, own]
+        made[:, own] = self.density.at(t, which, x[own], *at).force
         return made

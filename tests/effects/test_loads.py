@@ -478,3 +478,12 @@ def test_another_effect_that_gives_loads_does_their_work(monkeypatch):
     for name in ("strain", "joint_force", "input_torque"):
         assert np.abs(found[name] - expected[name]).max() < 1e-9 * np.abs(expected[name]).max()
     assert found.attrs["power_balance_error"] == pytest.approx(expected.attrs["power_balance_error"], rel=1e-6)
+
+
+@pytest.mark.parametrize("effects", [(), ("coupling", "large-rotations")])
+def test_a_weld_holds_all_of_a_load_along_its_member(effects):
+    line, span = 1.0, L
+    loads = {"w": {"member": "beam", "line": [0.0, -line]}}
+    data = analyse(cantilever(loads=loads, effects=effects)).data
+    assert data["joint_force"].sel(component="y").item() == pytest.approx(line * span, rel=1e-9)
+    assert data["joint_moment"].item() == pytest.approx(line * span**2 / 2, rel=1e-3)  # less by the bent lever

@@ -5,8 +5,8 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.errors import SolverError
-from fenics_mech.planning import law_choice
 from fenics_mech.planning.law_choice import choose_laws
+from fenics_mech.solved_by_poses import AtRest
 from tests.joints.test_bending import RUBS, slider_crank
 
 LED = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1, "effects": "auto"}
@@ -74,7 +74,7 @@ def test_what_is_listed_or_has_no_cycle_is_not_estimated(changes):
 def test_laws_that_cannot_be_estimated_say_so():
     """Without laws the scene has no answer, so that nothing tells their sizes: all are kept."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(law_choice, "mechanism", _refused)
+        patch.setattr(AtRest, "of", _refused)
         scene, found = sizes(joint_laws={"guide": GUIDE})
     (choice,) = found.values()
     assert (choice.size, choice.acts) == (None, True)
