@@ -190,6 +190,34 @@ def has_poses(scene: Scene) -> bool:
     return True
 
 
+def with_effects(scene: Scene) -> Scene:
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Raises
+    ------
+    SceneError
+        When it lists effects that the equation has not yet.
+    """
+    if scene.effects == "auto":
+        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
+        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
+    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
+        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+    acting = {effect.name for effect in active(scene)}
+    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
+        raise SceneError(
+            f"the equation of poses does not have {' and '.join(refused)} yet",
+            place="analysis.solver",
+            hint="Write solver = 'collocation'",
+        )
+    return scene
+
+
 def planned(scene: Scene) -> Scene:
     """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
 
@@ -206,18 +234,8 @@ def planned(scene: Scene) -> Scene:
     """
     if scene.analysis.scheme != "radau":
         raise SceneError("solver = 'poses' has the points 'radau' alone", place="analysis.scheme")
-    if scene.effects == "auto":
-        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
-        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
-    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
-        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+    scene = with_effects(scene)
     acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
-        raise SceneError(
-            f"the equation of poses does not have {' and '.join(refused)} yet",
-            place="analysis.solver",
-            hint="Write solver = 'collocation'",
-        )
     if scene.analysis.method == "periodic" and COUPLED not in acting:
         raise SceneError(
             "without 'coupling' the motion is that of equation (5.1), which the equation of poses does not hold",

@@ -17,6 +17,7 @@ from fenics_mech.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
+from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.freedom import describe, nothing_holds
 from fenics_mech.kinematics.motion import coordinates
@@ -617,23 +618,32 @@ def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | Non
     return None
 
 
-def free_motions_of(made: SceneMachine) -> Array | None:
-    """Give coordinates of the motions in which nothing is strained ``(size, motions)``; None where all is held."""
-    scene, machine = made.scene, made.machine
-    if scene.drives:
+def moves_of(made: SceneMachine) -> tuple[LinkMotion, Array] | None:
+    """Give motions of rigid links that joints let pass, and coordinates of them ``(size, motions)``; None without any.
+
+    Parameters
+    ----------
+    made
+        The machine. One that is driven has none.
+    """
+    if made.scene.drives:
         return None
-    motion = solve_motion(scene, np.zeros(1))
-    if not len(motion.free):
-        return None
-    links = coordinates(motion.position, motion.angle)
-    near, whole = near_motion(made, links), []
+    motion = solve_motion(made.scene, np.zeros(1))
+    near, whole = near_motion(made, coordinates(motion.position, motion.angle)), []
     for free in motion.free:
         poses = poses_of_links(made, near, free.reshape(1, -1), 0 * near)
-        whole.append(of_poses(machine, poses.v, poses.w)[0])
-    ways, none = np.array(whole).T, np.zeros((1, machine.size))
+        whole.append(of_poses(made.machine, poses.v, poses.w)[0])
+    return (motion, np.array(whole).T) if whole else None
+
+
+def free_motions_of(made: SceneMachine) -> Array | None:
+    """Give coordinates of the motions in which nothing is strained ``(size, motions)``; None where all is held."""
+    if (moves := moves_of(made)) is None:
+        return None
+    machine, none = made.machine, np.zeros((1, made.machine.size))
     straight = [0 * here.response.stress for here in machine.residual(np.zeros(1), none, none, none).terms]
     found = machine.residual(np.zeros(1), none, none, none, predicted=straight, moving=False, turning=False)
-    values, free = stiffness_along(machine.pattern.dense(stiffness(machine, found)[0]), ways)
+    values, free = stiffness_along(machine.pattern.dense(stiffness(machine, found)[0]), moves[1])
     loose = values < UNHELD
     return free[:, loose] if loose.any() else None
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ import scipy.sparse as sp
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.linalg import splu
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import SLOWEST_MODES, PETSc, SLEPc, configured, to_petsc
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
@@ -21,6 +22,7 @@ from fenics_mech.terms import ModalDamping
 POSITIONS = 36  # of a cycle, at which modes are damped
 ROUNDING = float(np.finfo(float).eps)
 DENSE = 250  # coordinates up to which all modes are found: in few positions the slowest by SLEPc take as long
+FOLLOWED = 60  # modes at least, so that those of interest do not leave or enter what is followed
 SPARE = 10  # vectors of a Krylov space beside two for each mode: it then restarts few times
 MASSLESS = 1e149  # rad/s of what has no mass
 GIVES_WAY = (
@@ -73,14 +75,18 @@ def _each_held(
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Give what `held_modes` gives at each of some instants, and the mass ``(coordinates, coordinates)``."""
     found = _tangents(machine, times, about)
-    for t, M, K in zip(times, machine.pattern.dense(found.M), machine.pattern.dense(found.K)):
+    for t, M, K in zip(times, found.pattern.dense(found.M), found.pattern.dense(found.K)):
         yield *_held(machine, float(t), M, K, loose), M[: machine.n, : machine.n]
 
 
 def _tangents(machine: Machine, times: Array, about: About | None) -> Evaluation:
-    """Give the tangents of a machine at rest: straight, or with what holds it."""
+    """Give the tangents of a machine at rest: straight and without loads, or with these and what balances them."""
     zero = np.zeros((len(times), machine.size))
     if about is None:
+        if any(term.external for term in machine.terms):
+            machine = copy(machine)
+            machine.terms = [term for term in machine.terms if not term.external]
+            machine.forget_plan()
         return machine.residual(times, zero, zero, zero, moving=False, heavy=False)
     return machine.residual(times, zero, zero, about.pulls, predicted=about.stresses, moving=False)
 
@@ -91,7 +97,7 @@ def _held(machine: Machine, t: float, M: Array, K: Array, loose: bool) -> tuple[
     free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if machine.held else np.eye(n)
     mass, stiffness, what = (
         free.T @ M[:n, :n] @ free,
-        free.T @ K[:n, :n] @ free,
+        free.T @ ((K + K.T)[:n, :n] / 2) @ free,  # loads that turn with links make it unsymmetric
         f"modes of the machine held at {t:.6g} s",
     )
     if not len(stiffness):
@@ -152,6 +158,16 @@ class FollowedModes:
     shapes: Array
     momenta: Array
 
+    def only(self, those: Index) -> FollowedModes:
+        """Give some of the modes.
+
+        Parameters
+        ----------
+        those
+            Their numbers ``(modes,)``.
+        """
+        return FollowedModes(self.omega[:, those], self.shapes[..., those], self.momenta[..., those])
+
     @property
     def assurance(self) -> Array:
         """How far each mode is that of the next position, 0..1 ``(positions, modes)``; the last: which it is most."""
@@ -179,7 +195,7 @@ def followed_modes(
     times
         Instants ``(positions,)`` (s).
     count
-        How many, the slowest; None for all.
+        How many of the slowest at least; None for all.
     about
         Forces that stiffen it; None for straight members.
     loose
@@ -200,7 +216,7 @@ def followed_modes(
     else:
         found = _each_slowest(machine, times, about, loose, count, options or {})
     for held, stiff, mass in found:
-        few = slice(None) if count is None else slice(min(count, int((held < MASSLESS).sum())))
+        few = slice(None) if count is None else slice(min(max(count, FOLLOWED), int((held < MASSLESS).sum())))
         omega, shape = held[few], (np.where(held > 0, held, 1.0) * stiff[: machine.n])[:, few]
         momentum = mass @ shape
         if shapes:
@@ -220,9 +236,9 @@ def _each_slowest(
     """Give the slowest modes as `_each_held` gives all of them, by SLEPc."""
     found, n = _tangents(machine, times, about), machine.n
     for t, *both in zip(times, found.M, found.K):
-        M, K = (machine.pattern.matrix(x) for x in both)
+        M, K = (found.pattern.matrix(x) for x in both)
         free, what = _left_by(K[n:, :n].toarray()), f"modes of the machine held at {t:.6g} s"
-        mass, stiffness = (sp.csr_matrix(free.T @ X[:n, :n] @ free) for X in (M, K))
+        mass, stiffness = (sp.csr_matrix(free.T @ (X + X.T)[:n, :n] @ free / 2) for X in (M, K))
         own, heavy = stiffness.diagonal(), mass.diagonal() > 0
         shift = loose * np.sqrt(ROUNDING) * float(np.median(own[heavy] / mass.diagonal()[heavy]))
         squares, shapes = _nearest_to_0(sp.csr_matrix(stiffness + shift * mass), mass, count, options, what)
