@@ -26,7 +26,7 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, machine_of
+from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
@@ -46,7 +46,17 @@ from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static
-from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Run, Solved
+from fenics_mech.solved_by_poses import (
+    COUPLED,
+    EXACT,
+    FREE,
+    STIFFENED,
+    AtRest,
+    LinearCycle,
+    Run,
+    Solved,
+    with_effects,
+)
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
@@ -160,10 +170,6 @@ class RefinedByPoses:
         return collected(*self._last, self._stability)
 
 
-COUPLED = "coupling"  # effect that acts in every motion of poses
-FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-
-
 def has_poses(scene: Scene) -> bool:
     """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
 
@@ -188,34 +194,6 @@ def has_poses(scene: Scene) -> bool:
         logger.info("not by the equation of poses: %s", error)
         return False
     return True
-
-
-def with_effects(scene: Scene) -> Scene:
-    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When it lists effects that the equation has not yet.
-    """
-    if scene.effects == "auto":
-        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
-        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
-    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
-        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
-    acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys()):  # those of other packages too, which no term states
-        raise SceneError(
-            f"the equation of poses does not have {' and '.join(refused)} yet",
-            place="analysis.solver",
-            hint="Write solver = 'collocation'",
-        )
-    return scene
 
 
 def planned(scene: Scene) -> Scene:

@@ -24,6 +24,7 @@ from fenics_mech.solve import BESIDE, FollowedModes, about_motion, followed_mode
 from fenics_mech.solved_by_poses import STIFFENED, built, instants_of, moves_of
 
 ELEMENTS = 48  # of a member whose scene reduces it: six modes have an error of 1e-6 by them
+LARGEST_KNOWN = 0.2  # error of a frequency by the mesh, which means that or more
 LITTLE = 1e-6  # of the machine's extent, by which shapes move it: squares of it are rounding
 IDLE = 1e-12  # of what the stiffness resists: a load below it is rounding of drawn places
 
@@ -160,7 +161,8 @@ class HeldMachine:
         moving = self.moving if moving is None else moving
         if (self.every.omega[0] == 0).any() or not (moving or self._loaded):
             return None
-        return about_motion(self.made.machine, self.t, self.every, moving)[:, : self.count] / (2 * np.pi)
+        found = about_motion(self.made.machine, self.t, self.every, moving, self.count)
+        return found[:, : self.count] / (2 * np.pi)
 
     @property
     def _loaded(self) -> bool:

@@ -51,7 +51,9 @@ def forces_about(machine: Machine, times: Array, moving: bool = True) -> About:
     return About(axial_forces(machine, still), pulls)
 
 
-def about_motion(machine: Machine, times: Array, held: FollowedModes, moving: bool = True) -> Array:
+def about_motion(
+    machine: Machine, times: Array, held: FollowedModes, moving: bool = True, count: int | None = None
+) -> Array:
     """Give the frequencies about the loaded motion ``(positions, modes)`` (rad/s), in the order of the held modes.
 
     Where a disturbance diverges instead of vibrating, its frequency is 0. Beyond the lowest `MOST` modes they are those
@@ -67,6 +69,8 @@ def about_motion(machine: Machine, times: Array, held: FollowedModes, moving: bo
         Its modes there, held; those that are asked for and `BESIDE` more.
     moving
         Whether the chart moves; else loads alone act.
+    count
+        How many of the held modes are wanted, the first; None for all.
     """
     n, kept, zero = machine.n, machine.n + machine.held, np.zeros((len(times), machine.size))
     about = forces_about(machine, times, moving)
@@ -80,10 +84,11 @@ def about_motion(machine: Machine, times: Array, held: FollowedModes, moving: bo
         N, N1 = _turned(machine, here), (_turned(machine, ahead) - _turned(machine, behind)) / (2 * step)
     found = held.omega.copy()
     for k, omega in enumerate(held.omega):
+        looked_at = min(MOST, 1 + int(np.argsort(np.argsort(omega))[:count].max()))
         M, C, K, dM, dG, T, dT = (machine.pattern.matrix(x[k]) for x in (loaded.M, loaded.C, loaded.K, M1, G1, N, N1))
         M, C, K, dM, T, dT = (x[:n, :n] for x in (M, C, K, dM, T, dT))
-        lowest = np.argsort(omega)[: MOST + BESIDE]
-        Z, likeness = held.shapes[k][:, lowest], held.momenta[k][:, lowest[:MOST]].T @ held.shapes[k][:, lowest]
+        lowest = np.argsort(omega)[: looked_at + BESIDE]
+        Z, likeness = held.shapes[k][:, lowest], held.momenta[k][:, lowest[:looked_at]].T @ held.shapes[k][:, lowest]
         Z1 = np.zeros_like(Z)
         if moving:
             matrix = machine.pattern.matrix(masses[k])[:kept, :kept].tocsc()

@@ -13,21 +13,21 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.beam_theory import frequency_shares
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
-from fenics_mech.by_poses import FREE, mesh_order, with_effects
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.shear import EFFECT as SHEAR
 from fenics_mech.effects.shear import assumed
 from fenics_mech.errors import SceneError
-from fenics_mech.modes_by_poses import HeldMachine, at_rest
+from fenics_mech.modes_by_poses import LARGEST_KNOWN, HeldMachine, at_rest
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
 from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
+from fenics_mech.solved_by_poses import FREE, with_effects
 
 PLACES = np.linspace(0, 1, 21)  # along every member, at which mode shapes are given
 LOOKED_AT = 8  # positions, of which errors are estimated
-LARGEST_KNOWN = 0.2  # error of a frequency by the mesh, which means that or more
+LACK = 4.0  # by which halved elements lessen errors of stretching and shear; those of bending fall by 16
 
 
 @dataclass(frozen=True)
@@ -164,8 +164,7 @@ def _by_mesh(held: HeldMachine) -> Array:
     finer = replace(HeldMachine.of(with_halves(scene), held), t=held.t[at])
     found, exact = held.modes.omega[at], np.take_along_axis(np.sort(finer.every.omega, axis=1), ranks, axis=1)
     off = np.abs(np.divide(found, exact, out=np.ones_like(exact), where=exact > 0) - 1)
-    lack = 2.0 ** mesh_order(scene)
-    return np.minimum(lack / (lack - 1) * off.mean(axis=0), LARGEST_KNOWN)
+    return np.minimum(LACK / (LACK - 1) * off.mean(axis=0), LARGEST_KNOWN)
 
 
 def _looked_at(held: HeldMachine) -> Index:
