@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.kinematics.freedom import describe, row_reduced
@@ -21,7 +22,7 @@ from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, Harmonics
 from fenics_mech.scene.meshing import with_elements
 from fenics_mech.solve import BESIDE, FollowedModes, about_motion, followed_modes, forces_about
-from fenics_mech.solved_by_poses import STIFFENED, built, instants_of, moves_of
+from fenics_mech.solved_by_poses import STIFFENED, built, instants_of, moves_of, with_effects
 
 ELEMENTS = 48  # of a member whose scene reduces it: six modes have an error of 1e-6 by them
 LARGEST_KNOWN = 0.2  # error of a frequency by the mesh, which means that or more
@@ -50,6 +51,22 @@ def at_rest(scene: Scene) -> Scene:
     rests = analysis.method == "static" or all(drive.speed is None and drive.law is None for drive in scene.drives)
     options = {"method": "static" if rests else "quasi-static", "reduction": "none", "allow_coarse": True}
     return scene.model_copy(update={"analysis": analysis.model_copy(update=options)})
+
+
+def over_cycle(scene: Scene, positions: int) -> Scene:
+    """Give a scene whose machine is held at so many positions of its cycle, without axial forces.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    positions
+        Their number.
+    """
+    analysis = scene.analysis.model_copy(update={"sub_intervals": positions, "method": "quasi-static"})
+    scene = with_effects(scene)
+    listed = tuple(name for name in scene.named_effects if name not in (VIBRATION.name, STIFFENED))
+    return at_rest(scene.model_copy(update={"effects": listed, "analysis": analysis}))
 
 
 def undamped(scene: Scene) -> Scene:

@@ -28,16 +28,14 @@ from scipy.sparse.csgraph import connected_components
 
 from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.classical.response import ratios_of
-from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.forces.strains import stress_over_modulus
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.motion import LinearMotion, Motion
-from fenics_mech.modes_by_poses import HeldMachine, at_rest, undamped
+from fenics_mech.modes_by_poses import HeldMachine, over_cycle, undamped
 from fenics_mech.scene import Scene
 from fenics_mech.solve import FollowedModes, quasi_static
-from fenics_mech.solved_by_poses import STIFFENED, with_effects
 
 logger = logging.getLogger(__name__)
 ORDERS = 12  # harmonics of the drive that are looked at: above them loads of linkages are small
@@ -64,11 +62,8 @@ def mode_speeds(scene: Scene) -> xr.Dataset:
     wanted = scene.analysis.critical_speeds and scene.drives and scene.analysis.method != "static"
     if not wanted or scene.freedoms or scene.open_joints:
         return xr.Dataset()
-    options = {"sub_intervals": POSITIONS, "method": "quasi-static", "allow_coarse": True}
-    listed = tuple(name for name in scene.named_effects if name not in (VIBRATION.name, STIFFENED))
-    few = scene.model_copy(update={"effects": listed, "analysis": scene.analysis.model_copy(update=options)})
     try:
-        return _labelled(ModesOfCycle(HeldMachine.of(at_rest(with_effects(few))), few))
+        return _labelled(ModesOfCycle(HeldMachine.of(over_cycle(scene, POSITIONS)), scene))
     except (SceneError, SolverError) as error:
         logger.info("critical speeds are not known: %s", error)
         return xr.Dataset(attrs={"critical_speeds_unknown": str(error)})
@@ -240,7 +235,7 @@ class ModesOfCycle:
             -np.einsum("kim,ki->km", self.modes.shapes, force[:, : machine.n])
             for force in (machine.residual(t, zero, zero, zero, moving=m, tangents=False).force for m in (True, False))
         )
-        by_mode = [self._of_mode(m) for m in range(push.shape[1])]
+        by_mode = self._of_modes()
         found = np.full_like(self.speeds, np.nan)
         for m, course in enumerate(self.courses):
             of_course, signs = [mode for mode, _ in course[:-1]], np.array([sign for _, sign in course[:-1]])
@@ -258,28 +253,35 @@ class ModesOfCycle:
                 found[m, n] = size / peak if peak else np.nan
         return found
 
-    def _base(self, moving: bool) -> Motion:
-        """Give the rigid motion, or the machine at rest where that comes."""
-        zero = np.zeros((len(self.held.t), self.held.made.machine.size))
-        return Motion(self.held.made.machine, self.held.t, zero, zero, zero, moving)
-
     def _static(self, moving: bool) -> Motion:
         """Give the static answer to loads, and to the inertia of the rigid motion."""
-        base = self._base(moving)
-        still = quasi_static(base.machine, base.t, moving)
+        machine, t = self.held.made.machine, self.held.t
+        zero, still = np.zeros((len(t), machine.size)), quasi_static(machine, t, moving)
+        base = Motion(machine, t, zero, zero, zero, moving)
         acting = LinearMotion(base, still.change, moving=False, stresses=still.stresses).acting
         assert acting is not None
         return acting
 
-    def _of_mode(self, mode: int) -> Array:
-        """Give the largest strain at the positions by a mode of the size 1 ``(positions,)``."""
-        base, n = self._base(False), self.held.made.machine.n
-        change, none = np.pad(self.modes.shapes[..., mode], ((0, 0), (0, base.machine.size - n))), 0 * base.q
-        accelerated = -np.square(self.modes.omega[:, mode])[:, None] * change
-        stresses = base.machine.predicted(base.with_tangents, change, none, accelerated)
+    def _of_modes(self) -> Array:
+        """Give the largest strain at the positions by each mode of the size 1 ``(modes, positions)``."""
+        machine, shapes = self.held.made.machine, np.moveaxis(self.modes.shapes, 2, 0)
+        count, positions, n = shapes.shape
+        t = np.tile(self.held.t, 1 + count)  # the last without a mode: what acts there is no part of one
+        change = np.zeros((len(t), machine.size))
+        change[:-positions, :n] = shapes.reshape(-1, n)
+        square = np.append(np.square(self.modes.omega).T.ravel(), np.zeros(positions))
+        none = np.zeros_like(change)
+        base, accelerated = Motion(machine, t, none, none, none, False), -square[:, None] * change
+        found = base.with_tangents
+        if machine.rides:  # whose pins push members between their nodes
+            pulls = np.linalg.pinv(machine.pattern.dense(found.M)[:, :n, n:])
+            left = found.pattern.times(found.K, change) + found.pattern.times(found.M, accelerated)
+            accelerated[:, n:] = -(pulls @ left[:, :n, None])[..., 0]
+        stresses = machine.predicted(found, change, none, accelerated)
         acting = LinearMotion(base, (change, none, accelerated), moving=False, stresses=stresses).acting
         assert acting is not None
-        return np.asarray(np.abs(self._strains(acting) - self._strains(base)).max(axis=(1, 2, 3)))
+        strains = self._strains(acting).reshape(1 + count, positions, -1)
+        return np.asarray(np.abs(strains[:-1] - strains[-1]).max(axis=2))
 
     def _strains(self, acting: Motion) -> Array:
         """Strains of the outer fibres, ``(positions, members, stations, 2)``; eq. (6.38)."""

@@ -26,7 +26,7 @@ from scipy.sparse.linalg import splu
 from fenics_mech._arrays import Array
 from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.solve.compiled_steps import mass_with_rows
-from fenics_mech.solve.held_modes import About, FollowedModes
+from fenics_mech.solve.held_modes import DENSE, About, FollowedModes
 from fenics_mech.solve.linear import axial_forces, quasi_static
 
 MOST = 30  # modes that are looked at, the lowest: the time goes with the third power, and high ones change little
@@ -82,17 +82,19 @@ def about_motion(
         ahead, here, behind = (machine.residual(times + by, zero, zero, zero) for by in (step, 0.0, -step))
         M1, G1 = (ahead.M - behind.M) / (2 * step), (ahead.K - behind.K) / (2 * step)
         N, N1 = _turned(machine, here), (_turned(machine, ahead) - _turned(machine, behind)) / (2 * step)
-    found = held.omega.copy()
+    found, few = held.omega.copy(), n <= DENSE
+    whole = machine.pattern.dense if few else machine.pattern.matrix
     for k, omega in enumerate(held.omega):
         looked_at = min(MOST, 1 + int(np.argsort(np.argsort(omega))[:count].max()))
-        M, C, K, dM, dG, T, dT = (machine.pattern.matrix(x[k]) for x in (loaded.M, loaded.C, loaded.K, M1, G1, N, N1))
+        M, C, K, dM, dG, T, dT = (whole(x[k]) for x in (loaded.M, loaded.C, loaded.K, M1, G1, N, N1))
         M, C, K, dM, T, dT = (x[:n, :n] for x in (M, C, K, dM, T, dT))
         lowest = np.argsort(omega)[: looked_at + BESIDE]
         Z, likeness = held.shapes[k][:, lowest], held.momenta[k][:, lowest[:looked_at]].T @ held.shapes[k][:, lowest]
         Z1 = np.zeros_like(Z)
         if moving:
-            matrix = machine.pattern.matrix(masses[k])[:kept, :kept].tocsc()
-            Z1 = splu(matrix).solve(np.vstack([T @ Z, -(dG[n:kept, :n] @ Z)]))[:n]
+            push = np.vstack([T @ Z, -(dG[n:kept, :n] @ Z)])
+            matrix = whole(masses[k])[:kept, :kept]
+            Z1 = (np.linalg.solve(matrix, push) if few else splu(matrix.tocsc()).solve(push))[:n]
         damping = Z.T @ (2 * (M @ Z1) + C @ Z)
         stiffness = Z.T @ (K @ Z + C @ Z1) + Z1.T @ (T @ Z) + Z.T @ (dT @ Z + T @ Z1)
         stiffness -= Z1.T @ (M @ Z1) + Z.T @ (dM @ Z1)
