@@ -14,7 +14,7 @@ from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.kinematics.freedom import describe, row_reduced
 from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.machine.along_members import cubic_places
+from fenics_mech.machine.along_members import cubic_places, elements_at
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.motion import Motion
 from fenics_mech.scene import Friction, Scene
@@ -209,21 +209,40 @@ class HeldMachine:
         share = LITTLE / max(float(np.abs(whole / self.made.machine.units).max()), 1e-300)
         return share, share * whole
 
-    def along(self, places: Array) -> Array:
-        """Give displacements of the members' axes in each mode ``(positions, modes, members, places, 2)``.
+    def along(self, shapes: Array, places: Array) -> Array:
+        """Give displacements of the members' axes by shapes ``(positions, shapes, members, places, 2)``.
 
         Parameters
         ----------
+        shapes
+            Coordinates ``(positions, n, shapes)``.
         places
             Along every member, 0..1.
         """
         made, found, zero = self.made, [], np.zeros((len(self.t), self.made.machine.size))
-        for shape in np.moveaxis(self.modes.shapes, 2, 0):
+        for shape in np.moveaxis(shapes, 2, 0):
             share, q = self._little(shape)
             ahead, behind = (Motion(made.machine, self.t, x, zero, zero, False).found for x in (q, -q))
             moved = cubic_places(made, ahead, places) - cubic_places(made, behind, places)
             found.append(moved / (2 * share))
-        return np.stack(found, axis=1)
+        return np.stack(found, axis=1) + self._beside_neutral(shapes, places)
+
+    def _beside_neutral(self, shapes: Array, places: Array) -> Array | float:
+        """Give how far axes move beyond neutral lines that are beside them, as sections turn; as of `along`."""
+        made, machine = self.made, self.made.machine
+        assert made.links is not None
+        if (offsets := made.links.layout.offsets) is None:
+            return 0.0
+        elements, share, _ = elements_at(made.links.mesh, places)
+        first, second = (np.array([ends[side].pose for ends in made.element_ends])[elements] for side in (0, 1))
+        turns = np.pad(shapes, ((0, 0), (0, 1), (0, 0)))[:, machine.places[:, 2]]
+        turn = (1 - share)[:, None] * turns[:, first] + share[:, None] * turns[
+            :, second
+        ]  # (positions, stations, shapes)
+        own = np.array([ends[0].turn[:, 0] for ends in made.element_ends])[elements]
+        along = (machine.known.at(self.t).R[:, first] @ own[..., None])[..., 0]
+        moved = np.einsum("n,pnm,pnc->pmnc", offsets.neutral[elements], turn, along)
+        return moved.reshape(*moved.shape[:2], -1, len(places), 2)
 
     def of_nodes(self, shapes: Array) -> Array:
         """Give displacements of the nodes in the axes of their links ``(positions, modes, nodes, 3)`` (m, rad).

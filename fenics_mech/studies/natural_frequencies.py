@@ -122,7 +122,7 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     held = HeldMachine.of(chosen)
     progress("modes")
     found, frequency, supported = held.modes, held.frequency, simply_supported_frequencies(chosen)
-    running, shapes = held.running(), held.along(PLACES)
+    running, shapes = held.running(), held.along(found.shapes, PLACES)
     largest = np.linalg.norm(shapes, axis=-1).max(axis=(2, 3))
     shapes = shapes / np.where(largest == 0, 1.0, largest)[..., None, None, None]
     theory, said = _by_theory(scene, held)

@@ -86,7 +86,7 @@ def test_the_reference_is_that_of_the_case():
     ],
 )
 def test_short_tubes(length, supports):
-    """There are twenty elements, of which the mesh error is told: up to 0.5 % of the third mode, of order 2 by shear."""
+    """There are twenty elements, of which the mesh error is told: up to 0.5 % of the third mode, as of order 2."""
     found, data = bending(tube(length, supports), 3)
     told = data["frequency_error"].to_numpy()[np.isin(data["frequency"].to_numpy(), found)]
     assert found / (1 + told) == pytest.approx(timoshenko(length, *supports, 3), rel=4e-4)
