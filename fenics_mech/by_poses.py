@@ -17,7 +17,7 @@ from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.classical.known import has_modes
-from fenics_mech.effects import BY_TERMS, EFFECTS, active
+from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.eigenmodes import modes_kept
@@ -27,7 +27,6 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
@@ -48,7 +47,17 @@ from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.solve import followed_modes, held_modes, quasi_static
-from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Run, Solved
+from fenics_mech.solved_by_poses import (
+    COUPLED,
+    EXACT,
+    FREE,
+    STIFFENED,
+    AtRest,
+    LinearCycle,
+    Run,
+    Solved,
+    with_effects,
+)
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
@@ -162,10 +171,6 @@ class RefinedByPoses:
         return collected(*self._last, self._stability)
 
 
-COUPLED = "coupling"  # effect that acts in every motion of poses: the equation has it at no cost
-FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-
-
 def has_poses(scene: Scene) -> bool:
     """Say whether a scene is answered at rest or over a cycle, by the equation of poses.
 
@@ -195,23 +200,13 @@ def planned(scene: Scene) -> Scene:
     if scene.analysis.scheme != "radau":
         what = "a motion in time" if in_time else "solver = 'poses'"
         raise SceneError(f"{what} has the points 'radau' alone", place="analysis.scheme", hint="Leave scheme out")
-    if in_time:
-        scene = with_exact_strains(scene)
-    if scene.effects == "auto":
-        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
-        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
-    elif COUPLED not in scene.named_effects and (EXACT in scene.named_effects or scene.analysis.method == "periodic"):
+    scene = with_effects(with_exact_strains(scene) if in_time else scene)
+    if scene.analysis.method == "periodic" and COUPLED not in scene.named_effects:
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
     if scene.freedoms and scene.analysis.method == "static":  # links go along with them by any angle
         kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
         scene = scene.changed(effects=(*kept, EXACT))
     acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in BY_TERMS}):
-        raise SceneError(
-            f"the equation of poses does not have {' and '.join(refused)} yet",
-            place="effects",
-            hint="Leave it out",
-        )
     if "motor" in acting and EXACT not in acting:
         raise SceneError(
             f"where a motor's shaft twists, the equation of poses has exact strains alone, and {EXACT!r} is not listed",

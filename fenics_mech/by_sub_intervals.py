@@ -200,6 +200,11 @@ class OfModes(OfPoses):
         arm = place - self.motion.found.at.r[:, end.pose]
         return place + q[:, :2] + q[:, 2:] * np.stack([-arm[:, 1], arm[:, 0]], axis=1), velocity, acceleration
 
+    @property
+    def displaced(self) -> Array:
+        """Coordinates of the machine ``(instants, size)``."""
+        return self.P.to_machine(self._nodal)
+
     @cached_property
     def rates(self) -> Array:
         """Rates of the coordinates of the machine, by differences ``(instants, size)``."""

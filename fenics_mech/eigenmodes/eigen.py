@@ -34,7 +34,6 @@ class EigenLimits:
     zero: float = 1e-6  # of the shift, up to which an eigenvalue counts as 0
     counted: int = 8  # positions at which eigenvalues are counted, at most: each costs a factorisation
     alike: int = 10  # vectors of a Krylov space at most, beside two for each mode wanted
-    spare_sines: int = 20  # beside the frequencies wanted, of a member on two pins
 
 
 EIGENSOLVER = EigenLimits()

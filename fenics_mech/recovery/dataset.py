@@ -139,7 +139,7 @@ def _whole(
     """Add to the fields all else that is computed."""
     scene = solution.scene
     efforts = forces.efforts() if scene.moved_joints else {}
-    of_kind, of_modes = _of_kind(solution, fields.system), mode_speeds(scene, common)
+    of_kind, of_modes = _of_kind(solution, fields.system), mode_speeds(scene)
     if of_modes.sizes and (numbers := [part["mode"] for part in of_kind if "mode" in part]):
         of_modes = of_modes.reindex(mode=numbers[0])  # axial forces may hold what is a rigid body without them
     parts = (

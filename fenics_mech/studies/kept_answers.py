@@ -9,7 +9,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.effects.effect import Choice
@@ -19,7 +18,6 @@ from fenics_mech.response.few_nodes import FEW_NODES
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.response.solution import Solution
 from fenics_mech.solve.last_motions import LastMotions
-from fenics_mech.studies.running_ranges import running_ranges
 
 KEPT_ANSWERS = 2  # a point is known as a peak when the next one is computed
 LARGEST = 30_000  # numbers of a displacement over the cycle: an answer of that size takes 0.1 GB
@@ -34,17 +32,15 @@ class PointParts(CommonParts):
         self.last: LastMotions[Any] = LastMotions()
         self._answer: Answer | None = None
         self._answers: dict[Path, Answer] = {}
-        self.running: dict[str, Array] = {}
 
     def answered(self, solution: Solution, fields: Fields, choices: Sequence[Choice]) -> None:
-        """Take note of the natural frequencies about a motion, and of its answer, unless it is large.
+        """Take note of an answer, unless it is large.
 
         Parameters
         ----------
         solution, fields, choices
             The response, what was recovered from it, and what was decided about each effect.
         """
-        self.running = running_ranges(solution, self)
         fine = np.bincount(solution.system.beams.mesh.cell_member).max() > FEW_NODES.from_elements
         large = solution.response.displacement.size > LARGEST
         self._answer = None if fine or large else (solution, fields, choices)  # estimates solve fine meshes another way

@@ -36,6 +36,7 @@ from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
 from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
 from fenics_mech.studies.point_curves import packed_curves
+from fenics_mech.studies.running_ranges import running_ranges
 
 logger = logging.getLogger(__name__)
 
@@ -139,7 +140,7 @@ def _analysed(task: Task, common: PointParts) -> Record:
             write_motion(motion, common.last.found)
     record = reduced(result, gauge) | {"unstable": unstable}
     record |= {CURVES_TEXT: packed_curves(result)} if curves else {}
-    record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
+    record["values"] |= multipliers | {name: value.tolist() for name, value in running_ranges(result.scene).items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")
     return record

@@ -10,10 +10,11 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fenics_mech._arrays import Array
-from fenics_mech.eigenmodes.eigen import EIGENSOLVER
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections import Rigidity
 from fenics_mech.scene.sections.rigidity import SECTION
+
+SPARE = 20  # sines beside the frequencies wanted
 
 
 def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.ndarray]:
@@ -42,7 +43,7 @@ def simply_supported_frequencies(scene: Scene, count: int = 1) -> dict[str, np.n
             wave_speed = np.sqrt(here.bending / here.line_density)
             omega = np.arange(1, count + 1) ** 2 * np.pi**2 / length**2 * wave_speed  # (7.6), with m the whole mass
         else:
-            omega = _of_sines(partial(scene.rigidity, label), count + EIGENSOLVER.spare_sines)[:count] / length**2
+            omega = _of_sines(partial(scene.rigidity, label), count + SPARE)[:count] / length**2
         frequencies[label] = omega / (2 * np.pi)
     return frequencies
 
