@@ -10,7 +10,7 @@ from benchmarks.cost_grid import meshed
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.coupling import EFFECT as COUPLING
+from fenics_mech.effects.known import COUPLING
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
@@ -158,7 +158,7 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
         return strains(analyse(meshed(changed, elements)))
 
     first, second, third = run(meshes[0], fine), run(meshes[1], fine), run(meshes[2], other)
-    order = MESH_ORDERS[COUPLING.name in scene.named_effects]
+    order = MESH_ORDERS[COUPLING in scene.named_effects]
     found = extrapolated(first, second, meshes[0] / meshes[1], order)
     check = extrapolated(second, third, meshes[1] / meshes[2], order)
     how = (

@@ -17,7 +17,7 @@ from benchmarks.timing import TIMES, machine, timed
 from fenics_mech._system import peak_memory
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.coupling import EFFECT as COUPLING
+from fenics_mech.effects.known import COUPLING
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -26,7 +26,7 @@ from fenics_mech.studies.run_table import FAILURE, RunTable, labelled
 LONGEST_LINE_RUN = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike
 RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, which makes matrices full, and by the material (s)
-SOLVERS = {"sub-intervals": (), "collocation": (COUPLING.name,)}  # and the effects that they are run with
+SOLVERS = {"sub-intervals": (), "collocation": (COUPLING,)}  # and the effects that they are run with
 PER_POSITION = "per position"
 NUMBERS = TIMES | {  # by variable: unit, meaning
     "memory": ("MB", "largest memory of the process"),

@@ -9,10 +9,10 @@ from fenics_mech._guard import guarded
 from fenics_mech.by_poses import RefinedByPoses, by_poses
 from fenics_mech.by_sub_intervals import by_sub_intervals
 from fenics_mech.classical.known import has_modes
-from fenics_mech.effects.springs import wound_at_start
 from fenics_mech.errors import SceneError
 from fenics_mech.in_time_by_poses import in_time_by_poses
 from fenics_mech.joints.dry_friction import creeping
+from fenics_mech.joints.torsional_springs import wound_at_start
 from fenics_mech.kinematics import assembly_notices, reachable_range
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.planning.answer_remarks import answer_remarks
@@ -22,13 +22,13 @@ from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.repeated_by_poses import repeated_by_poses
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.rigid_at_rest import rigid_at_rest
 from fenics_mech.rigid_by_poses import rigid_by_poses
 from fenics_mech.rigid_in_time import rigid_in_time
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
+from fenics_mech.solved_by_poses import Run
 
 logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
@@ -39,7 +39,7 @@ Progress = Callable[[str], None]
 def analyse(
     scene: Scene,
     progress: Progress = lambda step: None,
-    common: CommonParts | None = None,
+    run: Run | None = None,
     names: Collection[str] | None = None,
 ) -> Result:
     """Analyse a scene as its `analysis` states.
@@ -50,9 +50,8 @@ def analyse(
         The scene.
     progress
         Called with the name of each of `STEPS` as it begins.
-    common
-        What it may have in common with other analyses of a study. The result is the same, to the last bit, unless it
-        begins from the last motion.
+    run
+        Motions before it, such as those at other speeds, from which its own is sought; that is added to them.
     names
         Variables that the result is to hold, with those that come with them; None for all. A scene with a tolerance
         has all of them.
@@ -79,10 +78,9 @@ def analyse(
     0.0003
     """
     if scene.cases:
-        return _of_cases(scene, progress, common or CommonParts(), names)
+        return _of_cases(scene, progress, run, names)
     _refuse_undriven(scene)
     progress("effects")
-    common = common or CommonParts()
     of_start = assembly_notices(scene)
     scene, _ = choose_laws(stated := scene)
     may_rest = scene.analysis.method == "static" and (scene.freedoms or not scene.members())
@@ -98,8 +96,7 @@ def analyse(
     elif scene.analysis.method == "transient":
         result = fine_enough(scene, in_time_by_poses)
     elif scene.tolerance is None:
-        last = common.last
-        result = fine_enough(scene, lambda finer: by_poses(finer, last, names))
+        result = fine_enough(scene, lambda finer: by_poses(finer, run, names))
     else:
         result = within(scene.changed(analysis__solver="poses"), RefinedByPoses())
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
@@ -117,12 +114,12 @@ def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     return rigid_in_time(scene, start)
 
 
-def _of_cases(scene: Scene, progress: Progress, common: CommonParts, names: Collection[str] | None) -> Result:
+def _of_cases(scene: Scene, progress: Progress, run: Run | None, names: Collection[str] | None) -> Result:
     """Analyse a scene in each of its load cases, and give the result of the governing one with all of them."""
     found = {}
     for name, case in scenes_of(scene).items():
         with told_of_case(name):
-            found[name] = analyse(case, progress, common, names)
+            found[name] = analyse(case, progress, run, names)
     return of_cases(scene, found)
 
 

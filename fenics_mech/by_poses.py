@@ -19,17 +19,14 @@ from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.springs import too_stiff
-from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, UnstableError
-from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.forces.strains import stress_over_modulus, young_modulus
+from fenics_mech.joints.torsional_springs import too_stiff
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
-from fenics_mech.planning.effect_choice import Rung
+from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
@@ -39,14 +36,15 @@ from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.response.sampling_checks import refuse_undersampled
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve import followed_modes, held_modes, quasi_static
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.solved_by_poses import (
     COUPLED,
     EXACT,
@@ -140,12 +138,12 @@ class RefinedByPoses:
     _chosen: bool = False
     _stability: xr.Dataset = field(default_factory=xr.Dataset)
 
-    def theories(self, scene: Scene) -> list[Rung]:
+    def planned(self, scene: Scene) -> Scene:
         """Give a scene with its effects: where the program chooses them, strains are exact."""
         self._chosen = scene.effects == "auto"
-        return [(planned(scene), ())]
+        return planned(scene)
 
-    def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
+    def analyse(self, trial: Scene) -> Result:
         """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
         solved = solution(trial)
         errors = estimated(solved, self._chosen)
@@ -633,7 +631,7 @@ def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
     scene, machine = solved.scene, solved.made.machine
     found = followed_modes(machine, solved.positions.motion.t)
-    count = modes_kept(scene.analysis.modes, found.omega.shape[1])
+    count = found.omega.shape[1] if scene.analysis.modes == "all" else min(scene.analysis.modes, found.omega.shape[1])
     start = held_modes(solved.finer.machine, 0.0)[0][:count]
     along = ("theta", "mode")
     return xr.Dataset(

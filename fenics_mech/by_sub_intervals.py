@@ -30,9 +30,8 @@ from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonances import Vibration, frequency_error, missed_vibrations, slower_than
 from fenics_mech.classical.response import JOINED, Response, SubIntervals, rates, ratios_of
 from fenics_mech.classical.strains import deflection, end_forces, section_forces
-from fenics_mech.effects.vibration import EFFECT as VIBRATE
+from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
-from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.geometry import End
 from fenics_mech.in_time_by_poses import labelled_in_time
 from fenics_mech.kinematics import Linkage, refuse_unresolved
@@ -42,13 +41,14 @@ from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
+from fenics_mech.planning.sampling_checks import refuse_undersampled, require_positions
 from fenics_mech.recovery.balance import balance_of, mean_in_time
 from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.response.sampling_checks import refuse_undersampled, require_positions
+from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solved_by_poses import EXACT, Solved, instants_of
@@ -512,7 +512,7 @@ class ByModes:
         count = len(self.found.q)
         enough = STEPS_OF_LOADS if self.scene.loads else STEPS
         every = max(k for k in range(1, count // FEWEST + 1) if k == 1 or (count % k == 0 and count >= k * enough))
-        effects = (*(name for name in self.scene.named_effects if name != VIBRATE.name), COUPLED, EXACT)
+        effects = (*(name for name in self.scene.named_effects if name != VIBRATION), COUPLED, EXACT)
         asked = {"effects": effects, "analysis.sub_intervals": count // every, "analysis.solver": "poses"}
         try:
             positions = Solved.of(self.scene.changed(asked)).positions

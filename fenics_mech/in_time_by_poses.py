@@ -23,7 +23,6 @@ from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.by_poses import planned, quantities, read_off, told
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine
@@ -33,6 +32,8 @@ from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kineti
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
+from fenics_mech.planning.cycle_steps import corners_to_cut
+from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.beside_motion import Beside, beside_motion
@@ -46,10 +47,9 @@ from fenics_mech.recovery.running import running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.response.periodic.steps import corners_to_cut
-from fenics_mech.response.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.scene.strikes import passages, strikes_between

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.vibration import EFFECT as VIBRATION
+from fenics_mech.effects.known import VIBRATION
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.kinematics.freedom import describe, row_reduced
@@ -62,7 +62,7 @@ def over_cycle(scene: Scene, positions: int) -> Scene:
     """
     analysis = scene.analysis.model_copy(update={"sub_intervals": positions, "method": "quasi-static"})
     scene = with_effects(scene)
-    listed = tuple(name for name in scene.named_effects if name not in (VIBRATION.name, STIFFENED))
+    listed = tuple(name for name in scene.named_effects if name not in (VIBRATION, STIFFENED))
     return at_rest(scene.model_copy(update={"effects": listed, "analysis": analysis}))
 
 

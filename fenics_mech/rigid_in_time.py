@@ -29,6 +29,7 @@ from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kineti
 from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
+from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.beside_motion import Beside, beside_motion, times_of_growth
 from fenics_mech.recovery.dataset import joined
@@ -36,7 +37,6 @@ from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
 from fenics_mech.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
-from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough

@@ -28,10 +28,9 @@ from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.motion import coordinates as of_poses
 from fenics_mech.machine.rigid_from_scene import near_links, near_motion, poses_of_links, rigid_motion
+from fenics_mech.planning.cycle_steps import corners_to_cut
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.response.periodic.steps import corners_to_cut
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
@@ -58,6 +57,7 @@ from fenics_mech.solve.linear import stiffness_along
 from fenics_mech.solve.newton import converge, newton
 from fenics_mech.solve.rigid import FEWEST, enough
 from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)

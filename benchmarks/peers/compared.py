@@ -26,8 +26,7 @@ from benchmarks.peers.seed_programs import CHAPTER_5, by_hand, converged_by_hand
 from benchmarks.timing import machine, timed
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.coupling import EFFECT as COUPLING
-from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.effects.known import COUPLING, EXACT_STRAINS
 from fenics_mech.errors import MechanismError
 from fenics_mech.other_programs.beam_linkage import BeamLinkage, beam_linkage, with_material_damping
 from fenics_mech.recovery.result import stamp
@@ -170,7 +169,7 @@ def scene_of(scene: Scene, equation: str) -> Scene:
     lean = scene.changed(
         tolerance=None,
         analysis={"method": "periodic", "stations": 3, "stability": False, "allow_coarse": True},
-        effects={TRUNCATED: (), COUPLED: (COUPLING.name,), EXACT: (COUPLING.name, LARGE_ROTATIONS.name)}[equation],
+        effects={TRUNCATED: (), COUPLED: (COUPLING,), EXACT: (COUPLING, EXACT_STRAINS)}[equation],
     )
     return with_material_damping(lean) if equation == EXACT else lean
 

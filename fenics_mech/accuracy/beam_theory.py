@@ -15,8 +15,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.beams.distributions import along_elements
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.element_matrices import Beams
-from fenics_mech.effects.rotary_inertia import EFFECT as ROTARY
-from fenics_mech.effects.shear import EFFECT as SHEAR
+from fenics_mech.effects.known import SHEAR
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 
@@ -51,7 +50,7 @@ def frequency_shares(scene: Scene, beams: Beams, omega: Array, shapes: Array) ->
         square = np.square(here)
         shares[0] += np.divide(across**2 @ per_force, 2 * square, out=np.zeros_like(square), where=square > 0)
         shares[1] += (first**2 + first * second + second**2) @ per_turn / 2 * (square > 0)
-    return dict(zip((SHEAR.name, ROTARY.name), shares / len(omega)))
+    return dict(zip((SHEAR, "rotary-inertia"), shares / len(omega)))
 
 
 def _shear_stiffness(scene: Scene, beams: Beams) -> Array:

@@ -14,13 +14,13 @@ from fenics_mech._guard import guarded
 from fenics_mech.accuracy.beam_theory import frequency_shares
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.effects import EFFECTS
-from fenics_mech.effects.shear import EFFECT as SHEAR
+from fenics_mech.effects.known import SHEAR
 from fenics_mech.effects.shear import assumed
 from fenics_mech.errors import SceneError
 from fenics_mech.modes_by_poses import LARGEST_KNOWN, HeldMachine, at_rest
+from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
-from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solved_by_poses import FREE, with_effects
@@ -196,7 +196,7 @@ def _by_theory(scene: Scene, held: HeldMachine) -> tuple[Array, list[str]]:
             before, after = (omega.mean(axis=0) for omega in both)
             most = np.divide(before - after, before, out=np.zeros_like(before), where=before > 0).max()
             said.append(f"{' and '.join(added)} act here: they change these frequencies by up to {100 * most:.2g} %")
-    if SHEAR.name in acting:
+    if SHEAR in acting:
         said += assumed(chosen)
     return error, said
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS
 from fenics_mech.effects import EFFECTS
+from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError, percent
 from fenics_mech.planning.answer_remarks import leaves_vibration
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown

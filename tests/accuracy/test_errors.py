@@ -14,7 +14,7 @@ from fenics_mech.accuracy.quantities import places_of
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
-from fenics_mech.forces.joint_forces import joint_names
+from fenics_mech.scene.joints import joint_names
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, analysed, response_of, too_coarse

@@ -13,7 +13,7 @@ from fenics_mech.effects import EFFECTS, Effect, Loads, Terms, active, loads_at_
 from fenics_mech.effects.terms import in_links
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.sampling_checks import refuse_undersampled
+from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar

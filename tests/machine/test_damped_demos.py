@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.forces.viscous import elastic_strain
+from fenics_mech.recovery.viscous import elastic_strain
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.joint_forces import Reactions

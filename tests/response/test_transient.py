@@ -7,7 +7,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.forces.viscous import delayed
+from fenics_mech.recovery.viscous import delayed
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 from tests.response.synthetic import arm

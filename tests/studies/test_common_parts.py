@@ -15,7 +15,7 @@ from fenics_mech.mechanism import beam_links
 from fenics_mech.mechanism.modal_forces import ModalForces
 from fenics_mech.response import setup
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.response.setup import CommonParts
 from tests.common import DEMOS
 

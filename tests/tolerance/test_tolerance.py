@@ -18,7 +18,7 @@ from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.effect_choice import rungs
 from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions, doubts
-from fenics_mech.response.periodic.steps import Steps
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
