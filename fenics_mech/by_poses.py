@@ -19,7 +19,6 @@ from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
-from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus, young_modulus
@@ -29,6 +28,7 @@ from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
+from fenics_mech.modes_by_poses import modes_kept
 from fenics_mech.planning.effect_choice import Rung
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.between_poses import missed_peaks
@@ -45,7 +45,7 @@ from fenics_mech.response.sampling_checks import refuse_undersampled
 from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.solve import followed_modes, held_modes, quasi_static
+from fenics_mech.solve import followed_modes, forces_about, held_modes, quasi_static
 from fenics_mech.solved_by_poses import (
     COUPLED,
     EXACT,
@@ -623,15 +623,15 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
 
 def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
-    scene, machine = solved.scene, solved.made.machine
-    found = followed_modes(machine, solved.positions.motion.t)
+    scene, machine, t = solved.scene, solved.made.machine, solved.positions.motion.t
+    found = followed_modes(machine, t, about=forces_about(machine, t) if STIFFENED in scene.named_effects else None)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
-    start = held_modes(solved.finer.machine, 0.0)[0][:count]
+    here, finer = (held_modes(x.machine, 0.0)[0][:count] for x in (solved.made, solved.finer))
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), np.abs(found.omega[0, :count] / start - 1)),
+            "frequency_error": (("mode",), np.abs(here / finer - 1)),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},
