@@ -568,7 +568,7 @@ def collected(
         parts += [lambda data: _modes(solved), lambda data: _without_vibration(solved)]
     if cycle is not None:
         parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
-    parts.append(lambda data: mode_speeds(scene))
+    parts.append(lambda data: mode_speeds(scene, found.made))
     if errors is not None:
         data = joined(data, of_errors(errors).dataset())
     for part in parts:
