@@ -26,6 +26,7 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
+from fenics_mech.modes_by_poses import modes_kept
 from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.between_poses import missed_peaks
@@ -43,7 +44,7 @@ from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.joints import effort_units
-from fenics_mech.solve import followed_modes, held_modes, quasi_static
+from fenics_mech.solve import followed_modes, forces_about, held_modes, quasi_static
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.solved_by_poses import (
     COUPLED,
@@ -574,7 +575,7 @@ def collected(
         parts += [lambda data: _modes(solved), lambda data: _without_vibration(solved)]
     if cycle is not None:
         parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
-    parts.append(lambda data: mode_speeds(scene))
+    parts.append(lambda data: mode_speeds(scene, found.made))
     if errors is not None:
         data = joined(data, of_errors(errors).dataset())
     for part in parts:
@@ -629,15 +630,15 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
 
 def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
-    scene, machine = solved.scene, solved.made.machine
-    found = followed_modes(machine, solved.positions.motion.t)
-    count = found.omega.shape[1] if scene.analysis.modes == "all" else min(scene.analysis.modes, found.omega.shape[1])
-    start = held_modes(solved.finer.machine, 0.0)[0][:count]
+    scene, machine, t = solved.scene, solved.made.machine, solved.positions.motion.t
+    found = followed_modes(machine, t, about=forces_about(machine, t) if STIFFENED in scene.named_effects else None)
+    count = modes_kept(scene.analysis.modes, found.omega.shape[1])
+    here, finer = (held_modes(x.machine, 0.0)[0][:count] for x in (solved.made, solved.finer))
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), np.abs(found.omega[0, :count] / start - 1)),
+            "frequency_error": (("mode",), np.abs(here / finer - 1)),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from fenics_mech.eigenmodes import Modes
     from fenics_mech.in_time_by_poses import InTime
     from fenics_mech.mechanism import System
+    from fenics_mech.modes_by_poses import HeldMachine
     from fenics_mech.response.solution import Solution
     from fenics_mech.solved_by_poses import AtRest, Solved
 
@@ -67,6 +68,14 @@ def response_of(scene: Scene) -> Result:
                 patch.setattr(f"fenics_mech.{module}.estimated", _no_errors)
             _references[content] = Result(analyse(scene).data.drop_dims("source"))
     return _references[content]
+
+
+def modes_of(scene: Scene) -> HeldMachine:
+    """Give a scene's machine held at its positions, whose `modes` are followed and whose `frequency` is in Hz."""
+    from fenics_mech.modes_by_poses import HeldMachine, at_rest
+    from fenics_mech.solved_by_poses import with_effects
+
+    return HeldMachine.of(at_rest(with_effects(scene)))
 
 
 def scene_modes(scene: Scene, system: System) -> Modes:

@@ -30,7 +30,7 @@ from fenics_mech._arrays import Array, Index, summed
 from fenics_mech.classical.response import ratios_of
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.machine.along_members import along_members
-from fenics_mech.machine.from_scene import machine_of
+from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.modes_by_poses import HeldMachine, over_cycle, undamped
 from fenics_mech.recovery.strains import stress_over_modulus
@@ -43,13 +43,15 @@ POSITIONS = 72  # of the cycle: six in a period of the fastest of these harmonic
 VEERS = np.pi / 4  # turn of two modes into each other, from which each is as much the other as itself
 
 
-def mode_speeds(scene: Scene) -> xr.Dataset:
+def mode_speeds(scene: Scene, like: SceneMachine | None = None) -> xr.Dataset:
     """Give the critical speeds of a driven machine, and what decides how strong they are.
 
     Parameters
     ----------
     scene
         The scene, with its effects chosen.
+    like
+        A machine of the scene, whose chart is its rigid motion; None where there is none.
 
     Returns
     -------
@@ -63,7 +65,8 @@ def mode_speeds(scene: Scene) -> xr.Dataset:
     if not wanted or scene.freedoms or scene.open_joints:
         return xr.Dataset()
     try:
-        return _labelled(ModesOfCycle(HeldMachine.of(over_cycle(scene, POSITIONS)), scene))
+        known = None if like is None else HeldMachine(like, np.zeros(1))
+        return _labelled(ModesOfCycle(HeldMachine.of(over_cycle(scene, POSITIONS), known), scene))
     except (SceneError, SolverError) as error:
         logger.info("critical speeds are not known: %s", error)
         return xr.Dataset(attrs={"critical_speeds_unknown": str(error)})

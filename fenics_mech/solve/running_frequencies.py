@@ -20,6 +20,7 @@ from dataclasses import replace
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse as sp
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse.linalg import splu
 
@@ -94,7 +95,7 @@ def about_motion(
         if moving:
             push = np.vstack([T @ Z, -(dG[n:kept, :n] @ Z)])
             matrix = whole(masses[k])[:kept, :kept]
-            Z1 = (np.linalg.solve(matrix, push) if few else splu(matrix.tocsc()).solve(push))[:n]
+            Z1 = (np.linalg.solve(matrix, push) if few else splu(sp.csc_matrix(matrix)).solve(push))[:n]
         damping = Z.T @ (2 * (M @ Z1) + C @ Z)
         stiffness = Z.T @ (K @ Z + C @ Z1) + Z1.T @ (T @ Z) + Z.T @ (dT @ Z + T @ Z1)
         stiffness -= Z1.T @ (M @ Z1) + Z.T @ (dM @ Z1)

@@ -22,6 +22,7 @@ from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
+from fenics_mech.scene.drives import Harmonics
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solved_by_poses import FREE, with_effects
 
@@ -127,9 +128,9 @@ def modes(scene: Scene, progress: Callable[[str], None] = lambda step: None) -> 
     shapes = shapes / np.where(largest == 0, 1.0, largest)[..., None, None, None]
     theory, said = _by_theory(scene, held)
     free = [
-        f"the freedom at joint {name} is held where it starts, at {_told(scene, name, drive.law.mean)}"
-        for name, drive in ((drive.joint, drive) for drive in chosen.drives)
-        if name in scene.freedoms
+        f"the freedom at joint {drive.joint} is held where it starts, at {_told(scene, drive.joint, drive.law.mean)}"
+        for drive in chosen.drives
+        if drive.joint in scene.freedoms and isinstance(drive.law, Harmonics)
     ]
     data = xr.Dataset(
         {

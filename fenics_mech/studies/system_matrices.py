@@ -275,9 +275,13 @@ def participation(scene: Scene, progress: Progress = lambda step: None) -> xr.Da
         raise SceneError("modes take part in a periodic motion", place="analysis.method", hint='Write "periodic"')
     progress("response")
     chosen = with_effects(scene)
-    coupled = COUPLED in chosen.named_effects
-    positions = solution(planned(chosen)).positions if coupled else ByModes.of(chosen).positions
-    q = positions.motion.q if coupled else positions.displaced
+    positions: OfPoses
+    if COUPLED in chosen.named_effects:
+        positions = solution(planned(chosen)).positions
+        q = positions.motion.q
+    else:
+        positions = (by_modes := ByModes.of(chosen)).positions
+        q = by_modes.positions.displaced
     progress("modes")
     held = HeldMachine(HeldMachine.of(at_rest(chosen)).made, instants_of(chosen))
     y = np.einsum("tnm,tn->tm", held.modes.momenta, q[:, : held.made.machine.n])

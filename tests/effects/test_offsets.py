@@ -13,7 +13,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, load
-from tests.common import scene_modes
+from tests.common import modes_of
 
 L, WIDTH, GRAVITY = 0.4, 0.02, 9.81
 THICK, MODULUS, DENSITY = np.array([3e-3, 2e-3]), np.array([70e9, 3e9]), np.array([2700.0, 7000.0])
@@ -179,7 +179,7 @@ def test_natural_frequencies_are_those_of_the_transfer_matrix(axis, ends, effect
     joints = {name: {"pin": PIN, "weld": WELD}[kind] for name, kind in zip("AB", ends) if kind != "free"}
     scene = strip(axis, joints, elements=12, effects=effects, analysis={"method": "static", "modes": 2})
     thick = {"turning": TURNING, "shear": float(scene.shear_stiffness("beam", np.zeros(1))[0])} if effects else {}
-    found = scene_modes(scene, mechanism(scene)).omega[0]
+    found = modes_of(scene).modes.omega[0]
     expected = [frequency(ends, PLACES[axis][0], omega, **thick) for omega in found]
     assert found == pytest.approx(expected, rel=8e-5)  # h^4: 6e-5 for two half-waves on 12 elements
 

@@ -9,7 +9,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import load
-from tests.common import DEMOS, scene_modes
+from tests.common import DEMOS, modes_of, scene_modes
 
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
@@ -116,7 +116,7 @@ def timoshenko(slenderness, count=3):
 def frequencies(elements, slenderness, effects=("rotary-inertia", "shear")):
     """Frequencies (rad/s) of the three first modes without axial displacement, so that thick beams show bending."""
     scene = beam(elements, rectangle(slenderness), SIMPLY, effects=(*effects, "inextensible"))
-    return np.sort(scene_modes(scene, mechanism(scene)).omega[0])[:3]
+    return np.sort(modes_of(scene).modes.omega[0])[:3]
 
 
 @pytest.mark.parametrize("slenderness", [1e3, 1e5])

@@ -12,7 +12,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
-from tests.common import scene_modes
+from tests.common import modes_of
 
 LENGTH, AREA, INERTIA, MODULUS, DENSITY = 1.0, 1e-4, 1e-10, 70e9, 2700.0
 EI, LINE = MODULUS * INERTIA, DENSITY * AREA
@@ -271,7 +271,7 @@ def test_frequency_of_a_compressed_beam_falls_to_zero_at_the_euler_load(share):
             "analysis": {"method": "static", "modes": 2},
         }
     )
-    found = scene_modes(scene, mechanism(scene)).omega[0]
+    found = modes_of(scene).modes.omega[0]
     n = np.array([1, 2])
     expected = (n * np.pi / LENGTH) ** 2 * np.sqrt(EI / LINE * (1 - share / n**2))  # Timoshenko, section on axial force
     assert found == pytest.approx(expected, rel=1e-4 / (1 - min(share, 0.999)))  # h^4, magnified near the Euler load

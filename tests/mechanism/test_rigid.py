@@ -10,7 +10,7 @@ from fenics_mech.mechanism import RigidModes
 from fenics_mech.response.setup import freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import scene_modes
+from tests.common import modes_of, scene_modes
 
 E, RHO, WIDTH, HEIGHT, L, G = 200e9, 7800.0, 0.02, 0.002, 0.5, 9.81
 EI, LINE = E * WIDTH * HEIGHT**3 / 12, RHO * WIDTH * HEIGHT
@@ -46,7 +46,7 @@ def four_bar(**rest):
 
 
 def frequencies(case):
-    return scene_modes(case, mechanism(case)).frequency[0]
+    return modes_of(case).frequency[0]
 
 
 def beam_frequencies(roots):
