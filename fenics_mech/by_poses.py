@@ -16,7 +16,7 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
-from fenics_mech.effects import BY_TERMS, EFFECTS, active
+from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.springs import too_stiff
 from fenics_mech.eigenmodes import modes_kept
@@ -26,7 +26,7 @@ from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, machine_of
+from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.effect_choice import Rung
@@ -217,12 +217,6 @@ def planned(scene: Scene) -> Scene:
         kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
         scene = scene.changed(effects=(*kept, EXACT))
     acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in BY_TERMS}):
-        raise SceneError(
-            f"the equation of poses does not have {' and '.join(refused)} yet",
-            place="effects" if scene.freedoms else "analysis.solver",
-            hint="Leave it out" if scene.freedoms else "Write solver = 'collocation'",
-        )
     if scene.analysis.method == "periodic" and COUPLED not in acting:
         raise SceneError(
             "without 'coupling' the motion is that of equation (5.1), which the equation of poses does not hold",

@@ -25,12 +25,12 @@ from fenics_mech.effects.terms import (
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.terms import Term
+from fenics_mech.terms.added import ADDED
 
 if TYPE_CHECKING:
     from fenics_mech.beams.element_matrices import Beams
 
 __all__ = [
-    "BY_TERMS",
     "EFFECTS",
     "NOTHING",
     "UNLOADED",
@@ -85,7 +85,7 @@ def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], di
 
 
 EFFECTS = _found()
-BY_TERMS = [effect for effect in EFFECTS.values() if effect.acting is not None]
+ADDED[:] = [effect for effect in EFFECTS.values() if effect.acting is not None]
 
 
 def active(scene: Scene) -> tuple[Effect, ...]:
