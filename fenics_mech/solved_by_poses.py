@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TURN
 from fenics_mech.buckled_links import refuse_folded, weakest_link, with_buckled
-from fenics_mech.effects import BY_TERMS, EFFECTS, active
+from fenics_mech.effects import EFFECTS, active
 from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
@@ -93,7 +93,9 @@ def with_effects(scene: Scene) -> Scene:
     elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
     acting = {effect.name for effect in active(scene)}
-    if refused := sorted(acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in BY_TERMS}):
+    if refused := sorted(
+        acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in EFFECTS.values() if effect.acting is not None}
+    ):
         raise SceneError(
             f"the equation of poses does not have {' and '.join(refused)} yet", place="effects", hint="Leave it out"
         )

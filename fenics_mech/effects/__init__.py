@@ -13,8 +13,9 @@ from fenics_mech.effects.known import KNOWN
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.terms import Term
+from fenics_mech.terms.added import ADDED
 
-__all__ = ["BY_TERMS", "EFFECTS", "Effect", "active", "loads_at_nodes"]
+__all__ = ["EFFECTS", "Effect", "active", "loads_at_nodes"]
 
 
 def _found() -> dict[str, Effect]:
@@ -52,7 +53,7 @@ def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], di
 
 
 EFFECTS = _found()
-BY_TERMS = [effect for effect in EFFECTS.values() if effect.acting is not None]
+ADDED[:] = [effect for effect in EFFECTS.values() if effect.acting is not None]
 
 
 def active(scene: Scene) -> tuple[Effect, ...]:

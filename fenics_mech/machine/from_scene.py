@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fenics_mech import effects
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_matrices import Beams as LinkMatrices
 from fenics_mech.beams.element_matrices import assemble_beams
@@ -26,6 +25,7 @@ from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
 from fenics_mech.terms import Element, Term
+from fenics_mech.terms.added import ADDED
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {
@@ -110,7 +110,7 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
         _add_rides(made, links)
     _add_bodies(made, nodes)
     made.acting.update(add_acting(scene, machine, nodes, bodies, links))
-    for effect in effects.BY_TERMS:  # of other packages
+    for effect in ADDED:  # of other packages
         if effect.acting is not None and (effect.name in scene.named_effects or effect.stated(scene)):
             found = {f"effects.{effect.name}.{name}": term for name, term in effect.acting(made).items()}
             made.acting |= found
@@ -125,7 +125,7 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
     They are made from a scene with nothing but what they depend on. Where that is equal they are those made before.
     """
     for name in scene.named_effects:
-        if name not in ALWAYS and name not in SECTIONS and all(name != effect.name for effect in effects.BY_TERMS):
+        if name not in ALWAYS and name not in SECTIONS and all(name != effect.name for effect in ADDED):
             raise SceneError(f"no term states the effect {name!r} yet", place="effects")
     if not scene.members():
         return None
