@@ -53,18 +53,24 @@ def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) 
     taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
     coarse = [f"too coarse: {text}"] if (text := result.data.attrs.get("coarse_because")) else []
     warned = [*unmet(result), *coarse, *implausible(scene), *of_starts, *too_weak]
-    told = {"warnings": warned, "notices": [*taken, *_exact_in_time(scene, result.scene)]}
+    told = {"warnings": warned, "notices": [*taken, *_replaced_in_time(scene, result.scene)]}
     return {name: json.dumps(sentences) for name, sentences in told.items()}
 
 
-def _exact_in_time(stated: Scene, taken: Scene) -> list[str]:
-    """Say where a motion in time has exact strains in place of linear ones that the scene lists."""
-    in_time, listed = stated.analysis.method == "transient", stated.effects != "auto"
-    if not in_time or not listed or EXACT_STRAINS not in set(taken.named_effects) - set(stated.named_effects):
+def _replaced_in_time(stated: Scene, taken: Scene) -> list[str]:
+    """Say where a motion in time has exact strains in place of linear ones that a scene lists, or more nodes."""
+    if stated.analysis.method != "transient" or not stated.members():
         return []
-    left = [repr(name) for name in stated.named_effects if name not in taken.named_effects]
-    instead = f" in place of {' and '.join(left)}" if left else ""
-    return [f"a motion in time has exact strains and all coupling: {EXACT_STRAINS!r} acts{instead}"]
+    found, listed = [], set(stated.named_effects)
+    if stated.effects != "auto" and EXACT_STRAINS in set(taken.named_effects) - listed:
+        left = [repr(name) for name in stated.named_effects if name not in taken.named_effects]
+        instead = f" in place of {' and '.join(left)}" if left else ""
+        found.append(f"a motion in time has exact strains and all coupling: {EXACT_STRAINS!r} acts{instead}")
+    if stated.analysis.reduction != "none":
+        found.append(
+            f"a motion in time keeps all nodes: analysis.reduction = {stated.analysis.reduction!r} is not taken"
+        )
+    return found
 
 
 def unmet(result: Result) -> list[str]:
