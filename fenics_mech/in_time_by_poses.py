@@ -20,7 +20,7 @@ from fenics_mech._progress import reached
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.by_poses import planned, quantities, read_off, told
+from fenics_mech.by_poses import planned, quantities, read_off, told, with_assumed_shear
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.forces.strains import stress_over_modulus
@@ -101,10 +101,10 @@ def in_time_by_poses(scene: Scene) -> Result:
         When an error is too large.
     """
     refuse_rough(scene.analysis)
-    scene = planned(scene)
+    chosen, scene = scene.effects == "auto", planned(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
     whole = InTime.of(scene, times_of(scene, start), start=start)
-    errors = estimated(whole, start) if scene.analysis.error_estimates else None
+    errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
@@ -682,10 +682,10 @@ class _Taken:
         )
 
 
-def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
+def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) -> Errors:
     """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
 
-    Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
+    Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
     What goes on from a result has no state of halved elements either.
     """
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
@@ -694,6 +694,8 @@ def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
         better["time"] = InTime.of(scene, times, SHARPER, settled=0.0, start=start)
     if not whole.closings and start is None:
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
+        if chosen and (fuller := with_assumed_shear(scene)) is not None:
+            better["effects"] = InTime.of(fuller, times, settled=0.0)
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
     errors = told(scene, here, parts)
     return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
