@@ -21,17 +21,20 @@ from fenics_mech._progress import reached
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.by_poses import planned, quantities, read_off, told
+from fenics_mech.by_poses import planned, quantities, read_off, told, with_assumed_shear
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine
+from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
+from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
+from fenics_mech.machine.section_forces import Sections
 from fenics_mech.planning.cycle_steps import corners_to_cut
 from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
@@ -43,10 +46,13 @@ from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.running import running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.strains import stress_over_modulus
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
+from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.joints import effort_units
@@ -69,10 +75,12 @@ LEAST = (
 )
 MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
-SHARP, SHARP_STAGES = 1e-6, 5  # tolerance below which a step has more stages: a stiff pendulum at 1e-8 takes 49 for 419
+STAGES = 5  # of a step, at least: with 3 strains are 3 to 10 times as far off in the same time
+SHORTER = 0.5  # the same of the longest step, which tells of those that are as long as they may be
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
 AHEAD = 0.5  # of a step, at which its modes are found: the error of their damping is of second order
 FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
+BESIDE = 1e-3  # of that spacing, by which rates of rows are differences
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
 
 
@@ -94,10 +102,10 @@ def in_time_by_poses(scene: Scene) -> Result:
         When an error is too large.
     """
     refuse_rough(scene.analysis)
-    scene = planned(scene)
+    chosen, scene = scene.effects == "auto", planned(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
     whole = InTime.of(scene, times_of(scene, start), start=start)
-    errors = estimated(whole, start) if scene.analysis.error_estimates else None
+    errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
@@ -159,6 +167,33 @@ class OfTime(OfPoses):
     """
 
     freed: Places
+
+    @cached_property
+    def elastic(self) -> Evaluation:  # type: ignore[override]
+        """The residual without what damps modes and the material."""
+        motion = self.motion
+        return without_modes(
+            motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents, material=True
+        )
+
+    @cached_property
+    def bare(self) -> Sections:  # type: ignore[override]
+        """Forces in sections without what damps, which is no strain."""
+        beams = self.motion.machine.beams
+        if beams.modal is None and not beams.damping.any():
+            return self.sections
+        return along_members(self.made, self.elastic, self.motion.a, self.stations, self.bent)
+
+    @cached_property
+    def strains(self) -> tuple[Array, Array]:  # type: ignore[override]
+        """Strains as of `OfPoses`."""
+        return stress_over_modulus(self.made.scene.rigidities(self.stations), self.bare.axial, self.bare.moment)
+
+    @cached_property
+    def deflection(self) -> Array:  # type: ignore[override]
+        """Displacement of the members' axes from the rigid motion ``(instants, members, stations, 2)`` (m)."""
+        ends = np.stack([self._places(which) for which in (0, -1)], axis=2)
+        return self.bare.place - between_ends(ends, self.stations)
 
     @cached_property
     def theta(self) -> Array:
@@ -245,9 +280,9 @@ class InTime:
         share = sharper * analysis.time_tolerance
         v = start_of(made) if start is None else going_on(made, start.state)
         made = replace(made, scene=scene)
-        longest = scene.period * LONGEST[0 if scene.drives else 1]
+        longest = scene.period * LONGEST[0 if scene.drives else 1] * (SHORTER if sharper < 1 else 1)
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
-        stages = max(analysis.stages, SHARP_STAGES if analysis.time_tolerance < SHARP else 1)
+        stages = max(analysis.stages, STAGES)
         chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
@@ -390,16 +425,16 @@ def _over_cycle(made: SceneMachine) -> tuple[Given, Array]:
 
 def _rigid_at(made: SceneMachine, t: Array, freedoms: Places | None = None) -> Given:
     """Give the rigid motion about the start, with the freedoms as they move there, or at first without acceleration."""
-    freedoms = freedoms or _freedoms_at(made.scene, t, np.zeros((len(t), len(made.scene.freedoms))))
+    freedoms = freedoms or _freedoms_at(made.scene, t, np.zeros((len(t), len(made.scene.freedoms))), 0)
     return rigid_motion(made, t, np.repeat(made.bodies.q[None], len(t), axis=0), freedoms)
 
 
-def _freedoms_at(scene: Scene, t: Array, seconds: Array) -> Places:
-    """Give the freedoms about the start by their accelerations, which are those of the middle instant all along."""
+def _freedoms_at(scene: Scene, t: Array, seconds: Array, start: int) -> Places:
+    """Give the freedoms about the start by their accelerations, which are those of its instant all along."""
     freedoms = scene.freedoms.values()
     place, rate = (np.array([getattr(x, name) or 0.0 for x in freedoms]) for name in ("start", "rate_at_start"))
-    at, middle = t[:, None], seconds[len(t) // 2]
-    return place + at * rate + at**2 / 2 * middle, rate + at * middle, seconds
+    at, there = t[:, None], seconds[start]
+    return place + at * rate + at**2 / 2 * there, rate + at * there, seconds
 
 
 def start_of(made: SceneMachine) -> Array:
@@ -498,14 +533,14 @@ class _Struck:
 def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``.
 
-    Freedoms go on as nothing holds them. A "smooth" start is that of the slow motion, which does not vibrate: each
-    correction knows one more of its derivatives by time.
+    Freedoms go on as nothing holds them. A "static" start keeps its shape at first. A "smooth" start is that of the
+    slow motion, which does not vibrate: each correction knows one more of its derivatives by time.
     """
     scene, held = made.scene, machine_of(made.scene)
     smooth, count = scene.analysis.start in ("smooth", "periodic"), len(scene.freedoms)
     rates = [abs(scene.cycle_rate)] if scene.drives else []
     spacing = SLOWLY / max(1.0, *rates, *(abs(part.rate_at_start) for part in scene.freedoms.values()))
-    t = spacing * np.array([-1.0, 0.0, 1.0]) if smooth else np.zeros(1)
+    t, start = (spacing * np.array([-1.0, 0.0, 1.0]), 1) if smooth else (BESIDE * spacing * np.array([0.0, 1.0]), 0)
     seconds, value = np.zeros((len(t), count)), np.zeros((len(t), count))
     for k, name in enumerate(scene.freedoms):
         lead(held, name, values_at(t, value[:, k]))
@@ -513,7 +548,7 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
 
     def bent(seconds: Array) -> tuple[PoseMotion, Array, Array]:
         """Give the chart, the coordinates beside it, and what holds the freedoms."""
-        freedoms = _freedoms_at(scene, t, seconds)
+        freedoms = _freedoms_at(scene, t, seconds, start)
         value[:] = freedoms[0]
         known = held.machine.with_rates(_rigid_at(held, t, freedoms).motion, first, second)
         held.machine.chart = Given(t, known)
@@ -538,10 +573,40 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
         first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
         second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
         known, q, seconds = freely(seconds)
-    middle = slice(len(t) // 2, len(t) // 2 + 1)
-    return known.part(middle), np.append(
-        q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n)
-    )
+    for _ in range(0 if smooth else SLOW):  # rates of shapes are viscous stress too
+        change = _rates_of_shapes(held.machine, t, q[0])
+        first = first + change
+        known, q, seconds = freely(seconds)
+        if np.abs(change).max() <= FELT * np.abs(first).max(initial=LEAST):
+            break
+    at_start = np.append(q[start, : held.machine.n], np.zeros(made.machine.size - held.machine.n))
+    return known.part(slice(start, start + 1)), at_start
+
+
+def _rates_of_shapes(machine: Machine, t: Array, q: Array) -> Array:
+    """Give the rates with which links that keep their shape follow all rows: they strain least ``(n,)``.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart moves and leads all that is free.
+    t
+        An instant and one just after it (s).
+    q
+        Coordinates at the first ``(size,)``.
+    """
+    n, rows, still = machine.n, slice(machine.n, machine.n + machine.held), np.zeros((2, machine.size))
+    found = machine.residual(t, np.tile(q, (2, 1)), still, still)
+    passing = np.diff(found.force[:, rows], axis=0)[0] / np.diff(t)  # rates of the rows where the coordinates rest
+    number = machine.terms.index(machine.beams)
+    here, variables = found.terms[number], machine.groups[number].variables(np.eye(n, machine.size))
+    strains = np.einsum("emn,ken->emk", here.gradient[0], variables)
+    stresses = np.einsum("eij,ejk->eik", machine.beams.stiffness, strains)
+    stiffness, force = np.einsum("emk,eml->kl", strains, stresses), np.einsum("em,emk->k", here.rate[0], stresses)
+    largest, by = np.abs(stiffness).max(), machine.pattern.dense(found.K)[0, rows, :n]
+    whole = np.block([[stiffness / largest, by.T], [by, np.zeros((len(by), len(by)))]])
+    right = -np.concatenate([force / largest, passing])
+    return np.asarray(np.linalg.lstsq(whole, right, rcond=None)[0][:n])
 
 
 def noted_peaks(peaks: dict[str, float], step: Step, scene: Scene) -> None:
@@ -643,11 +708,12 @@ class _Taken:
         )
 
 
-def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
+def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) -> Errors:
     """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
 
-    Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
-    What goes on from a result has no state of halved elements either.
+    Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the same
+    motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a result has
+    no state of halved elements either.
     """
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
     better, asked = {}, scene.analysis.error_estimates == "contacts"
@@ -655,6 +721,8 @@ def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
         better["time"] = InTime.of(scene, times, SHARPER, settled=0.0, start=start)
     if not whole.closings and start is None:
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
+        if chosen and (fuller := with_assumed_shear(scene)) is not None:
+            better["effects"] = InTime.of(fuller, times, settled=0.0)
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
     errors = told(scene, here, parts)
     return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
+    from fenics_mech.response.solution import Solution
+
     from fenics_mech import Result, Scene
     from fenics_mech.accuracy.estimate import Errors
     from fenics_mech.eigenmodes import Modes
     from fenics_mech.in_time_by_poses import InTime
     from fenics_mech.mechanism import System
     from fenics_mech.modes_by_poses import HeldMachine
-    from fenics_mech.response.solution import Solution
     from fenics_mech.solved_by_poses import AtRest, Solved
 
 ROOT = Path(__file__).parents[1]

@@ -7,13 +7,13 @@ the determinant of the end conditions of exact solutions in every member.
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import mechanism
 from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
 from fenics_mech.analysis import analyse
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, Weld
 from tests.common import modes_of
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fenics_mech.effects.terms import in_links
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
 from fenics_mech.beams.element_dofs import member_rotation
 from fenics_mech.effects import EFFECTS, Effect, Loads, Terms, active, loads_at_nodes
-from fenics_mech.effects.terms import in_links
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.planning.sampling_checks import refuse_undersampled

@@ -5,13 +5,13 @@ Along the normal, from the member's axis on which the pins are, the neutral line
 
 import numpy as np
 import pytest
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, load
 from tests.common import modes_of
 

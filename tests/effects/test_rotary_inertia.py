@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-
-from fenics_mech import analyse
 from fenics_mech.mechanism.equation import Equation
 from fenics_mech.response.setup import mechanism
+
+from fenics_mech import analyse
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import modes_of

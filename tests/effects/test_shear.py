@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from fenics_mech.accuracy.frequency_errors import frequency_error
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
-from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import load
 from tests.common import DEMOS, modes_of, scene_modes

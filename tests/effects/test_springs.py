@@ -6,11 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import modes_of

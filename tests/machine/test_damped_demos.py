@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.recovery.viscous import elastic_strain
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.motion import Motion
+from fenics_mech.recovery.viscous import elastic_strain
 from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.solve import damp_modes, periodic, rigid_cycle
 from tests.common import DEMOS

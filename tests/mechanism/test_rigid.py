@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import freedoms_in_words, mechanism
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.mechanism import RigidModes
-from fenics_mech.response.setup import freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import modes_of, scene_modes

@@ -6,11 +6,11 @@ is their integral. Nothing of it shares the recovery's inertia, or knows of damp
 
 import numpy as np
 import pytest
+from fenics_mech.kinematics.run_up import solve_motion_in_time
 from scipy.integrate import simpson
 
 from fenics_mech import analyse, load
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, modes_of, response_of

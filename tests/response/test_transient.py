@@ -101,12 +101,11 @@ def test_bad_starts_are_refused(shaft, tmp_path):
 
 
 def test_starts_straight_or_bent(shaft):
-    linear = shaft.changed(effects=())
-    still = analyse(linear.changed(analysis__method="quasi-static")).data["deflection"].to_numpy()[0]
+    still = analyse(shaft.changed(analysis__method="quasi-static")).data["deflection"].to_numpy()[0]
     straight, bent = (
-        in_time(linear, cycles=1, start=start).data["deflection"].to_numpy() for start in ("rigid", "static")
+        in_time(shaft, cycles=1, start=start).data["deflection"].to_numpy() for start in ("rigid", "static")
     )
-    assert bent[0] == pytest.approx(still, abs=1e-3 * np.abs(still).max())  # stretch within elements, by two theories
+    assert bent[0] == pytest.approx(still, abs=1e-3 * np.abs(still).max())
     nodes = straight[0, 0, ::10]  # between them bends the particular solution of the inertia
     assert np.abs(nodes).max() < 1e-9 * np.abs(still).max()
 
@@ -115,12 +114,13 @@ def test_impulse_in_a_mechanism(shaft):
     """Once settled, as by collocation of the cycle, whose steps must follow what the blow excites."""
     blow = {"at": "arm.A", "impulse": (0.01, 0.0), "angle": "45 deg"}
     blown = shaft.changed(
-        effects=(), mesh__elements=1, impulses={"blow": blow}, analysis__sub_intervals=16, analysis__allow_coarse=True
+        mesh__elements=1, impulses={"blow": blow}, analysis__sub_intervals=16, analysis__allow_coarse=True
     )
     fine = blown.changed(analysis__solver="collocation", analysis__stages=5, analysis__sub_intervals=1024)
-    exact = response_of(fine).data["deflection"].to_numpy()[::64]
+    exact = response_of(fine).data["deflection"].to_numpy()[::64, :, ::20]
     found = in_time(blown, cycles=10, settled=1e-7).data["deflection"].to_numpy()[-17:-1]
-    assert np.abs(found - exact).max() < 1e-6 * np.abs(exact).max()
+    assert np.abs(found[:, :, ::20] - exact).max() < 1e-6 * np.abs(exact).max()
+    assert np.abs(found).max() < 1.1 * np.abs(exact).max()  # the material's viscous stress bends nothing
 
 
 def test_strain_behind_a_stress():

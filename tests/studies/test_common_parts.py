@@ -5,6 +5,9 @@ import weakref
 
 import numpy as np
 import pytest
+from fenics_mech.mechanism.modal_forces import ModalForces
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.setup import CommonParts
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse, solved
@@ -12,11 +15,8 @@ from fenics_mech.beams.mesh import mesh_depends_on
 from fenics_mech.kinematics import Linkage
 from fenics_mech.kinematics.linkage import Path
 from fenics_mech.mechanism import beam_links
-from fenics_mech.mechanism.modal_forces import ModalForces
-from fenics_mech.response import setup
-from fenics_mech.response.periodic.flow import Flow
 from fenics_mech.planning.cycle_steps import Steps
-from fenics_mech.response.setup import CommonParts
+from fenics_mech.response import setup
 from tests.common import DEMOS
 
 COARSE = {"analysis.sub_intervals": 36, "analysis.allow_coarse": True, "analysis.allow_ringing": True}

@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fenics_mech.planning.effect_choice import rungs
+from fenics_mech.response.setup import CommonParts
 
 import fenics_mech.accuracy.estimate
 import fenics_mech.analysis
@@ -14,12 +16,10 @@ import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import missed_corner, solve_motion
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.planning.discretisation import Discretisation, Trial
-from fenics_mech.planning.effect_choice import rungs
 from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions, doubts
-from fenics_mech.planning.cycle_steps import Steps
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
@@ -13,8 +15,6 @@ from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.response import SubIntervals
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.solved_by_poses import instants_of
 from tests.validation.reference.mecqbar import compare_appendix_g, mecqbar
