@@ -17,6 +17,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
+from fenics_mech.joints.rubbing import Rubbing
 from fenics_mech.machine import Machine
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import stage_matrix
@@ -34,12 +35,19 @@ class Transition:
     ----------
     states
         Disturbances of coordinates and rates, one a column, ``(2 n, disturbances)``.
+    rough
+        Whether dry friction turned round between the stages of a step, which do not show how.
     """
 
     states: Array
+    rough: bool = False
 
     def take(self, step: Step) -> None:
         """Carry the disturbances through a step that is solved."""
+        shares = np.append(0.0, step.tableau.c)
+        for k, term in enumerate(step.machine.terms):
+            if isinstance(term, Rubbing) and not self.rough:
+                self.rough = term.turned_unseen(step.measured(k, shares).rate[:, 0, 0])
         self.states = inside(step, self.states, _seconds(step, self.states), np.ones(1))[0]
 
 
