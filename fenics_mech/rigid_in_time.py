@@ -267,7 +267,7 @@ class Course:
         freed.freely(freed.stages, start.velocity[None])  # which says where a freedom moves no mass
         n, growth = freed.n, None
         if analysis.lyapunov:
-            growth = Growth(np.eye(2 * n), np.ones(n), times_of_growth(times))
+            growth = Growth(np.eye(2 * n), lambda step, shares, states: states, times_of_growth(times))
         beside = Beside.of(scene, _freedoms_in, growth)
         taken = _Taken(freed, times, start.velocity)
         steps = steps_in_time(
