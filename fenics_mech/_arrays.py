@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    import scipy.sparse as sp
+    pass
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -46,34 +45,6 @@ def each(matrices: Array, vectors: Array) -> Array:
     found = np.empty((*vectors.shape[:2], matrices.shape[1]), np.result_type(matrices, vectors))
     np.matmul(vectors.transpose(1, 0, 2), matrices.transpose(0, 2, 1), out=found.transpose(1, 0, 2))  # as BLAS takes it
     return found
-
-
-def at_places(of_elements: Array, element: Index, weights: Array) -> Array:
-    """Sum the numbers of each place's element by the place's weights, ``(angles, places)``.
-
-    Parameters
-    ----------
-    of_elements
-        Numbers of the elements, ``(angles, elements, n)``.
-    element
-        Element of each place, ``(places,)``.
-    weights
-        Weights of its numbers, ``(places, n)``.
-    """
-    angles, elements, count = of_elements.shape
-    places = element.astype(np.int64, copy=False).tobytes(), weights.astype(float, copy=False).tobytes()
-    matrix = _weighing(*places, elements, count)
-    return np.ascontiguousarray((matrix @ of_elements.reshape(angles, -1).T).T)
-
-
-@lru_cache(maxsize=128)  # all motions of a mesh are recovered at the same few stations
-def _weighing(element: bytes, weights: bytes, elements: int, count: int) -> sp.csr_matrix:
-    """Give the matrix that `at_places` multiplies by, from its places as bytes."""
-    import scipy.sparse as sp  # noqa: PLC0415
-
-    first, entries = np.frombuffer(element, np.int64), np.frombuffer(weights)
-    columns, ends = first[:, None] * count + np.arange(count), np.arange(0, len(entries) + 1, count)
-    return sp.csr_matrix((entries, columns.ravel(), ends), shape=(len(first), elements * count))
 
 
 def summed(values: Numbers, place: Index, size: int) -> Numbers:

@@ -5,15 +5,10 @@ What is not shared every process does by itself, and comes to the same. So each 
 
 from __future__ import annotations
 
-import math
-import pickle
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextvars import ContextVar
 from typing import Any, TypeVar
 
-import numpy as np
-
-from fenics_mech._arrays import Array
 from fenics_mech._constants import INTERRUPTED
 from fenics_mech._petsc import MPI
 from fenics_mech.errors import MechanismError
@@ -62,33 +57,6 @@ def shared(work: Callable[[], Found]) -> Found:
         _sharing.reset(before)
 
 
-def over_positions(count: int, work: Callable[[slice], Sequence[Array]]) -> Sequence[Array]:
-    """Work at all positions: each process that shares at some of them, and all get the whole.
-
-    Parameters
-    ----------
-    count
-        Number of positions.
-    work
-        Gives arrays with the positions of a slice along their first axis. What it gives for a position must not depend
-        on the others. Its error is raised by all processes; of several, that at the first positions.
-    """
-    comm = _sharing.get() or MPI.COMM_SELF
-    if comm.size == 1 or count < comm.size:
-        return work(slice(0, count))
-    ends = [count * rank // comm.size for rank in range(comm.size + 1)]
-    found, error = tried(comm, lambda: work(slice(*ends[comm.rank : comm.rank + 2])))
-    reports = comm.allgather((False, error and _sendable(error)))
-    for rank, (ended, other) in enumerate(reports):
-        if ended:
-            raise _EndedError(f"process {rank} ended with {other}")
-    for _, other in reports:
-        if other is not None:
-            raise other
-    assert found is not None
-    return [_gathered(comm, part, ends) for part in found]
-
-
 def tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception | None]:
     """Give what the work finds, or its error; an interrupt ends all processes.
 
@@ -109,27 +77,6 @@ def tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception
         if comm.size > 1:
             comm.Abort(INTERRUPTED)
         raise
-
-
-def _gathered(comm: Any, part: Array, ends: Sequence[int]) -> Array:
-    """Join the parts of all processes along the first axis."""
-    whole = np.empty((ends[-1], *part.shape[1:]))
-    row = MPI.DOUBLE.Create_contiguous(math.prod(part.shape[1:])).Commit()  # counts of numbers may be too large
-    counts = [int(count) for count in np.diff(ends)]
-    comm.Allgatherv(
-        [np.ascontiguousarray(part, dtype=np.float64), len(part), row], [whole, (counts, list(ends[:-1])), row]
-    )
-    row.Free()
-    return whole
-
-
-def _sendable(error: Exception) -> Exception:
-    """Give the error, or one that says the same if it cannot be sent."""
-    try:
-        pickle.loads(pickle.dumps(error))
-    except Exception:  # what an error holds is not known
-        return MechanismError(_said(error))
-    return error
 
 
 def _said(error: Exception) -> str:

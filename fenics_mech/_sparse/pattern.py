@@ -99,13 +99,6 @@ class Pattern:
         both = np.concatenate([self.rows, other.rows]), np.concatenate([self.columns, other.columns])
         return Pattern.of(self.size, *both)
 
-    def widened(self, more: int) -> Pattern:
-        """Give the pattern with further unknowns that depend on all, and all on them, but not on each other."""
-        last, all_before = self.size + np.arange(more), np.arange(self.size)
-        rows, columns = (part.ravel() for part in np.meshgrid(last, all_before, indexing="ij"))
-        both = np.append(self.rows, rows), np.append(self.columns, columns)
-        return Pattern.of(self.size + more, *both)
-
     @cached_property
     def layout(self) -> CompiledPattern:
         """The pattern for the compiled loops."""

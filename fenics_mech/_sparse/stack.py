@@ -32,16 +32,6 @@ class Stack:
     pattern: Pattern
     values: Array
 
-    @classmethod
-    def of_full(cls, matrices: Array) -> Stack:
-        """Take matrices that are given as a whole, ``(positions, size, size)``."""
-        size = matrices.shape[-1]
-        rows, columns = np.nonzero(np.any(matrices != 0, axis=0))
-        pattern = Pattern.of(size, rows, columns)
-        if len(pattern.rows) == size**2:
-            return cls(pattern, np.ascontiguousarray(matrices, dtype=float).reshape(-1, size**2))
-        return cls(pattern, np.ascontiguousarray(matrices[:, pattern.rows, pattern.columns], dtype=float))
-
     @property
     def size(self) -> int:
         """Rows of each matrix."""
@@ -110,11 +100,6 @@ class Stack:
     def diagonal(self) -> Array:
         """Diagonals, ``(positions, size)``."""
         return self.values[:, self.pattern.diagonal]
-
-    @cached_property
-    def symmetric(self) -> Stack:
-        """Symmetric parts."""
-        return replace(self, values=(self.values + self.transposed.values) / 2)
 
     @property
     def transposed(self) -> Stack:

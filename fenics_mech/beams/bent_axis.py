@@ -117,13 +117,6 @@ class BentAxis:
         """
         return self._with_shear(self._matrices("force by v", shape, rate))
 
-    def tangent_by_rate(self, shape: Array, rate: Array) -> Array:
-        """Give the derivative of these forces by the rate, ``(angles, elements, 4, 4)``.
-
-        Parameters are those of `force`.
-        """
-        return self._with_shear(self._matrices("force by rate", shape, rate))
-
     def energy(self, shape: Array) -> Array:
         """Give the strain energy of bending and shear (J), ``(angles, elements)``.
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
 from operator import add
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,10 +32,6 @@ from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.scene import Link, PointMass, RigidBody, Scene
-
-if TYPE_CHECKING:
-    from fenics_mech.beams.bent_axis import BentAxis
-    from fenics_mech.beams.reduction import Reduction
 
 STRAINED: Index = np.array([3, 2, 5])  # u of the second node, and both rotations: what strains an element held at w
 Form = Callable[[Any, Any], Any]  # UFL form of a space and the coefficient of a property
@@ -106,24 +102,16 @@ class Beams:
         Stiffness of the sections.
     inertia
         Mass of the sections and of bodies at nodes.
-    reduction
-        Fewer coordinates that say the nodal dofs, where the links are reduced.
     """
 
     layout: Layout
     rigidity: ElementRigidity
     inertia: Inertia
-    reduction: Reduction | None = None
 
     @property
     def mesh(self) -> BeamMesh:
         """The mesh."""
         return self.layout.mesh
-
-    @cached_property
-    def consistent(self) -> Beams | None:
-        """The same beams with their mass along them, where it is lumped at their nodes; else None."""
-        return None if self.inertia.spread is None else replace(self, inertia=self.inertia.spread)
 
     @property
     def mass_moment(self) -> Array | None:
@@ -213,11 +201,6 @@ class Beams:
         return self.layout.of_elements(self._assembled({bowing: ones}))
 
     @cached_property
-    def element_gyroscopic(self) -> Array:
-        """Matrix s of each element in its member's axes, ``(elements, 6, 6)``."""
-        return self.layout.of_elements(self._broken_gyroscopic)
-
-    @cached_property
     def _broken_stiffness(self) -> sp.csr_matrix:
         rigidity = self.rigidity
         return self._assembled({axial: rigidity.axial, bending: rigidity.bending, shear: rigidity.shear})
@@ -236,13 +219,6 @@ class Beams:
     def stretching(self) -> Stretching:
         """What tension and bending do to each other in every element, assembled when first asked for."""
         return self.layout.once("stretching", lambda: Stretching.of(self.layout))
-
-    @cached_property
-    def bent_axis(self) -> BentAxis:
-        """Shortening and bending of axes that turn far, compiled when first asked for."""
-        from fenics_mech.beams.bent_axis import BentAxis  # noqa: PLC0415  (few scenes have large rotations)
-
-        return BentAxis.of(self.layout, self.rigidity.bending, self.rigidity.shear)
 
     @cached_property
     def _broken_gyroscopic(self) -> sp.csr_matrix:

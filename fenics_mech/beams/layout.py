@@ -15,8 +15,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from fenics_mech import _fenicsx
-from fenics_mech._arrays import Array, Index, each
-from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_rotation
+from fenics_mech._arrays import Array, Index
+from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.made_once import MadeOnce
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
@@ -138,23 +138,6 @@ class Layout(MadeOnce):
             tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
             tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
         return tie
-
-    def hermite_dofs(self, nodal: Array, stretch: Array | float = 1.0) -> Array:
-        """Nodal values in link axes as dofs of Hermite's functions in member axes, ``(angles, elements, 6)``.
-
-        Parameters
-        ----------
-        nodal
-            Values of the nodal dofs, ``(angles, nodal dofs)``.
-        stretch
-            Length of each element's axis over that before, ``(angles, elements)``, of which its shear takes no notice.
-        """
-        values = in_member_axes(self.mesh, nodal)
-        if not self.tied:
-            return values
-        longer = np.ones((*values.shape[:2], 6))
-        longer[..., NORMAL[::2]] *= np.asarray(stretch)[..., None]
-        return each(self.tie, values / longer) * longer
 
     def work_equivalent(self, line: Array) -> Array:
         """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`.

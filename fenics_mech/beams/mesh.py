@@ -75,16 +75,6 @@ class BeamMesh(MadeOnce):
         """
         return self._index[name]
 
-    def has_node(self, name: str) -> bool:
-        """Whether there is a node of that name.
-
-        Parameters
-        ----------
-        name
-            "link.point", "label@s" or "link.centre".
-        """
-        return name in self._index
-
     @cached_property
     def space(self) -> Any:
         """The broken space of Euler and Bernoulli's beams: linear along the axis, cubic across it."""

@@ -44,13 +44,6 @@ class Stretching:
         """
         return _product(self.bow, a, b)
 
-    def unevenly_bowed(self, a: Array, b: Array) -> Array:
-        """``a^T uneven b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
-
-        Parameters are those of `bowed`.
-        """
-        return _product(self.uneven, a, b)
-
     def by(self, shape: Array) -> Stretching:
         """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
 

@@ -74,18 +74,6 @@ class Offsets:
         arms[:, AXIAL, [2, 5]] = -self.neutral[:, None]
         return arms
 
-    def on_neutral_line(self, ends: Array) -> Array:
-        """Give forces on the elements' ends with moments about the neutral line, both ``(..., elements, 6)``.
-
-        Parameters
-        ----------
-        ends
-            Forces (N) and moments about the member's axis (N m), in member axes.
-        """
-        found = ends.copy()
-        found[..., [2, 5]] += self.neutral[:, None] * ends[..., [0, 3]]
-        return found
-
 
 def _lines(rigidity: Rigidities, label: str) -> tuple[float, float]:
     """Places of the neutral line and of the centre of mass of a member from its axis (m), the same all along it."""

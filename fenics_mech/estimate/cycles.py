@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Fourier, Geometry, harmonics
-from fenics_mech.machine import Evaluation, Machine
+from fenics_mech.machine import Machine
 from fenics_mech.solve import Cycle, Iteration, Path, periodic
 from fenics_mech.solve.newton import converge
 from fenics_mech.solve.periodic import MOST, MOTION
@@ -79,25 +78,6 @@ def finer_chart(chart: Fourier, coarse: Machine, fine: Machine) -> Fourier:
     """
     r, R = _finer_poses(coarse, fine, chart.r, chart.R)
     return Fourier(chart.geometry, chart.period, r, R)
-
-
-def missed_between(cycle: Cycle, quantity: Callable[[Evaluation], Array], shares: int = 8) -> Array:
-    """Give by how much the largest size of a quantity between the ends of steps is above that at the ends.
-
-    Parameters
-    ----------
-    cycle
-        A converged motion.
-    quantity
-        Something of every instant ``(instants, ...)``, by the residual there.
-    shares
-        Parts of a step between which it is looked at.
-    """
-    machine = cycle.machine
-    t, q, v, a = cycle.path.at(np.arange(1, shares + 1) / shares)
-    found = quantity(machine.residual(t.ravel(), *(x.reshape(-1, machine.size) for x in (q, v, a)), tangents=False))
-    sizes = np.abs(found).reshape(*t.shape, *found.shape[1:])
-    return np.asarray(sizes.max(axis=(0, 1)) - sizes[:, -1].max(axis=0))
 
 
 def _prolonged(cycle: Cycle, fine: Machine, period: float) -> Path:

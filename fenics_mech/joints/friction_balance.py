@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,18 +63,6 @@ class FrictionBalance:
         # F = share |l| with l = alone - by_friction F changes by d(share) |l| + share e.(d(alone) - by_friction dF)
         shared = self.shares[..., None] * along
         return np.linalg.inv(np.eye(friction.shape[1]) + shared @ self.by_friction), sizes, shared
-
-    def with_motion(self, alone: Array, by_friction: Array) -> FrictionBalance:
-        """Give the same balance where the joints' forces also change by accelerations, and these by the friction.
-
-        Parameters
-        ----------
-        alone
-            What accelerations without friction add to the joints' forces (N), ``(states, rows)``.
-        by_friction
-            What those by friction of size 1 add to them, ``(states, rows, laws)``.
-        """
-        return replace(self, alone=self.alone + alone, by_friction=self.by_friction - by_friction)
 
     def solve(self) -> tuple[Array, Array]:
         """Find the friction, ``(states, laws)``, and the forces with it, ``(states, rows)``, by Newton's method.

@@ -17,7 +17,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics.assembly import newton, side
-from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values, smallest_value
+from fenics_mech.kinematics.conditioning import CONDITION, links_moved, refuse_singular, singular_values
 from fenics_mech.kinematics.freedom import describe, free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion, coordinates, rates_by_drives
@@ -179,19 +179,6 @@ class FreeLinkage:
             raise self._dead_centre(float(time[ends][0]), near[ends][0])
         half[:, loops.drive_order] += way / 2
         return half
-
-    def refuse_dead_centre(self, time: float, q: Array) -> None:
-        """Raise `AssemblyError` where the freedoms hardly say how the links move.
-
-        Parameters
-        ----------
-        time
-            Time (s).
-        q
-            Coordinates of the links, ``(3 links,)``.
-        """
-        if smallest_value(self.loops, q) < CONDITION.singular:
-            raise self._dead_centre(time, q)
 
     def _dead_centre(self, time: float, q: Array) -> AssemblyError:
         """Say at which time links, ``(3 links,)``, can move by themselves, and what helps.

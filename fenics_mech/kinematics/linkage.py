@@ -79,16 +79,6 @@ class Linkage:
         self._geometry = geometry(scene)
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
-    def moves_as(self, scene: Scene) -> bool:
-        """Whether the links of a scene go through the same positions.
-
-        Parameters
-        ----------
-        scene
-            Another scene.
-        """
-        return self._geometry == geometry(scene)
-
     def path(self, theta: Array, near: Path | None = None) -> Path:
         """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
 

@@ -474,10 +474,6 @@ class Freed:
         return solved(mass, force)
 
     # ---- as an equation of motion at many states ----
-    def residuals(self, time: Array, place: Array, rate: Array, second: Array) -> Array:
-        """Give what is left at values of the freedoms' rows, rates and second rates ``(instants, freedoms)``."""
-        known = self.carried(time, place, rate, second)
-        return -self._balanced(known).pulls[:, self.own]
 
     def tangents_at(
         self, time: Array, place: Array, rate: Array, second: Array, *, moving: bool = True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 
 import numpy as np
 
@@ -172,30 +172,6 @@ def with_meshes(scene: Scene, mesh: Mesh, own: Callable[[Mesh], Mesh | None]) ->
         }
         links[name] = link.model_copy(update={"members": members})
     return scene.model_copy(update={"links": links, "mesh": mesh})
-
-
-def thinned(scene: Scene, labels: Collection[str], most: int) -> Scene:
-    """Leave out nodes inside members that have more elements than wanted; loads keep theirs.
-
-    Parameters
-    ----------
-    scene
-        The scene; it comes back itself where nothing is to be left out.
-    labels
-        The members.
-    most
-        Elements that each of them may have, about.
-    """
-    links = dict(scene.links)
-    for label in labels:
-        link, member = scene.members()[label]
-        nodes = nodes_of(member.mesh or scene.mesh)
-        if (count := len(nodes) - 1) > most:
-            chosen = nodes[np.round(np.linspace(0, count, most + 1)).astype(int)]
-            thin = member.model_copy(update={"mesh": Mesh(stations=tuple(chosen.tolist()))})
-            members = {name: thin if part is member else part for name, part in links[link].members.items()}
-            links[link] = links[link].model_copy(update={"members": members})
-    return scene if links == scene.links else scene.model_copy(update={"links": links})
 
 
 def _halved(mesh: Mesh, times: int) -> Mesh:

@@ -32,17 +32,6 @@ class Cause(StrEnum):
     STORED = "stored"
 
 
-LOSSES = (
-    Cause.MATERIAL,
-    Cause.MODAL_DAMPING,
-    Cause.EXTERNAL_DRAG,
-    Cause.RELATIVE_DRAG,
-    Cause.DAMPERS,
-    Cause.AIR_DRAG,
-)  # causes that take energy for good
-OF_JOINT_LAWS = (Cause.FRICTION, Cause.CONTACTS, Cause.BUSHINGS, Cause.EFFORTS, Cause.GEARS)
-
-
 def cause_of_efforts(scene: Scene) -> str:
     """Give the name under which the power of all drives and freedoms together is listed.
 
