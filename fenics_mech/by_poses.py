@@ -192,13 +192,9 @@ def planned(scene: Scene) -> Scene:
     Raises
     ------
     SceneError
-        When it lists effects that the equation has not yet, leaves out those that it always has, or asks for other
-        points in a step.
+        When it lists effects that the equation has not, or leaves out those that a motor needs.
     """
     in_time = scene.analysis.method == "transient"
-    if scene.analysis.scheme != "radau":
-        what = "a motion in time" if in_time else "solver = 'poses'"
-        raise SceneError(f"{what} has the points 'radau' alone", place="analysis.scheme", hint="Leave scheme out")
     scene = with_effects(with_exact_strains(scene) if in_time else scene)
     if scene.analysis.method == "periodic" and COUPLED not in scene.named_effects:
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
@@ -211,12 +207,6 @@ def planned(scene: Scene) -> Scene:
             f"where a motor's shaft twists, the equation of poses has exact strains alone, and {EXACT!r} is not listed",
             place="effects",
             hint=f"Add {EXACT!r}",
-        )
-    if STIFFENED in acting and scene.analysis.tension == "settled":
-        raise SceneError(
-            "the axial forces of the equation of poses are those of the static answer, or exact",
-            place="analysis.tension",
-            hint=f"Replace {STIFFENED!r} by {EXACT!r}, which holds settled forces",
         )
     return scene
 

@@ -40,7 +40,6 @@ REFINE = DiscretisationLimits()
 # what a scene may state beside a tolerance: what it takes, or the default
 TAKEN = {
     "solver": ("auto", "collocation", "poses"),
-    "scheme": ("radau",),
     "stages": (3, REFINE.stages),
 }  # or the default
 NUMBERS = {
@@ -88,7 +87,7 @@ class Discretisation:
         values: dict[str, Any] = {"stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
             solver = "poses" if scene.analysis.solver == "poses" else "collocation"
-            values |= {"solver": solver, "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}
+            values |= {"solver": solver, "stages": REFINE.stages, "sub_intervals": self.steps}
         changes = {f"analysis__{name}": value for name, value in values.items()}
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 

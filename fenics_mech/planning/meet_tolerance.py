@@ -95,7 +95,7 @@ def within(
         a motion that is unstable.
     SceneError
         When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
-        scene asks for another solver or scheme than the tolerance takes, or has none of a quantity named.
+        scene asks for another solver than the tolerance takes, or has none of a quantity named.
     """
     refuse_stated(scene)
     chosen = analyser.planned(scene)
@@ -314,7 +314,7 @@ def _fewest_steps(scene: Scene) -> int:
     points = [load.enough_angles(REFINE.stages * steps) for load in varying if not load.cut_where_needed]
     points += [drive.enough_angles(REFINE.stages * steps, scene.cycle_rate) for drive in scene.drives]
     steps = max([steps, *(math.ceil(count / REFINE.stages) for count in points)])
-    taken = {"sub_intervals": steps, "stages": REFINE.stages, "scheme": "radau"}
+    taken = {"sub_intervals": steps, "stages": REFINE.stages}
     coarse = scene.changed(analysis=scene.analysis.model_copy(update=taken))
     refuse_undersampled(coarse, REFINE.stages * steps, by_collocation=True)
     if analysis.allow_coarse:

@@ -27,18 +27,13 @@ class Analysis(Part):
         motion); "static" (loads only, held at one position, appendix C; with freedoms, the equilibrium near the rough
         angles).
     solver
-        Of a periodic response. "sub-intervals" is the dissertation's method (chapter 5): equation (5.1), without the
-        effect "coupling", and modal damping. All others solve the equation of poses, which leaves nothing out at
-        rigid arms and guides: "poses" and "collocation" by steps of high order, "harmonic-balance" as a Fourier
-        series. Linear theories are its first step from the rigid motion. Static answers are by poses too, and
-        "transient" ones where "poses" is stated. What has no term there, such as members that cannot stretch, goes by
-        link frames, and "poses" refuses it. "auto" takes "poses" where it can. Of "transient", "sub-intervals" is the
-        superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
+        "auto" takes "sub-intervals" for a periodic motion without the effect "coupling" where that method knows all
+        that the scene states, and the equation of poses for all others. "sub-intervals" is the dissertation's method
+        (chapter 5): equation (5.1) and modal damping; of "transient" the superposition of `modes` in time (E.13).
+        "collocation" and "poses" solve the equation of poses by steps of high order, and "harmonic-balance" by a
+        Fourier series. Linear theories are its first step from the rigid motion.
     stages
-        Collocation points in a sub-interval; in a time step of "transient" at least 5.
-    scheme
-        Where they are, in both: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
-        (order 2 stages, damps nothing).
+        Radau points in a sub-interval; in a time step of "transient" at least 5.
     harmonics
         Harmonics of the Fourier series. They need more than four times as many sub-intervals.
     stability
@@ -99,9 +94,6 @@ class Analysis(Part):
     allow_large
         Accept deflections far beyond small ones. Axes turn by more than 1 rad against the rigid motion, or points move
         by more than the member's length.
-    tension
-        Axial force of the effect 'geometric-stiffness'. "rigid" is that of loads and rigid motion. "settled" is updated
-        with the elastic response until it changes no more (collocation, quasi-static and static).
     stations
         Number of equally spaced points along each member at which results are given.
 
@@ -114,7 +106,6 @@ class Analysis(Part):
     method: Literal["periodic", "transient", "quasi-static", "static"] = "periodic"
     solver: Literal["auto", "sub-intervals", "collocation", "harmonic-balance", "poses"] = "auto"
     stages: Annotated[int, Field(ge=1, le=9)] = 3
-    scheme: Literal["radau", "gauss"] = "radau"
     harmonics: Annotated[int, Field(ge=1, le=10_000)] = 60
     stability: bool = True
     error_estimates: bool | Literal["contacts"] = True
@@ -138,7 +129,6 @@ class Analysis(Part):
     allow_ringing: bool = False
     allow_coarse: bool = False
     allow_large: bool = False
-    tension: Literal["rigid", "settled"] = "rigid"
     stations: Annotated[int, Field(ge=2, le=SCENE.most_stations)] = 21
 
     @model_validator(mode="before")

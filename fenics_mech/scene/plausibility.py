@@ -39,7 +39,7 @@ def implausible(scene: Scene) -> tuple[str, ...]:
         One sentence for each: the place in the scene, the value in SI, and what is likely meant.
     """
     found: dict[str, str] = {}  # the first about each place
-    groups = (ALONE, *IN_TURN) if scene.members() else ((_unused,),)  # numbers are compared with those of members
+    groups = (ALONE, *IN_TURN) if scene.members() else ()  # numbers are compared with those of members
     for checks in groups:
         before = len(found)
         with np.errstate(all="ignore"):  # what overflows is beyond any limit
@@ -270,12 +270,5 @@ def _numerics(scene: Scene) -> Found:
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"
 
 
-def _unused(scene: Scene) -> Found:
-    """Look for options that change nothing."""
-    if scene.analysis.tension == "settled" and STIFFENING not in scene.named_effects:
-        what = f"'settled' changes nothing without the effect {STIFFENING!r}"
-        yield "analysis.tension", f"{what}: name that in effects, or leave analysis.tension out"
-
-
-ALONE = (_angles, _pulses, _waves, _damping, _numerics, _unused)
+ALONE = (_angles, _pulses, _waves, _damping, _numerics)
 IN_TURN = ((materials, _proportions), (_sections,), (_masses, motion, _loads))  # each needs what is before it

@@ -12,6 +12,11 @@ ALL_NODES = "members keep all their nodes, of which one to ten are exact to many
 GONE = {  # keys of `analysis`: the value that said nothing, and what holds now
     "reduction": ("none", ALL_NODES),
     "cutoff": ("auto", ALL_NODES),
+    "scheme": ("radau", "steps have Radau points"),
+    "tension": (
+        "rigid",
+        "axial forces are those of loads and rigid motion; with 'large-rotations' they settle",
+    ),
 }
 VALUE = r"""("(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[^\s,#}\]]+)"""  # a text, a number, or true or false
 

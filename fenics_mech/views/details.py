@@ -219,11 +219,7 @@ def _solver(result: Result) -> str:
     analysis, solver = result.scene.analysis, str(result.data.attrs["solver"])
     if solver == "harmonic-balance":
         return f"{solver}, {analysis.harmonics} harmonics"
-    return (
-        solver
-        if solver == "sub-intervals"
-        else f"{solver}, {analysis.stages} {analysis.scheme.capitalize()} points per step"
-    )
+    return solver if solver == "sub-intervals" else f"{solver}, {analysis.stages} Radau points per step"
 
 
 def _effects(result: Result) -> str:

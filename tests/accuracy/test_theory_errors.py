@@ -126,7 +126,7 @@ def test_impulses_against_exact_strains():
 @pytest.mark.parametrize("count", [24, 36])
 def test_few_long_steps_tell_the_same_as_many(count):
     """A series through so few positions would have axial forces that are wrong by 100 %."""
-    steps = {"analysis__stages": 3, "analysis__scheme": "radau", "analysis__sub_intervals": count}
+    steps = {"analysis__stages": 3, "analysis__sub_intervals": count}
     scene = load(DEMOS / "manipulator.toml").changed(effects=("coupling", "geometric-stiffness"), **FAST)
     few, many = (analyse(one) for one in (scene.changed(**steps), scene))
     assert told(few) == pytest.approx(told(many), rel=0.3)

@@ -11,7 +11,7 @@ ARM = {"length": 0.3, "width": 0.02, "height": 0.003, "mass": 0.5, "arm": 0.15}
 
 def told(speed, steps, body):
     """Frequencies (rad/s) of the two slowest modes by their multipliers, by Gauss points."""
-    analysis = {"scheme": "gauss", "sub_intervals": steps, "stages": 4, "solver": "collocation", "modes": 2}
+    analysis = {"sub_intervals": steps, "stages": 4, "solver": "collocation", "modes": 2}
     flags = {"allow_coarse": True, "allow_unstable": True, "error_estimates": False}
     options = {f"analysis.{key}": value for key, value in (analysis | flags).items()}
     scene = turning_beam(speed, **body).changed(

@@ -116,7 +116,7 @@ def test_residual_of_a_travelling_pin_is_within_the_errors_of_the_efforts():
 )
 def test_energy_balances_where_forces_jump(changes, largest):
     changes |= {"analysis__stability": False, "analysis__sub_intervals": 120, "analysis__stations": 3}
-    scene = load(DEMOS / "four_bar.toml").changed(analysis__scheme="gauss", analysis__allow_coarse=True, **changes)
+    scene = load(DEMOS / "four_bar.toml").changed(analysis__allow_coarse=True, **changes)
     assert imbalance(scene) < largest
 
 
@@ -183,8 +183,7 @@ def test_undamped_disturbances_keep_their_energy_in_the_full_equation_only(seed,
         "analysis__stability": True,
         "analysis__allow_unstable": True,
         "analysis__allow_coarse": True,
-        "analysis__scheme": "gauss",
-    }
+        }
     scene = seed.changed(effects=effects, analysis__sub_intervals=360, analysis__solver="collocation", **changes)
     data = response_of(scene).data["multiplier"].to_numpy()
     off = np.abs(np.hypot(*data.T) - 1).max()

@@ -54,7 +54,7 @@ def spinning(speed, offset=0.0, **rest):
 @pytest.mark.parametrize("stiffening", ["geometric-stiffness", "large-rotations"])
 def test_disturbances_of_a_spinning_cantilever_have_these_frequencies(stiffening):
     speed = 4 * UNIT
-    analysis = {"sub_intervals": 48, "modes": 6, "scheme": "gauss"}
+    analysis = {"sub_intervals": 48, "modes": 6}
     scene = spinning(speed, damping={"material": 1e-6}, effects=["coupling", stiffening], analysis=analysis)
     found = analyse(scene).data["multiplier_frequency"].to_numpy()
     expected = np.sqrt(np.square(OUT_OF_PLANE[4][0]) - 16) * UNIT / (2 * np.pi)
@@ -88,7 +88,7 @@ def whirling(speed, disc, damping):
             "effects": ["coupling"],
             "damping": {"material": damping} if damping else {},
             "mesh": {"elements": 1},
-            "analysis": {"sub_intervals": 60, "scheme": "gauss", "modes": 2, "allow_unstable": True},
+            "analysis": {"sub_intervals": 60, "modes": 2, "allow_unstable": True},
         }
     )
 

@@ -201,18 +201,8 @@ def test_a_mode_left_out_that_only_a_finer_mesh_has_at_a_harmonic_is_in_the_esti
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("scheme", "stages", "count", "ratio"),
-    [
-        ("radau", 2, 80, 1e-3),
-        ("radau", 2, 60, 1e-4),
-        ("gauss", 2, 60, 1e-4),
-        ("radau", 1, 80, 1e-4),
-        ("gauss", 1, 80, 1e-4),
-        ("radau", 3, 60, 1e-5),
-    ],
-)
-def test_a_resonance_that_only_better_steps_meet_is_in_the_estimate(scheme, stages, count, ratio):
+@pytest.mark.parametrize(("stages", "count", "ratio"), [(2, 80, 1e-3), (2, 60, 1e-4), (1, 80, 1e-4), (3, 60, 1e-5)])
+def test_a_resonance_that_only_better_steps_meet_is_in_the_estimate(stages, count, ratio):
     """With 5 or 6 steps a swing they do more to it than its damping.
 
     First order tells 0.13 of the error of the first, better steps alone 1.0, and 0.001 to 0.3 of the others.
@@ -221,8 +211,8 @@ def test_a_resonance_that_only_better_steps_meet_is_in_the_estimate(scheme, stag
     factor = {"kind": "harmonics", "mean": 1.0, "cosine": (0,) * 11 + (0.02,)}  # harmonics 11 and 13 of the arm
     load = {"at": "arm.A", "force": (0.0, -1.0), "factor": factor}
     scene = case("collocation", speed, damping={"ratio": ratio}, loads={"tip": load})
-    coarse = scene.changed(analysis__scheme=scheme, analysis__stages=stages, analysis__sub_intervals=count)
-    fine = coarse.changed(analysis__sub_intervals=240, analysis__stages=4, analysis__scheme="gauss")
+    coarse = scene.changed(analysis__stages=stages, analysis__sub_intervals=count)
+    fine = coarse.changed(analysis__sub_intervals=240, analysis__stages=4)
     found, finer = analyse(coarse).data, response_of(fine).data
     error = np.abs(found["strain"] - finer["strain"][:: 240 // count].to_numpy()).max()
     assert error > 0.3 * np.abs(found["strain"]).max()

@@ -36,8 +36,8 @@ def test_error_estimate_of_the_seed_four_bar():
     finest = response_of(scene.changed(analysis__sub_intervals=720)).data
     fine = finest["strain"]
     peak = np.abs(fine).max(dim=("theta", "s", "fibre"))
-    for scheme, stages, count in (("radau", 2, 120), ("radau", 3, 72), ("radau", 3, 360), ("gauss", 3, 120)):
-        steps = {"sub_intervals": count, "stages": stages, "scheme": scheme, "allow_coarse": True}
+    for stages, count in ((2, 120), (3, 72), (3, 360)):
+        steps = {"sub_intervals": count, "stages": stages, "allow_coarse": True}
         data = analyse(scene.changed(analysis=scene.analysis.model_copy(update=steps))).data
         error = np.abs(data["strain"] - fine[:: 720 // count].to_numpy()).max(dim=("theta", "s", "fibre"))
         assert (data["strain_error"].sel(source="time") < 3 * error).all()

@@ -40,7 +40,6 @@ MISTAKES = {  # the place of the only warning, and what it says
     "modulus in MPa": ({"materials.aluminium.modulus": 71e3}, "aluminium.modulus", "71000 MPa = 7.1e+10 Pa is likely"),
     "MPa for GPa": ({"materials.aluminium.modulus": "71 MPa"}, "aluminium.modulus", "speed of sound of 162 m/s"),
     "modulus in N/mm^2": ({"materials.aluminium.modulus": 210000}, "aluminium.modulus", "2.1e+11 Pa may be meant"),
-    "settled axial forces of no effect": ({"analysis.tension": "settled"}, "analysis.tension", "'geometric-stiffness'"),
     "drag relative to the links": ({"damping.relative": 1e4}, "damping.relative", "within 0.0001 s"),
     "load in kN for a moment": (
         {

@@ -207,7 +207,7 @@ def test_accepted_motion_was_asked_to_be_stable():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("solver", "harmonic-balance"), ("solver", "sub-intervals"), ("scheme", "gauss"), ("stages", 2)],
+    [("solver", "harmonic-balance"), ("solver", "sub-intervals"), ("stages", 2)],
 )
 def test_what_contradicts_a_tolerance_is_refused(name, value):
     with pytest.raises(SceneError, match=f"analysis.{name}: .* beside a tolerance"):
