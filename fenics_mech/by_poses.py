@@ -15,6 +15,7 @@ from fenics_mech.accuracy.at_stations import between_stations
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
+from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
@@ -417,7 +418,11 @@ def mesh_order(scene: Scene) -> float:
 
 def _unknown(scene: Scene) -> tuple[str, ...]:
     """Say what is wrong by more than any estimate says."""
-    found = [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
+    analysis, found = scene.analysis, list[str]()
+    if scene.drives and analysis.method != "static":
+        by_steps = analysis.method == "periodic" and analysis.solver != "harmonic-balance"
+        found += between_points(scene, analysis.sub_intervals * (analysis.stages if by_steps else 1), cut=by_steps)
+    found += [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
     if scene.impulses and scene.analysis.method == "periodic":
         found.append("what impulses put into vibration that the mesh is too coarse for")
     return tuple(found)

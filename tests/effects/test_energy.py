@@ -183,7 +183,7 @@ def test_undamped_disturbances_keep_their_energy_in_the_full_equation_only(seed,
         "analysis__stability": True,
         "analysis__allow_unstable": True,
         "analysis__allow_coarse": True,
-        }
+    }
     scene = seed.changed(effects=effects, analysis__sub_intervals=360, analysis__solver="collocation", **changes)
     data = response_of(scene).data["multiplier"].to_numpy()
     off = np.abs(np.hypot(*data.T) - 1).max()
