@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -74,6 +74,13 @@ def scene_modes(scene: Scene, system: System) -> Modes:
     from fenics_mech.eigenmodes import solve_modes
 
     return solve_modes(system, scene.analysis.modes, scene.petsc)
+
+
+def bending(system: System, modes: Modes) -> Any:
+    """Give the numbers of the modes that bend a straight member along X, which is free to stretch."""
+    along = [name.endswith((".x", ".X", ".slide")) for name in system.transformation.names]
+    squares = modes.shapes[0] ** 2
+    return (squares[:, along].sum(axis=1) < squares.sum(axis=1) / 2).nonzero()[0]
 
 
 def _no_errors(solution: Solution | Solved | AtRest | InTime, *_: object) -> Errors:

@@ -1,7 +1,4 @@
-"""The same response on all nodes of members that can stretch: there exact strains have their coordinates.
-
-Reduced members have few of them. Members that cannot stretch are stretched here as their axial forces would do.
-"""
+"""The same response on all nodes of members that are reduced: there exact strains have their coordinates."""
 
 from __future__ import annotations
 
@@ -13,20 +10,17 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._sparse import Congruence
-from fenics_mech.accuracy.theory_ladder import exact_theory, released
+from fenics_mech.accuracy.theory_ladder import released
 from fenics_mech.errors import SceneError, UnresolvedError
 from fenics_mech.forces.elastic_response import ElasticResponse, elastic_response
-from fenics_mech.forces.element_ends import balanced, mean_tension
+from fenics_mech.forces.element_ends import balanced
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.beam_links import links
 from fenics_mech.response.motor_response import by_motor
 from fenics_mech.response.periodic.cycle import Cycle
-from fenics_mech.response.periodic.steady_state import by_collocation
 from fenics_mech.response.setup import moved, system_at
 from fenics_mech.response.solution import CollocationSolution, MotorSolution, Solution, TransientSolution
-from fenics_mech.response.transient.in_time import by_time, concatenated, cycles_of, equation_along
-from fenics_mech.response.transient.stated_start import stated_start
+from fenics_mech.response.transient.in_time import concatenated, cycles_of, equation_along
 from fenics_mech.scene import Scene
 
 MOST_ELEMENTS = 200  # of reduced members, whose nodes are all taken: more take far longer than the response itself
@@ -58,10 +52,6 @@ def on_all_nodes(solution: Solution) -> Solution:
         raise UnresolvedError("reduced members cannot follow the ringing after a blow")
     if isinstance(solution, MotorSolution):
         return _on_shaft(solution, scene)
-    if own.transformation.held is not None and scene.impulses:
-        return _struck(solution, scene)
-    if own.transformation.held is not None and isinstance(solution, TransientSolution):
-        return _stretching(solution, scene)
     system = _on_nodes_of(scene, own, own.motion)
     (q,) = _carried(own, system, solution.response)
     found = replace(solution, scene=scene, system=system, response=replace(solution.response, displacement=q))
@@ -75,9 +65,7 @@ def on_all_nodes(solution: Solution) -> Solution:
 
 def _on_nodes_of(scene: Scene, system: System, motion: Motion) -> System:
     """Give the mechanism of a scene with all nodes that the links have in another."""
-    beams = system.beams
-    beams = replace(beams, reduction=None) if system.transformation.held is None else links(exact_theory(scene))
-    return system_at(scene, beams, motion)
+    return system_at(scene, replace(system.beams, reduction=None), motion)
 
 
 def _at_points(own: CollocationSolution, found: CollocationSolution) -> CollocationSolution:
@@ -117,28 +105,11 @@ def _in_time(own: TransientSolution, found: TransientSolution) -> TransientSolut
     )
 
 
-def _struck(own: Solution, scene: Scene) -> CollocationSolution:
-    """Solve for a response of members that cannot stretch anew: those that can ring along their axes after blows."""
-    if not isinstance(own, CollocationSolution):
-        raise UnresolvedError("members that stretch would ring along their axes after a blow")
-    unjudged = scene.changed(analysis__stability=False)
-    return by_collocation(unjudged, _on_nodes_of(unjudged, own.cycle.system, own.cycle.system.motion), own.modes)
-
-
 def _on_shaft(own: MotorSolution, scene: Scene) -> MotorSolution:
     """Solve for a response on a motor's shaft anew: its twist goes with all nodes."""
     unjudged = scene.changed(analysis__stability=False)
     system = _on_nodes_of(unjudged, own.cycle.system, own.cycle.system.motion)
     return by_motor(unjudged, system, own.modes)
-
-
-def _stretching(own: TransientSolution, scene: Scene) -> TransientSolution:
-    """Solve for a response in time of members that cannot stretch anew: those that can ring along their axes."""
-    over_cycle = _on_nodes_of(scene, own.over_cycle, own.over_cycle.motion)
-    start = stated_start(scene, over_cycle)
-    if start is None:
-        raise UnresolvedError("the result that it goes on from has no members that stretch")
-    return by_time(scene, over_cycle, start)
 
 
 def _carried(own: System, there: System, response: ElasticResponse, state: Sequence[Array] = ()) -> list[Array]:
@@ -160,13 +131,4 @@ def _carried(own: System, there: System, response: ElasticResponse, state: Seque
     for n, v in enumerate(nodes):
         left = v - sum(math.comb(n, i) * layout.forward(wanted[i], found[n - i]) for i in range(1, n + 1))
         found.append(square.solve(layout.backward(wanted[0], left)))
-    if own.transformation.held is not None:
-        found[0] = found[0] + _stretched(there, mean_tension(own, response))
     return found
-
-
-def _stretched(system: System, tension: Array) -> Array:
-    """Displacement of the mechanism as axial forces of the elements stretch them, ``(angles, coordinates)``."""
-    ends = np.zeros((*tension.shape, 6))
-    ends[..., 0], ends[..., 3] = -tension, tension
-    return system.held_stiffness.solve(system.on_coordinates(system.assembled_from_members(ends)))

@@ -54,7 +54,7 @@ POINTS = Tableau.of("radau", THEORY.stages)
 Theory = tuple[Scene, System, ElasticResponse]  # a response of one
 
 
-def at_rest(system: System, there: System, response: ElasticResponse, kept: float = 1.0) -> Array:
+def at_rest(system: System, there: System, response: ElasticResponse) -> Array:
     """Give the change of a displacement without inertia, ``(angles, coordinates)``.
 
     Parameters
@@ -63,8 +63,6 @@ def at_rest(system: System, there: System, response: ElasticResponse, kept: floa
         The mechanism in its own theory, and in the exact one.
     response
         The displacement.
-    kept
-        Share of what is left of its own equation that is left of the exact one too.
 
     Raises
     ------
@@ -80,7 +78,7 @@ def at_rest(system: System, there: System, response: ElasticResponse, kept: floa
         return np.stack([tangents.stiffness.solve(load), still, still])
 
     state = np.stack([response.displacement, still, still])
-    return answered(kept * rung.residual(*state), lambda _: top, state, mean_tension(system, response), answer)[0]
+    return answered(rung.residual(*state), lambda _: top, state, mean_tension(system, response), answer)[0]
 
 
 def state_of(orbit: Orbit) -> Array:

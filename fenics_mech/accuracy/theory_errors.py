@@ -62,17 +62,13 @@ def theory_errors(solution: Solution) -> Mapping[str, Array] | None:
     if _not_followed(solution) or len(solution.system.motion.free):
         return None
     try:
-        whole, held = on_all_nodes(solution), solution.system.transformation.held is not None
-        kept = 0.0 if held else 1.0  # members that could not stretch fulfilled another equation
+        whole = on_all_nodes(solution)
         with np.errstate(all="ignore"):  # axes that would turn by 90 degrees have no forces
-            change = _change(whole, exact_theory(whole.scene), kept)
+            change = _change(whole, exact_theory(whole.scene))
     except UnresolvedError:
         return None
     except SolverError:
         return dict.fromkeys(ERROR_VARIABLES, np.array(np.inf))
-    if held:  # what members would stretch by adds to it
-        own = change_between(*((one.scene, one.system, one.response) for one in (solution, whole)))
-        change = {name: part + own.largest[name] for name, part in change.items()}
     return {name: np.nan_to_num(part, nan=np.inf, posinf=np.inf) for name, part in change.items()}
 
 
@@ -83,21 +79,21 @@ def _not_followed(solution: Solution) -> bool:
     return bool(solution.scene.joint_laws)
 
 
-def _change(solution: Solution, exact: Scene, kept: float) -> Mapping[str, Array]:
-    """Give the largest change by quantity; `kept` as of `at_rest`."""
+def _change(solution: Solution, exact: Scene) -> Mapping[str, Array]:
+    """Give the largest change by quantity."""
     match solution:
         case MotorSolution():
             return _under_motor(solution, exact).largest
         case FreeSolution():
             return _of_free_motion(solution, exact).largest
         case PeriodicSolution():
-            return _about_cycle(solution, exact, kept).largest
+            return _about_cycle(solution, exact).largest
         case TransientSolution() if solution.scene.impulses or solution.system.terms.law is not None:
             return change_anew(solution, exact).largest
         case TransientSolution():
             return largest_change_in_time(solution, exact)
         case _:
-            return _about_positions(solution, exact, kept).largest
+            return _about_positions(solution, exact).largest
 
 
 def _of_free_motion(solution: FreeSolution, exact: Scene) -> Quantities:
@@ -110,16 +106,16 @@ def _of_free_motion(solution: FreeSolution, exact: Scene) -> Quantities:
     return change_between(*((one.scene, one.system, one.response) for one in (solution, found)))
 
 
-def _about_positions(solution: Solution, exact: Scene, kept: float) -> Quantities:
+def _about_positions(solution: Solution, exact: Scene) -> Quantities:
     """Change of a static or quasi-static response, position by position."""
     scene, system, response = solution.scene, solution.system, solution.response
     there = moved(exact, system, system.motion)
-    displacement = response.displacement + at_rest(system, there, response, kept)
+    displacement = response.displacement + at_rest(system, there, response)
     changed = ElasticResponse(displacement, system.rigid_acceleration, np.zeros_like(system.rigid_acceleration))
     return change_between((scene, system, response), (exact, there, changed))
 
 
-def _about_cycle(solution: Solution, exact: Scene, kept: float) -> Quantities:
+def _about_cycle(solution: Solution, exact: Scene) -> Quantities:
     """Change of a periodic response, at the points of steps of its cycle."""
     motion = (None if solution.scene.impulses else of_harmonics(solution)) or of_steps(solution)
     cycle, state, (q, rate), scene = motion.cycle, motion.state, motion.starts, motion.cycle.scene
@@ -131,7 +127,7 @@ def _about_cycle(solution: Solution, exact: Scene, kept: float) -> Quantities:
     exactly = Cycle(exact, moved(exact, starts.system, starts.system.motion), cycle.damped_up_to)
     top, top_starts = exactly.at_points(exactly.tableau), exactly.start
     tension = mean_tension(inside.system, response_at(_undamped(inside), *state))
-    found = _closed(kept * inside.residual(*state), lambda _: top, motion, tension)
+    found = _closed(inside.residual(*state), lambda _: top, motion, tension)
     change = change_between(
         (scene, starts.system, elastic_response(_undamped(starts), q, rate)),
         (exact, top_starts.system, elastic_response(_undamped(top_starts), *found)),

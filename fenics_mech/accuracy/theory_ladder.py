@@ -15,17 +15,14 @@ UNKNOWN = "what the theory leaves out"  # as results say it where there is no es
 
 
 def released(scene: Scene) -> Scene:
-    """Give the scene with all nodes of members, which can stretch, as exact strains need it; itself if it is that.
+    """Give the scene with all nodes of members, as exact strains need it; itself if it is that.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    names = [name for name in scene.named_effects if name in LADDER or EXACT_STRAINS not in EFFECTS[name].refuses]
-    if scene.analysis.reduction == "none" and len(names) == len(scene.named_effects):
-        return scene
-    return scene.changed(effects=tuple(names), analysis__reduction="none")
+    return scene if scene.analysis.reduction == "none" else scene.changed(analysis__reduction="none")
 
 
 def judged(method: str) -> set[str]:

@@ -40,8 +40,6 @@ def stiffness_correction(beams: Beams) -> Array:
         arms = beams.layout.offsets.arms
         found = arms.transpose(0, 2, 1) @ found @ arms
     found -= beams.element_stiffness
-    held = np.flatnonzero(np.isinf(beams.rigidity.axial.mean))
-    found[held[:, None, None], np.array(AXIAL)[:, None], AXIAL] = 0.0
     return found
 
 
@@ -78,7 +76,7 @@ def shapes(beams: Beams, element: Index, xi: Array) -> tuple[Array, Array]:
     axial, bending = _flexibility(beams, element, xi)
     whole_axial, whole = (part[element] for part in _flexibility(beams, *_ends(beams)))
     along, across = np.zeros((2, len(element), 6))
-    stretched = np.where(np.isinf(beams.rigidity.axial.mean[element]), xi, axial / whole_axial)
+    stretched = axial / whole_axial
     along[:, AXIAL] = np.stack([1 - stretched, stretched], axis=-1)
     across[:, NORMAL] = (bending[:, :1] @ np.linalg.inv(whole) @ _relative(h))[:, 0]
     across[:, [1, 2]] += np.stack([np.ones_like(xi), xi * h], axis=-1)
@@ -121,7 +119,6 @@ def _from_first_end(
     ea, ei = _rigidities(beams, element, x)
     weight = xi[:, None] * RULE_WEIGHTS
     u = -(h**2) * np.sum((weight / ea)[..., None] * once, axis=1)
-    u[np.isinf(beams.rigidity.axial.mean[element])] = 0.0
     turned = h**3 * np.sum((weight / ei)[..., None] * twice, axis=1)
     w = h**4 * np.sum((weight * (xi[:, None] - x) / ei)[..., None] * twice, axis=1)
     if beams.rigidity.shear is not None:

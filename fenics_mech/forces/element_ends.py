@@ -9,7 +9,7 @@ from fenics_mech.beams.element_dofs import element_dofs, in_member_axes, member_
 from fenics_mech.beams.shapes import AXIAL
 from fenics_mech.effects import AxialForces
 from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.joint_forces import held_tension, without_elastic
+from fenics_mech.forces.joint_forces import without_elastic
 from fenics_mech.forces.reduced_members import response_of_reduced_members
 from fenics_mech.forces.spinning_sections import spinning
 from fenics_mech.mechanism import System
@@ -39,9 +39,6 @@ def _by_stress(system: System, response: ElasticResponse) -> tuple[Array, Array]
     else:
         ends, settled = response_of_reduced_members(beams, strained, without_elastic(system, response))
         v = v + settled - strained
-    held = system.transformation.held
-    if held is not None:
-        ends[..., [0, 3]] += held_tension(system, held, response)[..., None] * [-1.0, 1.0]
     return ends, v
 
 

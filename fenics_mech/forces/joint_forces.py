@@ -12,7 +12,6 @@ from fenics_mech.forces.elastic_response import ElasticResponse
 from fenics_mech.forces.spinning_sections import spinning
 from fenics_mech.mechanism import System
 from fenics_mech.mechanism.elimination import Group
-from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.scene import Prismatic, Slot
 from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.numbering import GROUND
@@ -104,27 +103,6 @@ def _multipliers(system: System, forces: Array) -> Iterator[tuple[Group, Array]]
         residual = np.zeros((*forces.shape[:-1], len(group.dependent)))
         residual[..., nodal] = forces[..., group.dependent[nodal]]
         yield group, group.multipliers(system.motion, residual)
-
-
-def held_tension(system: System, held: Inextensible, response: ElasticResponse) -> Array:
-    """Axial force of elements that cannot stretch, less that of their own inertia (N), ``(angles, elements)``.
-
-    It is what the nodes need beside the joints' forces; 0 for all other elements.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-    held
-        Its members that cannot stretch.
-    response
-        A motion of it.
-    """
-    forces = nodal_forces(system, response)
-    left_over = -forces
-    for group, multipliers in _multipliers(system, forces):
-        left_over += group.on_nodes(system.motion, multipliers, system.transformation.height)
-    return held.forces(left_over)
 
 
 def joint_forces(joints: Mapping[str, Joint], found: Reactions, laws: Sequence[LawForces] = ()) -> dict[str, Array]:

@@ -18,13 +18,10 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from fenics_mech._arrays import Array
 from fenics_mech.beams.element_dofs import element_dofs
-from fenics_mech.beams.element_matrices import assemble_beams
-from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.beams.nonlinear_stretching import half_square_in_time
-from fenics_mech.effects import NOTHING, active, loads_at_nodes, shaped
-from fenics_mech.effects.inextensible import with_stretching
+from fenics_mech.effects import NOTHING
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism import System, build_system
+from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
 
@@ -35,7 +32,7 @@ class Shortening:
     Parameters
     ----------
     system
-        The mechanism, with geometric stiffness, of members that can stretch.
+        The mechanism, with geometric stiffness.
     jets
         Elastic displacement v in link axes and two time derivatives, each ``(angles, nodal dofs)``.
     """
@@ -46,9 +43,6 @@ class Shortening:
     @classmethod
     def of(cls, scene: Scene, system: System, jets: tuple[Array, Array, Array]) -> Shortening | None:
         """Give it where axial forces that are given act on the bent axis.
-
-        Members that cannot stretch are replaced by those that can: what is too short moves the nodes of a linkage that
-        is statically determinate in the same way.
 
         Parameters
         ----------
@@ -61,10 +55,6 @@ class Shortening:
         """
         if system.terms.stiffening is None:
             return None
-        if system.transformation.held is not None:
-            other = with_stretching(scene)
-            beams = shaped(other, assemble_beams(other, mesh_scene(other, loads_at_nodes(active(other)))))
-            system = build_system(other, beams, system.motion, system.terms)
         return cls(system, jets)
 
     @cached_property

@@ -79,7 +79,7 @@ def most_recovered(acting: Collection[Effect]) -> int:
 
 
 def reducible(scene: Scene, beams: Beams) -> list[int]:
-    """Members that have inner nodes, and no need of them: no pin travels along them, and they can stretch.
+    """Members that have inner nodes, and no need of them: no pin travels along them.
 
     Parameters
     ----------
@@ -91,5 +91,5 @@ def reducible(scene: Scene, beams: Beams) -> list[int]:
     members = scene.members()
     guides = set(members_under_pins(scene.joints, members).values())
     owners = beams.mesh.cell_member
-    needed = np.append(owners[np.isinf(beams.rigidity.axial.mean)], np.flatnonzero(np.bincount(owners) == 1))
+    needed = np.flatnonzero(np.bincount(owners) == 1)
     return [i for i, label in enumerate(members) if label not in guides and i not in needed]

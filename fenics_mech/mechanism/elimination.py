@@ -17,14 +17,26 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
 from fenics_mech._arrays import Array, Index, solved
-from fenics_mech.effects.inextensible import EFFECT as INEXTENSIBLE
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion
 from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints
 from fenics_mech.mechanism.contact import Contact
-from fenics_mech.mechanism.inextensibility import ELIMINATION, Inextensible
 from fenics_mech.mechanism.jets import Jets
 from fenics_mech.mechanism.relative import relative_to_base
+
+
+@dataclass(frozen=True)
+class EliminationLimits:
+    """Limits by which the unknowns to solve for are chosen."""
+
+    leverage: float = 1e8  # largest factor of an unknown that is kept in one that is solved for
+    travelling_leverage: float = 30.0  # the same where a pin travels, rotations times its member's length
+    condition: float = 1e14  # of the equations by the unknowns solved for: beyond it they count as singular
+    pivot: float = 1e-6  # smallest pivot, relative to its column
+    nodal_pivot: float = 0.1  # of a relative nodal dof, below which a joint's own coordinate is solved for instead
+
+
+ELIMINATION = EliminationLimits()
 
 
 def _divided(left: Array, right: Array) -> Array:
@@ -142,9 +154,7 @@ class Group:
         return motion.path.once(what, (self,), lambda: self.jets(motion, 1)[0][0])
 
 
-def eliminate(
-    constraints: Constraints, motion: Motion, first_own: int, held: Inextensible | None = None
-) -> tuple[tuple[Group, ...], csr_matrix | None]:
+def eliminate(constraints: Constraints, motion: Motion, first_own: int) -> tuple[tuple[Group, ...], csr_matrix | None]:
     """Choose the unknowns to solve for, in every group.
 
     Parameters
@@ -155,14 +165,11 @@ def eliminate(
         The motion at all angles: the choice must be good at each of them.
     first_own
         First column that is a joint's own coordinate; such are solved for last.
-    held
-        The members that cannot stretch, if any.
 
     Returns
     -------
     tuple
-        The groups, and B of ``v = B z`` where some of the unknowns are relative displacements z, or follow from others
-        by members that cannot stretch, else None.
+        The groups, and B of ``v = B z`` where some of the unknowns are relative displacements z, else None.
 
     Raises
     ------
@@ -170,9 +177,6 @@ def eliminate(
         When no choice is good at every angle, as where rigid links are in line.
     """
     columns = [equation.columns(motion) for equation in constraints.equations]
-    if held is not None:
-        base = held.base(first_own + len(constraints.names))
-        return _held_groups(constraints, columns, motion, first_own, base, float(held.mesh.member_length.max())), base
     groups: list[Group] = []
     unyielding: list[Contact] = []
     for members in _connected(columns):
@@ -203,52 +207,6 @@ def _relative_groups(
         else:
             groups.append(_pivoted(equations, unknowns, motion, first_own, constraints.bodies))
     return tuple(groups)
-
-
-def _held_groups(
-    constraints: Constraints, columns: list[Index], motion: Motion, first_own: int, base: csr_matrix, length: float
-) -> tuple[Group, ...]:
-    """Choose where members cannot stretch: one group holds all joints that such members lie between.
-
-    The independent unknowns are those that determine the motions left best, at their worst angle. In a four-bar it is
-    the crank pin's displacement across the crank, as no other one moves at all angles.
-    """
-    groups = []
-    step = -(-len(motion.theta) // ELIMINATION.positions)
-    for members in _connected([np.unique(base[c].indices).astype(np.int64) for c in columns]):
-        equations, mine = _gathered(constraints, columns, members)
-        unknowns = np.unique(base[mine].indices).astype(np.int64)
-        unit = np.where((unknowns % 3 == 2) & (unknowns < first_own), length, 1.0)
-        none = np.zeros(0, dtype=np.int64)
-        whole = Group(equations, mine, none, unknowns, base).jets(motion.part(slice(None, None, step)), 1)[1][0] / unit
-        motions = np.linalg.svd(whole / np.linalg.norm(whole, axis=2, keepdims=True))[2][:, whole.shape[1] :]
-        chosen, _ = _one_by_one(motions, motions.shape[1], lambda least: int(np.argmax(np.round(least, 3))))
-        group = Group(equations, mine, np.delete(unknowns, chosen), unknowns[chosen], base)
-        k = _worst_angle(group, motion, np.delete(unit, chosen), unit[chosen])
-        if k is not None or len(chosen) < motions.shape[1]:
-            raise AssemblyError(
-                f"members that cannot stretch lock the linkage at joint {equations[0].joint}, or hold it more than "
-                f"once, at drive angle {np.degrees(motion.theta[k or 0]):.6g} deg: leave out "
-                f"{INEXTENSIBLE.name!r}"
-            )
-        groups.append(group)
-    return tuple(groups)
-
-
-def _worst_angle(group: Group, motion: Motion, lead_unit: Array, rest_unit: Array) -> int | None:
-    """Number of the angle at which a group cannot be solved, or only with a huge leverage; None if there is none."""
-    lead, rest = (jets[0] for jets in group.jets(motion, 1))
-    if lead.shape[1] != lead.shape[2]:  # more equations than unknowns
-        return 0
-    lead, rest = lead / lead_unit, rest / rest_unit
-    size = np.linalg.norm(lead, axis=2, keepdims=True)
-    condition = np.linalg.cond(lead / size)
-    k = int(np.argmax(condition))
-    if not condition[k] < ELIMINATION.condition:
-        return k
-    leverage = np.abs(np.linalg.solve(lead, rest)).max(axis=(1, 2), initial=0.0)
-    k = int(np.argmax(leverage))
-    return None if leverage[k] < ELIMINATION.leverage else k
 
 
 def _one_by_one(left: Array, count: int, pick: Callable[[Array], int]) -> tuple[list[int], int]:

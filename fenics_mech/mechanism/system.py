@@ -19,7 +19,6 @@ from fenics_mech.effects import NOTHING, Entries, Loads, Terms
 from fenics_mech.effects.rotation_forces import RotationForces
 from fenics_mech.effects.section_spin import SectionSpin
 from fenics_mech.kinematics import Motion
-from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.transformation import Transformation, build_transformation
 from fenics_mech.scene import Scene
 
@@ -390,8 +389,5 @@ def build_system(scene: Scene, beams: Beams, motion: Motion, terms: Terms = NOTH
     ------
     AssemblyError
         When the joints' equations cannot be solved at some angle.
-    SceneError
-        When members that cannot stretch brace each other.
     """
-    held = Inextensible.of(beams.mesh, beams.rigidity.axial.mean)
-    return System(beams, motion, build_transformation(scene, beams, motion, held), terms)
+    return System(beams, motion, build_transformation(scene, beams, motion), terms)

@@ -20,7 +20,6 @@ from fenics_mech.kinematics import Motion
 from fenics_mech.kinematics.motion import joined
 from fenics_mech.mechanism.constraints import ConstraintEquation, Constraints, build_constraints
 from fenics_mech.mechanism.elimination import Group, eliminate
-from fenics_mech.mechanism.inextensibility import Inextensible
 from fenics_mech.mechanism.jets import Jets
 from fenics_mech.scene import Scene
 from fenics_mech.scene.numbering import GROUND
@@ -53,10 +52,7 @@ class Transformation:
     modes
         Number of the members' modes, where the links are reduced: each is a coordinate itself, and they come last.
     base
-        B, where some of the unknowns are displacements relative to a base node (see `relative`), or follow from others
-        by members that cannot stretch, else None.
-    held
-        The members that cannot stretch, if any.
+        B, where some of the unknowns are displacements relative to a base node (see `relative`), else None.
     """
 
     constraints: Constraints
@@ -68,7 +64,6 @@ class Transformation:
     place: Index
     modes: int = 0
     base: sp.csr_matrix | None = None
-    held: Inextensible | None = None
 
     @cached_property
     def shape(self) -> tuple[int, int]:
@@ -287,10 +282,8 @@ class Transformation:
         return np.asarray(carried, dtype=float).reshape(force.shape)
 
 
-def build_transformation(
-    scene: Scene, beams: Beams, motion: Motion, held: Inextensible | None = None
-) -> Transformation:
-    """Lay out the coordinates of a scene's mechanism, some of whose members may not stretch.
+def build_transformation(scene: Scene, beams: Beams, motion: Motion) -> Transformation:
+    """Lay out the coordinates of a scene's mechanism.
 
     Parameters
     ----------
@@ -300,28 +293,23 @@ def build_transformation(
         The links' matrices.
     motion
         Its rigid motion.
-    held
-        The members that cannot stretch.
 
     Raises
     ------
-    SceneError
-        When members that cannot stretch brace each other.
     AssemblyError
         When the joints' equations cannot be solved at some angle of the motion.
     """
     if motion.path is None:
-        return _laid_out(scene, beams, motion, held)
-    sources = (beams.mesh, beams.reduction) if held is None else (beams,)
-    return motion.path.once("layout of P", sources, lambda: _laid_out(scene, beams, motion, held))
+        return _laid_out(scene, beams, motion)
+    return motion.path.once("layout of P", (beams.mesh, beams.reduction), lambda: _laid_out(scene, beams, motion))
 
 
-def _laid_out(scene: Scene, beams: Beams, motion: Motion, held: Inextensible | None) -> Transformation:
+def _laid_out(scene: Scene, beams: Beams, motion: Motion) -> Transformation:
     mesh, reduction = beams.mesh, beams.reduction
     height = 3 * len(mesh.node_name)
     place = np.arange(height) if reduction is None else reduction.place
     constraints = build_constraints(scene, mesh)
-    groups, base = eliminate(constraints, motion, height, held)
+    groups, base = eliminate(constraints, motion, height)
     dependent = np.concatenate([np.zeros(0, dtype=np.int64), *(group.dependent for group in groups)])
     coordinate = np.full(height + len(constraints.names), -1)
     kept = np.arange(len(coordinate)) if base is None else np.unique(base.indices)  # others have no part in B z
@@ -343,7 +331,6 @@ def _laid_out(scene: Scene, beams: Beams, motion: Motion, held: Inextensible | N
         place=place,
         modes=len(modes),
         base=base,
-        held=held,
     )
 
 

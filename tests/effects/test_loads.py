@@ -1,16 +1,13 @@
 """Loads at points and along members, constant, changing and following, against closed forms and virtual work."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from fenics_mech import analyse
 from fenics_mech.analysis import mechanism
-from fenics_mech.beams.element_dofs import member_rotation
-from fenics_mech.effects import EFFECTS, Effect, Loads, Terms, active, loads_at_nodes
-from fenics_mech.effects.terms import in_links
+from fenics_mech.effects import active, loads_at_nodes
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.response.sampling_checks import refuse_undersampled
@@ -454,31 +451,6 @@ def test_what_needs_a_node_gets_one():
         assert len(member_nodes(scene, "beam", loads_at_nodes(active(scene)))) == nodes
     moving = seed_four_bar(loads={"P": {"at": "coupler@0.34", "force": (0, -2.0)}})
     assert len(member_nodes(moving, "coupler", loads_at_nodes(active(moving)))) == 5
-
-
-def pull_along_members(situation):
-    """A constant pull along +Y on all members (30 N/m)."""
-    mesh = situation.beams.mesh
-    force = in_links(situation.motion, np.array([0.0, 30.0]))[:, mesh.member_link[mesh.cell_member]]
-    along = np.einsum("eij,aej->aei", member_rotation(mesh)[:, :2, :2], force)
-    return Terms(loads=Loads(line=np.repeat(along, 2, axis=-1)))
-
-
-def test_another_effect_that_gives_loads_does_their_work(monkeypatch):
-    """Against the same loads stated as such; without `work` the effect is refused."""
-    effect = Effect("pull", "a pull", "(4.39)", terms=pull_along_members, stated=lambda scene: scene.name == "pulled")
-    analysis = {"sub_intervals": 60, "solver": "collocation", "modes": 3, "allow_coarse": True, "stability": False}
-    # the equation of poses knows no effects of others, and no members that cannot stretch
-    scene = seed_four_bar(analysis=analysis, effects=("coupling", "inextensible"), drive__speed=20.0)
-    loads = {name: {"member": name, "line": (0.0, 30.0)} for name in scene.members()}
-    monkeypatch.setitem(EFFECTS, "pull", effect)
-    with pytest.raises(TypeError, match="'pull' gives loads"):
-        analyse(scene.changed(name="pulled"))
-    monkeypatch.setitem(EFFECTS, "pull", replace(effect, work="as load"))
-    found, expected = (analyse(one).data for one in (scene.changed(name="pulled"), scene.changed(loads=loads)))
-    for name in ("strain", "joint_force", "input_torque"):
-        assert np.abs(found[name] - expected[name]).max() < 1e-9 * np.abs(expected[name]).max()
-    assert found.attrs["power_balance_error"] == pytest.approx(expected.attrs["power_balance_error"], rel=1e-6)
 
 
 @pytest.mark.parametrize("effects", [(), ("coupling", "large-rotations")])
