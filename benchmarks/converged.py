@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -11,14 +10,14 @@ from benchmarks.cost_grid import meshed
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.coupling import EFFECT as COUPLING
+from fenics_mech.effects.known import COUPLING
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import harmonics
 from fenics_mech.scene import Scene
 
 CONVERGED_STEPS = ((240, 4), (360, 3))  # sub-intervals and Radau points: of the answer, and of its check
 QUICK = ((120, 3), (80, 4))
-REDUCED = ((64, 20_000.0), (32, 8_000.0))  # elements and cutoff (Hz) where members are reduced
+
 MESH_ORDERS = {True: 4, False: 2}  # of the strains in the length of the elements: with coupling, and without
 
 
@@ -151,28 +150,15 @@ def converged(scene: Scene, meshes: tuple[int, int, int], quick: bool = False) -
     """
     fine, other = QUICK if quick else CONVERGED_STEPS
 
-    def run(elements: int, steps: tuple[int, int], **reduction: Any) -> Array:
+    def run(elements: int, steps: tuple[int, int]) -> Array:
         changed = scene.changed(
             analysis__method="periodic", analysis__solver="collocation", analysis__allow_coarse=True,
-            analysis__scheme="radau", analysis__sub_intervals=steps[0], analysis__stages=steps[1], **reduction,
+            analysis__sub_intervals=steps[0], analysis__stages=steps[1],
         )  # fmt: skip
         return strains(analyse(meshed(changed, elements)))
 
-    if (
-        set(scene.named_effects) == {COUPLING.name} and not quick
-    ):  # the one equation that the reduction changes nothing of
-        answer, check = (
-            run(elements, steps, analysis__reduction="craig-bampton", analysis__cutoff=cutoff)
-            for steps, (elements, cutoff) in zip(CONVERGED_STEPS, REDUCED)
-        )
-        how = (
-            f"collocation with {fine[1]} Radau points in {fine[0]} sub-intervals, members of {REDUCED[0][0]} elements "
-            f"reduced to modes up to {REDUCED[0][1]:g} Hz; checked by {REDUCED[1][0]} elements, {REDUCED[1][1]:g} Hz, "
-            f"{other[1]} points in {other[0]} sub-intervals"
-        )
-        return Converged(answer, difference(check, answer), how)
     first, second, third = run(meshes[0], fine), run(meshes[1], fine), run(meshes[2], other)
-    order = MESH_ORDERS[COUPLING.name in scene.named_effects]
+    order = MESH_ORDERS[COUPLING in scene.named_effects]
     found = extrapolated(first, second, meshes[0] / meshes[1], order)
     check = extrapolated(second, third, meshes[1] / meshes[2], order)
     how = (

@@ -6,9 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from fenics_mech.effects.coupling import EFFECT as COUPLING
-from fenics_mech.errors import SceneError
 from fenics_mech.planning.effect_choice import choose
+
+from fenics_mech.effects.known import COUPLING
+from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.bodies import Mesh
 from fenics_mech.scene.meshing import with_meshes
@@ -21,15 +22,10 @@ SETTINGS = {  # of the table, and their meaning
     "join": "how sub-intervals are joined",
     "stages": "collocation points in a sub-interval",
     "harmonics": "harmonics of the Fourier series",
-    "cutoff": "frequency up to which modes of reduced members are kept (Hz), 0: not reduced",
     "tolerance": "relative tolerance of an integration in time",
     "cycles": "cycles of an integration in time",
 }
 REFERENCE_MESHES = ((12, 8, 6), (8, 6, 4), (6, 4, 3), (4, 3, 2), (3, 2, 1))  # elements per member, finest first
-REDUCED_RUNS = (  # sub-intervals, points in each, elements a link, cutoff (Hz)
-    (36, 4, 8, 300), (48, 4, 8, 500), (60, 4, 8, 1000), (80, 3, 8, 1000), (120, 3, 16, 2000), (180, 3, 16, 4000),
-    (240, 3, 32, 8000),
-)  # fmt: skip
 MOST_ELEMENTS = 28  # of all members together, in a reference: the time grows with their third power
 
 
@@ -83,7 +79,7 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
             "the cost of accuracy cannot be measured with a motor, which has one solver only", place="drive"
         )
     wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
-    effects = sorted(wanted, key=lambda name: name != COUPLING.name)
+    effects = sorted(wanted, key=lambda name: name != COUPLING)
     lenient = {"analysis__stability": False, "analysis__allow_coarse": True, "analysis__allow_large": True}
     plain = scene.changed(effects=(), tolerance=None, analysis__error_estimates=True, **lenient)
     found = {TRUNCATED: plain}
@@ -175,7 +171,7 @@ def _sub_intervals(scene: Scene, quick: bool) -> Iterator[GridRun]:
 
 
 def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
-    """Collocation with its schemes and stages, with members reduced, and harmonic balance."""
+    """Collocation with its stages, and harmonic balance."""
     steps: dict[int, tuple[tuple[int, int], ...]] = {
         1: ((720, 3),),
         2: ((120, 3), (240, 3), (360, 3), (240, 6)),
@@ -184,22 +180,12 @@ def _whole_equation(name: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
     series: tuple[tuple[int, int], ...] = ((30, 3), (60, 3), (60, 4), (60, 6), (90, 4))
     if quick:
         steps, series = {3: ((24, 1), (80, 2))}, ((8, 2),)
-    for scheme in ("radau", "gauss"):
-        for stages, settings in steps.items():
-            for count, elements in settings:
-                yield grid_run(
-                    f"collocation, {scheme}", name, scene, solver="collocation", scheme=scheme, elements=elements,
-                    sub_intervals=count, stages=stages,
-                )  # fmt: skip
-    yield from _reduced(name, scene, quick)
+    for stages, settings in steps.items():
+        for count, elements in settings:
+            yield grid_run(
+                "collocation", name, scene, solver="collocation", elements=elements, sub_intervals=count, stages=stages
+            )
     for harmonics, elements in series:
         count = 60 * (4 * harmonics // 60 + 1)  # more than four times as many are needed
         yield grid_run("harmonic balance", name, scene, solver="harmonic-balance", elements=elements,
                     sub_intervals=count, harmonics=harmonics)  # fmt: skip
-
-
-def _reduced(equation: str, scene: Scene, quick: bool) -> Iterator[GridRun]:
-    """Collocation with reduced members."""
-    for count, stages, elements, cutoff in REDUCED_RUNS[:1] if quick else REDUCED_RUNS:
-        yield grid_run("collocation, reduced", equation, scene, solver="collocation", sub_intervals=count,
-                    elements=elements, reduction="craig-bampton", cutoff=cutoff, stages=stages)  # fmt: skip

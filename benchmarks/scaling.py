@@ -17,7 +17,7 @@ from benchmarks.timing import TIMES, machine, timed
 from fenics_mech._system import peak_memory
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.coupling import EFFECT as COUPLING
+from fenics_mech.effects.known import COUPLING
 from fenics_mech.errors import MechanismError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -26,7 +26,7 @@ from fenics_mech.studies.run_table import FAILURE, RunTable, labelled
 LONGEST_LINE_RUN = 15.0  # seconds of a run, after which a line is not made longer
 THICKER = 0.03  # of each stage's inertias against the one before: no two links are alike
 RATIO, RETARDATION = 0.02, 1e-4  # damping of all modes, which makes matrices full, and by the material (s)
-SOLVERS = {"sub-intervals": (), "collocation": (COUPLING.name,)}  # and the effects that they are run with
+SOLVERS = {"sub-intervals": (), "collocation": (COUPLING,)}  # and the effects that they are run with
 PER_POSITION = "per position"
 NUMBERS = TIMES | {  # by variable: unit, meaning
     "memory": ("MB", "largest memory of the process"),
@@ -35,7 +35,6 @@ NUMBERS = TIMES | {  # by variable: unit, meaning
 SETTINGS = {
     "series": "what varies",
     "solver": "solver of the periodic response",
-    "reduction": "reduction of the links",
     "elements": "elements per link",
     "links": "moving links",
     "positions": "positions in a cycle (sub-intervals)",
@@ -53,23 +52,20 @@ class Size:
         What varies: "elements", "links", "positions", or `PER_POSITION`, where elements and positions do.
     solver
         Of `SOLVERS`.
-    reduction
-        "none" or "craig-bampton".
     elements, links, positions
         Elements per link, moving links, sub-intervals.
     """
 
     series: str
     solver: str
-    reduction: str
     elements: int = 3
     links: int = 3
     positions: int = 120
 
     @property
-    def line(self) -> tuple[str, str, str]:
+    def line(self) -> tuple[str, str]:
         """The runs that it is compared with."""
-        return self.series, self.solver, self.reduction
+        return self.series, self.solver
 
     def scene(self) -> Scene:
         """Give the scene of the run. It is as coarse as it is asked for: what it costs counts, not how good it is."""
@@ -80,7 +76,6 @@ class Size:
             damping=damping,
             mesh__elements=self.elements,
             analysis__solver=self.solver,
-            analysis__reduction=self.reduction,
             analysis__sub_intervals=self.positions,
             analysis__allow_coarse=True,
             analysis__allow_ringing=True,
@@ -134,25 +129,24 @@ def sizes(quick: bool = False) -> list[Size]:
     quick
         With few and small runs.
     """
-    along: dict[str, dict[str, tuple[int, ...]]] = {  # by series, by reduction
-        "elements": {"none": (3, 10, 20, 100, 300), "craig-bampton": (3, 10, 100, 1000, 3000)},
-        "links": dict.fromkeys(("none", "craig-bampton"), (3, 7, 15, 29)),
-        "positions": dict.fromkeys(("none", "craig-bampton"), (60, 400, 2500, 10_000)),
+    along: dict[str, tuple[int, ...]] = {  # by series
+        "elements": (3, 10, 20, 100, 300),
+        "links": (3, 7, 15, 29),
+        "positions": (60, 400, 2500, 10_000),
     }
-    fineness: tuple[int, ...] = (8, 64, 512)
+    fineness: tuple[int, ...] = (8, 32, 128)
     count = 1000
     if quick:
-        along = {series: dict.fromkeys(lines, lines["none"][:2]) for series, lines in along.items()}
+        along = {series: values[:2] for series, values in along.items()}
         fineness, count = fineness[:2], 60
     return [*_lines(along), *_pairs(fineness, (count, 2 * count))]
 
 
-def _lines(along: dict[str, dict[str, tuple[int, ...]]]) -> Iterator[Size]:
-    for series, lines in along.items():
+def _lines(along: dict[str, tuple[int, ...]]) -> Iterator[Size]:
+    for series, values in along.items():
         for solver in SOLVERS:
-            for reduction, values in lines.items():
-                for value in values:
-                    yield Size(series, solver, reduction, **{series: value})  # type: ignore[arg-type]
+            for value in values:
+                yield Size(series, solver, **{series: value})  # type: ignore[arg-type]
 
 
 def _pairs(fineness: Sequence[int], positions: Sequence[int]) -> Iterator[Size]:
@@ -160,7 +154,7 @@ def _pairs(fineness: Sequence[int], positions: Sequence[int]) -> Iterator[Size]:
     for solver in SOLVERS:
         for elements in fineness:
             for count in positions:
-                yield Size(PER_POSITION, solver, "craig-bampton", elements=elements, positions=count)
+                yield Size(PER_POSITION, solver, elements=elements, positions=count)
 
 
 def measure_scaling(
@@ -180,7 +174,7 @@ def measure_scaling(
     work, slow = run or in_own_process, set()
     rows: list[dict[str, Any]] = []
     for size in asked:
-        progress(f"{size.solver}, {size.reduction}: {size.elements} elements, {size.links} links, {size.positions}")
+        progress(f"{size.solver}: {size.elements} elements, {size.links} links, {size.positions}")
         row: dict[str, Any] = asdict(size) | {"failure": "", "message": ""}
         try:
             if size.line in slow:

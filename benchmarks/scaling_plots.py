@@ -66,13 +66,10 @@ def _draw(axes: Axes, data: xr.Dataset, series: str, variable: str) -> None:
 def _lines(data: xr.Dataset, series: str) -> Iterator[tuple[str, dict[str, Any], xr.Dataset]]:
     """Give each line of a series: its label, how it is drawn, its runs."""
     table = data.isel(run=np.flatnonzero((data["series"] == series).to_numpy()))
-    solver, reduction = (table[name].to_numpy().astype(str) for name in ("solver", "reduction"))
-    for i, name in enumerate(dict.fromkeys(solver)):
-        for kind in dict.fromkeys(reduction):
-            whole = kind == "none"
-            look = {"color": COLOURS[i], "linestyle": ":" if whole else "-", "marker": "o" if whole else "s"}
-            runs = np.flatnonzero((solver == name) & (reduction == kind))
-            yield f"{name}{', all nodes' if whole else ', reduced'}", look, table.isel(run=runs)
+    solver = table["solver"].to_numpy().astype(str)
+    for colour, name in zip(COLOURS, dict.fromkeys(solver)):
+        look = {"color": colour, "linestyle": "-", "marker": "o"}
+        yield name, look, table.isel(run=np.flatnonzero(solver == name))
 
 
 def scaling_summary(scaling: Scaling) -> Group:
@@ -113,7 +110,7 @@ def last_power(sizes: Any, numbers: Any) -> float:
 def _per_position_table(data: xr.Dataset) -> Table:
     table = table_of(
         "Time per position, without one-off work",
-        "solver, reduced",
+        "solver",
         "elements",
         "time (ms)",
         "relative to\nthe coarsest",

@@ -55,7 +55,7 @@ LEFT_OF_SHOCK = (
 )  # of an error that is asked for: straight links that move at once vibrate more than steady ones
 LEFT_OF_START = 1e-3  # of the start, after the coarse cycles, and of what these leave after the fine ones
 Curves = dict[str, np.ndarray]
-COLLOCATION = {"sub_intervals": 480, "stages": 3, "solver": "collocation", "reduction": "none"}
+COLLOCATION = {"sub_intervals": 480, "stages": 3, "solver": "collocation"}
 COLLOCATION |= {"stability": False, "allow_large": True, "allow_unstable": True, "allow_coarse": True}
 
 

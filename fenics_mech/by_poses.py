@@ -16,20 +16,18 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
+from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.springs import too_stiff
-from fenics_mech.eigenmodes import modes_kept
 from fenics_mech.errors import SceneError, UnstableError
-from fenics_mech.forces.joint_forces import effort_units
-from fenics_mech.forces.strains import stress_over_modulus, young_modulus
+from fenics_mech.joints.torsional_springs import too_stiff
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
-from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
-from fenics_mech.planning.effect_choice import Rung
+from fenics_mech.modes_by_poses import modes_kept
+from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
@@ -39,15 +37,26 @@ from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.response.sampling_checks import refuse_undersampled
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.solve import followed_modes, held_modes, quasi_static
-from fenics_mech.solved_by_poses import EXACT, STIFFENED, AtRest, LinearCycle, Run, Solved
+from fenics_mech.scene.joints import effort_units
+from fenics_mech.solve import followed_modes, forces_about, held_modes, quasi_static
+from fenics_mech.solve.stability_limits import STABILITY
+from fenics_mech.solved_by_poses import (
+    COUPLED,
+    EXACT,
+    FREE,
+    STIFFENED,
+    AtRest,
+    LinearCycle,
+    Run,
+    Solved,
+    with_effects,
+)
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
@@ -130,12 +139,12 @@ class RefinedByPoses:
     _chosen: bool = False
     _stability: xr.Dataset = field(default_factory=xr.Dataset)
 
-    def theories(self, scene: Scene) -> list[Rung]:
+    def planned(self, scene: Scene) -> Scene:
         """Give a scene with its effects: where the program chooses them, strains are exact."""
         self._chosen = scene.effects == "auto"
-        return [(planned(scene), ())]
+        return planned(scene)
 
-    def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
+    def analyse(self, trial: Scene) -> Result:
         """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
         solved = solution(trial)
         errors = estimated(solved, self._chosen)
@@ -161,35 +170,15 @@ class RefinedByPoses:
         return collected(*self._last, self._stability)
 
 
-COUPLED = "coupling"  # effect that acts in every motion of poses
-FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-
-
 def has_poses(scene: Scene) -> bool:
-    """Say whether a scene goes by the equation of poses: where it asks for it, and periodic motions.
-
-    It is that of rest where joints move freely, and of other statics and of periodic motions with all coupling, where
-    it has terms for all that the scene states.
+    """Say whether a scene is answered at rest or over a cycle, by the equation of poses.
 
     Parameters
     ----------
     scene
         The scene.
     """
-    if scene.analysis.solver == "poses" or (scene.freedoms and scene.analysis.method == "static"):
-        return True
-    named = () if scene.effects == "auto" else scene.named_effects
-    coupled = scene.effects == "auto" or COUPLED in named or EXACT in named or scene.analysis.method != "periodic"
-    if scene.analysis.solver == "sub-intervals" or scene.analysis.method == "transient" or not coupled:
-        return False
-    if scene.analysis.reduction != "none":  # poses have all nodes, of which such a scene may have tens of thousands
-        return False
-    try:
-        machine_of(planned(scene))
-    except SceneError as error:
-        logger.info("not by the equation of poses: %s", error)
-        return False
-    return True
+    return scene.analysis.method != "transient" and not has_modes(scene)
 
 
 def planned(scene: Scene) -> Scene:
@@ -206,28 +195,22 @@ def planned(scene: Scene) -> Scene:
         When it lists effects that the equation has not yet, leaves out those that it always has, or asks for other
         points in a step.
     """
+    in_time = scene.analysis.method == "transient"
     if scene.analysis.scheme != "radau":
-        raise SceneError("solver = 'poses' has the points 'radau' alone", place="analysis.scheme")
-    if scene.effects == "auto":
-        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
-        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
-    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
+        what = "a motion in time" if in_time else "solver = 'poses'"
+        raise SceneError(f"{what} has the points 'radau' alone", place="analysis.scheme", hint="Leave scheme out")
+    scene = with_effects(with_exact_strains(scene) if in_time else scene)
+    if scene.analysis.method == "periodic" and COUPLED not in scene.named_effects:
         scene = scene.changed(effects=(*scene.named_effects, COUPLED))
     if scene.freedoms and scene.analysis.method == "static":  # links go along with them by any angle
         kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
         scene = scene.changed(effects=(*kept, EXACT))
     acting = {effect.name for effect in active(scene)}
-    if scene.analysis.method == "periodic" and COUPLED not in acting:
-        raise SceneError(
-            "without 'coupling' the motion is that of equation (5.1), which the equation of poses does not hold",
-            place="effects",
-            hint="Add 'coupling', or write solver = 'sub-intervals'",
-        )
     if "motor" in acting and EXACT not in acting:
         raise SceneError(
             f"where a motor's shaft twists, the equation of poses has exact strains alone, and {EXACT!r} is not listed",
             place="effects",
-            hint=f"Add {EXACT!r}, or write solver = 'collocation'",
+            hint=f"Add {EXACT!r}",
         )
     if STIFFENED in acting and scene.analysis.tension == "settled":
         raise SceneError(
@@ -236,6 +219,20 @@ def planned(scene: Scene) -> Scene:
             hint=f"Replace {STIFFENED!r} by {EXACT!r}, which holds settled forces",
         )
     return scene
+
+
+def with_exact_strains(scene: Scene) -> Scene:
+    """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    if scene.effects == "auto" or EXACT in scene.named_effects:
+        return scene
+    kept = (name for name in scene.named_effects if name not in (STIFFENED, COUPLED, EXACT))
+    return scene.changed(effects=(COUPLED, EXACT, *kept))
 
 
 def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
@@ -575,7 +572,7 @@ def collected(
         parts += [lambda data: _modes(solved), lambda data: _without_vibration(solved)]
     if cycle is not None:
         parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
-    parts.append(lambda data: mode_speeds(scene))
+    parts.append(lambda data: mode_speeds(scene, found.made))
     if errors is not None:
         data = joined(data, of_errors(errors).dataset())
     for part in parts:
@@ -630,15 +627,15 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
 
 def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
-    scene, machine = solved.scene, solved.made.machine
-    found = followed_modes(machine, solved.positions.motion.t)
+    scene, machine, t = solved.scene, solved.made.machine, solved.positions.motion.t
+    found = followed_modes(machine, t, about=forces_about(machine, t) if STIFFENED in scene.named_effects else None)
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
-    start = held_modes(solved.finer.machine, 0.0)[0][:count]
+    here, finer = (held_modes(x.machine, 0.0)[0][:count] for x in (solved.made, solved.finer))
     along = ("theta", "mode")
     return xr.Dataset(
         {
             "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), np.abs(found.omega[0, :count] / start - 1)),
+            "frequency_error": (("mode",), np.abs(here / finer - 1)),
             "assurance": (along, found.assurance[:, :count]),
         },
         {"mode": np.arange(1, count + 1)},

@@ -24,15 +24,14 @@ from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.by_poses import COUPLED, FEWEST, choices_of, collected, quantities, read_off, told
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
+from fenics_mech.classical.known import lacking
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonances import Vibration, frequency_error, missed_vibrations, slower_than
 from fenics_mech.classical.response import JOINED, Response, SubIntervals, rates, ratios_of
 from fenics_mech.classical.strains import deflection, end_forces, section_forces
-from fenics_mech.effects import active
-from fenics_mech.effects.vibration import EFFECT as VIBRATE
+from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
-from fenics_mech.forces.strains import stress_over_modulus, young_modulus
 from fenics_mech.geometry import End
 from fenics_mech.in_time_by_poses import labelled_in_time
 from fenics_mech.kinematics import Linkage, refuse_unresolved
@@ -42,21 +41,20 @@ from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
+from fenics_mech.planning.sampling_checks import refuse_undersampled, require_positions
 from fenics_mech.recovery.balance import balance_of, mean_in_time
 from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.response.sampling_checks import refuse_undersampled, require_positions
+from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.scene import Scene
-from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solved_by_poses import EXACT, Solved, instants_of
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
-KNOWN = {"damping", "gravity", "loads", "vibration"}  # effects that the method has
 SAFETY, OF_MODES = 2.0, 1.25  # factors on differences by sub-intervals, and by modes left out
 STEPS, STEPS_OF_LOADS = 60, 120  # of a cycle by poses, and where loads act: the error is that of the theory to 1 %
 COARSE = 60  # sub-intervals of a finer mesh: the error is that of the mesh
@@ -65,52 +63,6 @@ MOST_JOINED = 5e8  # numbers in the joins of the modes that are sought: memory
 DAMPED_AT, MOST_DAMPED = 24, 300  # positions at which all modes are found, for their damping; and modes at most
 ORDERS = {"time": 1.0, "modes": 2.0, BETWEEN: 2.0, "stations": 2.0, "theory": 0.0}  # measured
 IN_TIME = ("what the mesh does to modes that are superposed in time", "what the theory leaves out")
-
-
-def lacking(scene: Scene) -> str | None:
-    """Name what a scene states that (5.1) with modal damping does not know; None where it knows all.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
-    damping, analysis = scene.damping, scene.analysis
-    there = {
-        "effects": {effect.name for effect in active(scene)} - KNOWN - {"springs", "dampers", "impulses", "motor"},
-        "loads": [name for name, load in scene.loads.items() if not isinstance(load, Load) or load.follows],
-        "springs": scene.springs,
-        "dampers": scene.dampers,
-        "joint_laws": scene.joint_laws,
-        "impulses": scene.impulses,
-        "freedoms": scene.freedoms,
-        "plugins": scene.plugins,
-        "drive": not scene.drives or [drive.motor for drive in scene.drives if drive.motor],
-        "damping": damping.material or damping.external or damping.relative or damping.air,
-        "analysis.reduction": analysis.reduction != "none",
-        "analysis.start": analysis.method == "transient" and analysis.start != "rigid",
-        "joints": [name for name, joint in scene.joints.items() if getattr(joint, "member", None) is not None],
-        "sections": [member for _, member in scene.members().values() if not scene.sections[member.section].constant],
-        "links": not scene.members()
-        or [r for r in scene.rigidities(np.zeros(1)) if r.neutral.any() or r.mass_centre.any()],
-    }
-    return next((name for name, value in there.items() if value), None)
-
-
-def has_modes(scene: Scene) -> bool:
-    """Say whether a scene goes by sub-intervals: where it asks for them, or the program chooses.
-
-    The program chooses them for the periodic motion of (5.1), where the method knows all that the scene states.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
-    asked, method = scene.analysis.solver, scene.analysis.method
-    if asked == "sub-intervals":
-        return method in ("periodic", "transient")
-    return asked == "auto" and method == "periodic" and scene.effects != "auto" and lacking(scene) is None
 
 
 def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Result:
@@ -247,6 +199,11 @@ class OfModes(OfPoses):
         q = np.pad(self.P.to_machine(self._nodal), ((0, 0), (0, 1)))[:, self.made.machine.places[end.pose]]
         arm = place - self.motion.found.at.r[:, end.pose]
         return place + q[:, :2] + q[:, 2:] * np.stack([-arm[:, 1], arm[:, 0]], axis=1), velocity, acceleration
+
+    @property
+    def displaced(self) -> Array:
+        """Coordinates of the machine ``(instants, size)``."""
+        return self.P.to_machine(self._nodal)
 
     @cached_property
     def rates(self) -> Array:
@@ -555,7 +512,7 @@ class ByModes:
         count = len(self.found.q)
         enough = STEPS_OF_LOADS if self.scene.loads else STEPS
         every = max(k for k in range(1, count // FEWEST + 1) if k == 1 or (count % k == 0 and count >= k * enough))
-        effects = (*(name for name in self.scene.named_effects if name != VIBRATE.name), COUPLED, EXACT)
+        effects = (*(name for name in self.scene.named_effects if name != VIBRATION), COUPLED, EXACT)
         asked = {"effects": effects, "analysis.sub_intervals": count // every, "analysis.solver": "poses"}
         try:
             positions = Solved.of(self.scene.changed(asked)).positions

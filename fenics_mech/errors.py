@@ -23,7 +23,7 @@ class MechanismError(Exception):
     ----------
     finer
         What makes an analysis fine enough that is too coarse: "elements" by how many times as many, the others by
-        their keys in `analysis`, such as another "solver". Empty where nothing of that kind helps.
+        their keys in `analysis`. Empty where nothing of that kind helps.
     answered
         Whether there is an answer nevertheless, whose error is estimated.
 
@@ -36,10 +36,10 @@ class MechanismError(Exception):
     nowhere.toml: cannot read the scene file: No such file or directory
     """
 
-    finer: Mapping[str, float | str] = MappingProxyType({})
+    finer: Mapping[str, float] = MappingProxyType({})
     answered: bool = False
 
-    def finer_by(self, answered: bool = False, /, **numbers: float | str) -> Self:
+    def finer_by(self, answered: bool = False, /, **numbers: float) -> Self:
         """Give the error, which says what makes the analysis fine enough.
 
         Parameters

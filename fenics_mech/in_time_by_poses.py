@@ -6,7 +6,9 @@ that do not bend, whose drives and freedoms are where those of the bent ones are
 
 from __future__ import annotations
 
+import logging
 import math
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -19,42 +21,52 @@ from fenics_mech._progress import reached
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.by_poses import planned, quantities, read_off, told
-from fenics_mech.errors import SceneError
-from fenics_mech.forces.joint_forces import effort_units
+from fenics_mech.by_poses import planned, quantities, read_off, told, with_assumed_shear
+from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine
+from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.assembly import led
 from fenics_mech.machine.drawn_from_scene import clock_of
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
+from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
+from fenics_mech.machine.section_forces import Sections
+from fenics_mech.planning.cycle_steps import corners_to_cut
+from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
 from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
 from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
+from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.running import running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.strains import stress_over_modulus
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.response.periodic.steps import corners_to_cut
-from fenics_mech.response.sampling_checks import refuse_hidden_peaks
-from fenics_mech.response.transient.strikes import strikes_between
-from fenics_mech.response.velocity_jumps import passages
+from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
-from fenics_mech.solve import States, Step, damp_modes, equilibria, quasi_static, steps_in_time
+from fenics_mech.scene.strikes import passages, strikes_between
+from fenics_mech.solve import States, Step, damp_modes, equilibria, held_damping, quasi_static, steps_in_time
 from fenics_mech.solve.blows import struck
 from fenics_mech.solve.held_modes import POSITIONS
+from fenics_mech.solve.repeated import RepeatedMotion
+from fenics_mech.terms import HeldDamping, ModalDamping
 from fenics_mech.terms.causes import Cause
 
+logger = logging.getLogger(__name__)
 LONGEST = 1 / 40, 1 / 20  # step of a cycle, and of a motion that nothing drives: loads may act between stages
 PEAKS = 60  # places in a step at which the peaks of contacts are looked for, which 8 steps in a contact tell to 1e-4
 SMALL = 1e-4  # of the machine's extent, and rad: deflections below it are to be as exact as it. Their motion is stiff
@@ -63,8 +75,12 @@ LEAST = (
 )
 MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
+STAGES = 5  # of a step, at least: with 3 strains are 3 to 10 times as far off in the same time
+SHORTER = 0.5  # the same of the longest step, which tells of those that are as long as they may be
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
+AHEAD = 0.5  # of a step, at which its modes are found: the error of their damping is of second order
 FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
+BESIDE = 1e-3  # of that spacing, by which rates of rows are differences
 SLOW = 4  # corrections of a start: accelerations of freedoms take two, and three derivatives of a slow motion four
 
 
@@ -85,38 +101,25 @@ def in_time_by_poses(scene: Scene) -> Result:
     UnresolvedError
         When an error is too large.
     """
-    _refuse(scene)
-    scene = planned(scene)
+    refuse_rough(scene.analysis)
+    chosen, scene = scene.effects == "auto", planned(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
     whole = InTime.of(scene, times_of(scene, start), start=start)
-    errors = estimated(whole, start) if scene.analysis.error_estimates else None
+    errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
     return collected(whole, errors)
-
-
-def _refuse(scene: Scene) -> None:
-    """Raise `SceneError` for what a motion in time by poses does not have yet."""
-    analysis = scene.analysis
-    riding = [name for name, joint in scene.constraints.items() if getattr(joint, "member", None) is not None]
-    refused = [(f"joints.{name}.member", "pins that ride along members") for name in riding]
-    stated = (
-        (analysis.lyapunov, "analysis.lyapunov", "Lyapunov exponents"),
-        (analysis.poincare is not None, "analysis.poincare", "Poincare sections"),
-        (analysis.start == "periodic", "analysis.start", "motions that repeat"),
-        (bool(scene.freedoms) and np.any(scene.damping.ratio), "damping.ratio", "ratios of modes where freedoms move"),
-        (scene.tolerance is not None, "tolerance", "a tolerance of the result"),
-    )
-    refused += [(place, what) for asked, place, what in stated if asked]
-    if not scene.drives and not scene.freedoms:
-        refused.append(("analysis.method", "motions of what nothing drives or frees"))
-    if refused:
-        place, what = refused[0]
-        raise SceneError(f"motions in time by poses do not have {what} yet", place=place, hint="Write solver = 'auto'")
 
 
 def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
     """Give the instants of the result (s): equal parts of a cycle, which follow the run-up, or of the whole motion."""
     analysis, begin = scene.analysis, 0.0 if start is None else start.time
     count = _lead(scene, begin) + (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
+    if count >= MOST_POSITIONS:
+        raise SceneError(
+            f"{shortened(count + 1)} positions are more than a result holds, {MOST_POSITIONS}",
+            place="analysis.cycles",
+            hint="Give fewer cycles or sub_intervals, and go on from the result with analysis.start",
+        )
+    require_positions(scene, count + 1)
     return begin + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
 
 
@@ -166,10 +169,38 @@ class OfTime(OfPoses):
     freed: Places
 
     @cached_property
+    def elastic(self) -> Evaluation:  # type: ignore[override]
+        """The residual without what damps modes and the material."""
+        motion = self.motion
+        return without_modes(
+            motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents, material=True
+        )
+
+    @cached_property
+    def bare(self) -> Sections:  # type: ignore[override]
+        """Forces in sections without what damps, which is no strain."""
+        beams = self.motion.machine.beams
+        if beams.modal is None and not beams.damping.any():
+            return self.sections
+        return along_members(self.made, self.elastic, self.motion.a, self.stations, self.bent)
+
+    @cached_property
+    def strains(self) -> tuple[Array, Array]:  # type: ignore[override]
+        """Strains as of `OfPoses`."""
+        return stress_over_modulus(self.made.scene.rigidities(self.stations), self.bare.axial, self.bare.moment)
+
+    @cached_property
+    def deflection(self) -> Array:  # type: ignore[override]
+        """Displacement of the members' axes from the rigid motion ``(instants, members, stations, 2)`` (m)."""
+        ends = np.stack([self._places(which) for which in (0, -1)], axis=2)
+        return self.bare.place - between_ends(ends, self.stations)
+
+    @cached_property
     def theta(self) -> Array:
         """Drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
         scene = self.made.scene
-        if scene.drives or isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
+        free = next(iter(scene.freedoms), None)
+        if scene.drives or free is None or isinstance(scene.joints[free], Slot | Prismatic):
             return super().theta
         return self.freed[0][:, 0]
 
@@ -196,6 +227,8 @@ class InTime:
         The most that each law of contact exerts, between the stages too (N or N m).
     struck
         What impulses, and what drives give at them (J).
+    beside
+        What was followed beside it.
     """
 
     scene: Scene
@@ -207,6 +240,7 @@ class InTime:
     steps: int
     peaks: dict[str, float]
     struck: Array
+    beside: Beside | None = None
 
     @property
     def closings(self) -> int:
@@ -221,6 +255,7 @@ class InTime:
         sharper: float = 1.0,
         settled: float | None = None,
         start: GoneOn | None = None,
+        also: Callable[[Step], None] | None = None,
     ) -> InTime:
         """Follow the motion of a scene from its start.
 
@@ -236,50 +271,108 @@ class InTime:
             Change from cycle to cycle at which it ends; None for that of the scene.
         start
             The end of another result, from which it goes on; None where it begins as the scene states.
+        also
+            Is called with every step.
         """
-        made, tolerance = _built(scene if start is None else _freed_where(scene, start.freedoms))
+        angles = None if start is None else start.angles
+        made, tolerance, damped = _built(_freed_where(scene, start.freedoms) if start and angles is None else scene)
         machine, analysis = made.machine, scene.analysis
         share = sharper * analysis.time_tolerance
-        v = _start(made) if start is None else _going_on(made, start.state)
+        v = start_of(made) if start is None else going_on(made, start.state)
         made = replace(made, scene=scene)
-        longest = scene.period * LONGEST[0 if scene.drives else 1]
+        longest = scene.period * LONGEST[0 if scene.drives else 1] * (SHORTER if sharper < 1 else 1)
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
-        chosen = {"share": share, "stages": analysis.stages, "longest": longest, "tolerance": allowed}
+        stages = max(analysis.stages, STAGES)
+        chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
         chosen["shapes"] = partial(_shapes, made, allowed)
         stops = _stops(scene, times)
         struck = _Struck.of(made, stops) if scene.impulses else None
+        beside = Beside.of_poses(made, times, v)
         taken = _Taken(made, times, analysis.settled if settled is None else settled, struck)
-        steps = steps_in_time(machine, v, stops, struck=struck, **chosen)
+        steps = steps_in_time(machine, v, stops, struck=struck, angles=angles or None, **chosen)
         for step in steps:
-            if taken.over(step):
+            over = taken.over(step)
+            for take in (beside.take, *([] if also is None else [also])):
+                take(step)
+            if over:
                 break
-        return taken.whole()
+            if damped is not None:
+                damped.after(step)
+        return replace(taken.whole(), beside=beside)
 
 
-def _built(scene: Scene) -> tuple[SceneMachine, Array]:
-    """Build a machine, and give the size of each coordinate: that of its static answers.
+def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
+    """Build a machine, give the size of each coordinate, and what damps its modes as freedoms move on.
 
-    Drives are at even positions of a cycle, and freedoms are held where they start.
+    The size is that of static answers: drives are at even positions of a cycle, and freedoms are held where they start.
     """
-    made, held = machine_of(scene), machine_of(scene)
+    made, held, damped = machine_of(scene), machine_of(scene), None
+    ratio = scene.damping.ratio
     for name, part in scene.freedoms.items():
-        lead(held, name, values_at(np.zeros(1), np.array([part.start or 0.0])))
-    if scene.freedoms:
-        held.machine.chart = _rigid_at(held, np.zeros(1))
-        times = np.zeros(1)
-    else:
+        lead(held, name, partial(np.full_like, fill_value=part.start or 0.0))
+    cyclic = scene.drives and not scene.freedoms
+    if cyclic:
         held.machine.chart, times = _over_cycle(held)
-        if np.any(scene.damping.ratio):
-            still = quasi_static(held.machine, times).change[0]
-            damp_modes(held.machine, scene.period, scene.damping.ratio, times=times)
-            modal = held.machine.beams.modal
-            assert modal is not None
-            made.machine.beams.modal = replace(modal, clock=clock_of(scene))
-            made.machine.forget_plan()
-            return made, _sizes(made.machine, still)
-    return made, _sizes(made.machine, quasi_static(held.machine, times).change[0])
+    else:
+        held.machine.chart, times = _rigid_at(held, np.zeros(1)), np.zeros(1)
+    sizes = _sizes(made.machine, quasi_static(held.machine, times).change[0])
+    if np.any(ratio) and cyclic:
+        damp_modes(held.machine, scene.period, ratio, times=times, fastest=math.inf)  # fast ones would ring on
+        modal = held.machine.beams.modal
+        assert isinstance(modal, ModalDamping)
+        made.machine.beams.modal = replace(modal, clock=clock_of(scene))
+    elif np.any(ratio):
+        damped = _ModesDamped.of(made, held)
+    made.machine.forget_plan()
+    return made, sizes, damped
+
+
+@dataclass
+class _ModesDamped:
+    """Damps the modes that a machine has where its freedoms are held, anew after each step.
+
+    They are those of the middle of the next step, which is taken to be as the last one.
+
+    Parameters
+    ----------
+    made, held
+        The machine, and one whose freedoms are led.
+    damping
+        What is found.
+    """
+
+    made: SceneMachine
+    held: SceneMachine
+    damping: HeldDamping
+
+    @classmethod
+    def of(cls, made: SceneMachine, held: SceneMachine) -> _ModesDamped:
+        """Begin where the chart of the held machine is."""
+        roots = held_damping(held.machine, 0.0, made.scene.damping.ratio)
+        made.machine.beams.modal = found = HeldDamping([0.0], [roots])
+        return cls(made, held, found)
+
+    def after(self, step: Step) -> None:
+        """Find them after a step; where links do not come together, or are not held, the last ones hold on."""
+        made, freedoms = self.made, self.made.scene.freedoms
+        if not freedoms:
+            return
+        t, middle = step.t + step.h, np.array([1 + AHEAD])
+        terms = [made.machine.terms.index(made.acting[f"freedoms.{name}"]) for name in freedoms]
+        place: Array = np.array([[step.measured(k, middle).x[0, 0, 0] for k in terms]])
+        still = np.zeros_like(place)
+        near = near_links(made, step.at_end().motion)
+        try:
+            at = step.t + step.h * middle
+            self.held.machine.chart = rigid_motion(self.held, at, near, (place, still, still))
+            roots = held_damping(self.held.machine, float(at[0]), made.scene.damping.ratio)
+        except (AssemblyError, SolverError) as error:
+            logger.info("modes at %g s are damped as before: %s", t, error)
+            return
+        self.damping.starts.append(t)
+        self.damping.roots.append(roots)
 
 
 def _sizes(machine: Machine, q: Array) -> Array:
@@ -332,20 +425,26 @@ def _over_cycle(made: SceneMachine) -> tuple[Given, Array]:
 
 def _rigid_at(made: SceneMachine, t: Array, freedoms: Places | None = None) -> Given:
     """Give the rigid motion about the start, with the freedoms as they move there, or at first without acceleration."""
-    freedoms = freedoms or _freedoms_at(made.scene, t, np.zeros((len(t), len(made.scene.freedoms))))
+    freedoms = freedoms or _freedoms_at(made.scene, t, np.zeros((len(t), len(made.scene.freedoms))), 0)
     return rigid_motion(made, t, np.repeat(made.bodies.q[None], len(t), axis=0), freedoms)
 
 
-def _freedoms_at(scene: Scene, t: Array, seconds: Array) -> Places:
-    """Give the freedoms about the start by their accelerations, which are those of the middle instant all along."""
+def _freedoms_at(scene: Scene, t: Array, seconds: Array, start: int) -> Places:
+    """Give the freedoms about the start by their accelerations, which are those of its instant all along."""
     freedoms = scene.freedoms.values()
     place, rate = (np.array([getattr(x, name) or 0.0 for x in freedoms]) for name in ("start", "rate_at_start"))
-    at, middle = t[:, None], seconds[len(t) // 2]
-    return place + at * rate + at**2 / 2 * middle, rate + at * middle, seconds
+    at, there = t[:, None], seconds[start]
+    return place + at * rate + at**2 / 2 * there, rate + at * there, seconds
 
 
-def _start(made: SceneMachine) -> Array:
-    """Let the chart rest where the motion starts, and give the rates there ``(size,)``."""
+def start_of(made: SceneMachine) -> Array:
+    """Let the chart rest where the motion starts, and give the rates there ``(size,)``.
+
+    Parameters
+    ----------
+    made
+        The machine.
+    """
     machine = made.machine
     if made.scene.analysis.start == "rigid":
         known, q = _rigid_at(made, np.zeros(1)).motion, np.zeros(machine.size)
@@ -364,8 +463,16 @@ def _freed_where(scene: Scene, freedoms: Array) -> Scene:
     return scene.changed(moved)
 
 
-def _going_on(made: SceneMachine, state: Array) -> Array:
-    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``; `state` is of `_state_of`."""
+def going_on(made: SceneMachine, state: Array) -> Array:
+    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``.
+
+    Parameters
+    ----------
+    made
+        The machine.
+    state
+        Coordinates and their rates ``(2, n)``.
+    """
     machine, d = made.machine, made.machine.geometry.d
     there = machine.places >= 0
     found = np.column_stack([np.array(machine.r), PLANE.vector(np.array(machine.R))[:, 0]])
@@ -426,14 +533,14 @@ class _Struck:
 def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
     """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``.
 
-    Freedoms go on as nothing holds them. A "smooth" start is that of the slow motion, which does not vibrate: each
-    correction knows one more of its derivatives by time.
+    Freedoms go on as nothing holds them. A "static" start keeps its shape at first. A "smooth" start is that of the
+    slow motion, which does not vibrate: each correction knows one more of its derivatives by time.
     """
     scene, held = made.scene, machine_of(made.scene)
-    smooth, count = scene.analysis.start == "smooth", len(scene.freedoms)
+    smooth, count = scene.analysis.start in ("smooth", "periodic"), len(scene.freedoms)
     rates = [abs(scene.cycle_rate)] if scene.drives else []
     spacing = SLOWLY / max(1.0, *rates, *(abs(part.rate_at_start) for part in scene.freedoms.values()))
-    t = spacing * np.array([-1.0, 0.0, 1.0]) if smooth else np.zeros(1)
+    t, start = (spacing * np.array([-1.0, 0.0, 1.0]), 1) if smooth else (BESIDE * spacing * np.array([0.0, 1.0]), 0)
     seconds, value = np.zeros((len(t), count)), np.zeros((len(t), count))
     for k, name in enumerate(scene.freedoms):
         lead(held, name, values_at(t, value[:, k]))
@@ -441,7 +548,7 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
 
     def bent(seconds: Array) -> tuple[PoseMotion, Array, Array]:
         """Give the chart, the coordinates beside it, and what holds the freedoms."""
-        freedoms = _freedoms_at(scene, t, seconds)
+        freedoms = _freedoms_at(scene, t, seconds, start)
         value[:] = freedoms[0]
         known = held.machine.with_rates(_rigid_at(held, t, freedoms).motion, first, second)
         held.machine.chart = Given(t, known)
@@ -466,10 +573,40 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
         first = (coordinates[2:] - coordinates[:1]) / (2 * spacing)
         second = (coordinates[2:] - 2 * coordinates[1:2] + coordinates[:1]) / spacing**2
         known, q, seconds = freely(seconds)
-    middle = slice(len(t) // 2, len(t) // 2 + 1)
-    return known.part(middle), np.append(
-        q[middle.start, : held.machine.n], np.zeros(made.machine.size - held.machine.n)
-    )
+    for _ in range(0 if smooth else SLOW):  # rates of shapes are viscous stress too
+        change = _rates_of_shapes(held.machine, t, q[0])
+        first = first + change
+        known, q, seconds = freely(seconds)
+        if np.abs(change).max() <= FELT * np.abs(first).max(initial=LEAST):
+            break
+    at_start = np.append(q[start, : held.machine.n], np.zeros(made.machine.size - held.machine.n))
+    return known.part(slice(start, start + 1)), at_start
+
+
+def _rates_of_shapes(machine: Machine, t: Array, q: Array) -> Array:
+    """Give the rates with which links that keep their shape follow all rows: they strain least ``(n,)``.
+
+    Parameters
+    ----------
+    machine
+        The machine, whose chart moves and leads all that is free.
+    t
+        An instant and one just after it (s).
+    q
+        Coordinates at the first ``(size,)``.
+    """
+    n, rows, still = machine.n, slice(machine.n, machine.n + machine.held), np.zeros((2, machine.size))
+    found = machine.residual(t, np.tile(q, (2, 1)), still, still)
+    passing = np.diff(found.force[:, rows], axis=0)[0] / np.diff(t)  # rates of the rows where the coordinates rest
+    number = machine.terms.index(machine.beams)
+    here, variables = found.terms[number], machine.groups[number].variables(np.eye(n, machine.size))
+    strains = np.einsum("emn,ken->emk", here.gradient[0], variables)
+    stresses = np.einsum("eij,ejk->eik", machine.beams.stiffness, strains)
+    stiffness, force = np.einsum("emk,eml->kl", strains, stresses), np.einsum("em,emk->k", here.rate[0], stresses)
+    largest, by = np.abs(stiffness).max(), machine.pattern.dense(found.K)[0, rows, :n]
+    whole = np.block([[stiffness / largest, by.T], [by, np.zeros((len(by), len(by)))]])
+    right = -np.concatenate([force / largest, passing])
+    return np.asarray(np.linalg.lstsq(whole, right, rcond=None)[0][:n])
 
 
 def noted_peaks(peaks: dict[str, float], step: Step, scene: Scene) -> None:
@@ -571,11 +708,12 @@ class _Taken:
         )
 
 
-def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
+def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) -> Errors:
     """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
 
-    Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
-    What goes on from a result has no state of halved elements either.
+    Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the same
+    motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a result has
+    no state of halved elements either.
     """
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
     better, asked = {}, scene.analysis.error_estimates == "contacts"
@@ -583,12 +721,14 @@ def estimated(whole: InTime, start: GoneOn | None = None) -> Errors:
         better["time"] = InTime.of(scene, times, SHARPER, settled=0.0, start=start)
     if not whole.closings and start is None:
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
+        if chosen and (fuller := with_assumed_shear(scene)) is not None:
+            better["effects"] = InTime.of(fuller, times, settled=0.0)
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
     errors = told(scene, here, parts)
     return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
 
 
-def collected(whole: InTime, errors: Errors | None) -> Result:
+def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | None = None) -> Result:
     """Label what was found.
 
     Parameters
@@ -597,10 +737,13 @@ def collected(whole: InTime, errors: Errors | None) -> Result:
         The motion.
     errors
         Its errors; None where they are not estimated.
+    repeated
+        What is known of a motion that repeats.
     """
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
     known = [_power(whole, errors), _of_freedoms(found), _state_of(whole.ends), _of_laws(whole)]
+    known.append(beside_motion(scene, whole.beside, found.motion.t, repeated))
     return labelled_in_time(scene, data, known, errors)
 
 

@@ -19,7 +19,6 @@ from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, BETWEEN
 from fenics_mech.accuracy.quantities import measures
 from fenics_mech.by_poses import read_off
 from fenics_mech.errors import SceneError
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.geometry import Given, PoseMotion
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.energy import energy_of_terms, kinetic_energy
@@ -28,6 +27,7 @@ from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.led_from_scene import Led, comes_back, led_motion
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
+from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
 from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -37,9 +37,9 @@ from fenics_mech.recovery.peaks_between import BETWEEN as CLOSENESS
 from fenics_mech.recovery.peaks_between import OverCycle, PeaksBetween, Values, accelerations_of
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.response.sampling_checks import require_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import TOUCHING
+from fenics_mech.scene.joints import effort_units
 
 TOGETHER = 2_000_000  # entries of the rows' derivatives that are looked at together
 

@@ -6,6 +6,7 @@ freedoms there.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -28,30 +29,29 @@ from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kineti
 from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
+from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.balance import balance_of
-from fenics_mech.recovery.beside_motion import beside_motion
+from fenics_mech.recovery.beside_motion import Beside, beside_motion, times_of_growth
 from fenics_mech.recovery.dataset import joined
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
-from fenics_mech.response.periodic.tableau import Tableau
-from fenics_mech.response.sampling_checks import require_positions
-from fenics_mech.response.transient.beside import Beside
-from fenics_mech.response.transient.course import TRANSIENT, StartState, refuse_rough
-from fenics_mech.response.transient.cycles import differs, kinds_of, lasting
-from fenics_mech.response.transient.shooting import SHOOTING, History, Lap, RepeatedMotion, repeated_motion, sizes_of
-from fenics_mech.response.transient.stepping import StepCurve
-from fenics_mech.response.transient.strikes import Strike, loaded, strikes_between
+from fenics_mech.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
 from fenics_mech.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.start_state import StartState
+from fenics_mech.scene.strikes import ROUNDING, Strike, strikes_between
 from fenics_mech.solve import Step, steps_in_time
+from fenics_mech.solve.blows import jumps
+from fenics_mech.solve.disturbances import Growth, Transition
+from fenics_mech.solve.repeated import SHOOTING, History, Lap, RepeatedMotion, State, sizes_of
 from fenics_mech.terms.causes import Cause
 
 STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
 LEAST = 1e-10  # of what a step may miss by: Newton's method ends at a thousandth of it, above rounding
 MISSED = 1e-3  # of the tolerance, which a step may miss by: rates and forces lose digits to places
 BOUNCED = 0.1  # of the tolerance, which a step in a contact may miss its rate by: what bounces keeps it
-OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
 
 
 def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
@@ -72,9 +72,10 @@ def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
         When a step has no solution, or a freedom moves no mass.
     """
     refuse_rough(scene.analysis)
-    repeated = repeated_motion(scene, Runner(scene)) if scene.analysis.start == "periodic" else None
-    if repeated is not None:
-        scene, start = repeated.scene, repeated.start
+    repeated = None
+    if scene.analysis.start == "periodic":
+        scene, repeated = repeated_in(scene, Runner(scene))
+        start = _start_of(repeated.start)
     course = Course.of(scene, start)
     data = _labelled(course)
     parts = [_powers(course), _errors(course, data, start), *_of_freedoms(course, repeated)]
@@ -85,9 +86,9 @@ def _times(scene: Scene, start: float) -> Array:
     """Give the instants of the result (s)."""
     analysis = scene.analysis
     count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
-    if count + 1 > TRANSIENT.most_positions:
+    if count + 1 > MOST_POSITIONS:
         raise SceneError(
-            f"{shortened(count + 1)} positions are more than a result holds, {TRANSIENT.most_positions}",
+            f"{shortened(count + 1)} positions are more than a result holds, {MOST_POSITIONS}",
             place="analysis.sub_intervals",
             hint="Give fewer cycles or sub_intervals",
         )
@@ -157,7 +158,7 @@ def rigid_at(made: SceneMachine, freed: Freed, known: Carried, theta: Array, pul
 
 @dataclass
 class _Struck:
-    """Impulses that strike in a motion: rates change by what they leave over over the mass."""
+    """Impulses that strike in a motion: rates change by what they give to the freedoms' rows over the mass."""
 
     scene: Scene
     freed: Freed
@@ -169,13 +170,12 @@ class _Struck:
         """Give the rates after what strikes at an instant."""
         if t not in self.due:
             return v
-        freed, zero, left = self.freed, np.zeros((1, len(v))), []
-        for names in ((), self.due[t].names):
-            made = machine_of(loaded(self.scene, names))
-            other = freed_of(made, StartState(t, freed.place, v), freed.stages.Q[-1])
-            left.append(other.residual(np.array([t]), zero, zero, zero))
-        momentum = (left[0].force - left[1].force)[0]
-        mass = left[0].M.reshape(1, len(v), len(v))
+        freed, at, zero = self.freed, np.array([t]), np.zeros((1, len(v)))
+        machine, names = freed.machine, list(self.scene.impulses)
+        numbers = [names.index(name) for name in self.due[t].names]
+        q = np.pad(freed.carried(at, freed.place[None], zero, zero).Q, ((0, 0), (0, machine.size - machine.n)))
+        momentum = jumps(machine, numbers, t, q)[0].sum(axis=0)[machine.n + freed.own]
+        mass = freed.residual(at, zero, v[None], zero).M.reshape(1, len(v), len(v))
         after = v + freed.by_mass(mass, momentum[None])[0]
         self.works.append(float(momentum @ (v + after)) / 2)
         self.after[t] = after
@@ -221,7 +221,11 @@ class Course:
 
     @classmethod
     def of(
-        cls, scene: Scene, start: StartState | None = None, sharper: float = 1.0, *, carries: bool = False
+        cls,
+        scene: Scene,
+        start: StartState | None = None,
+        sharper: float = 1.0,
+        also: Callable[[Step], None] | None = None,
     ) -> Course:
         """Follow a motion from its start.
 
@@ -233,8 +237,8 @@ class Course:
             The state to go on from; None for that at time 0.
         sharper
             Factor on the tolerance of its steps.
-        carries
-            Whether all disturbances of the state are carried to the end, and not what the scene wants to know of them.
+        also
+            Is called with every step.
 
         Raises
         ------
@@ -255,9 +259,11 @@ class Course:
             struck = _Struck(scene, freed, due)
             ends = np.unique([*ends, *due])
         freed.freely(freed.stages, start.velocity[None])  # which says where a freedom moves no mass
-        tableau = Tableau.of("radau", stages)
-        beside = Beside.of(scene, freed, tableau, np.ones(freed.n), times, carries=carries)
-        taken = _Taken(freed, times, start.velocity, tableau, beside)
+        n, growth = freed.n, None
+        if analysis.lyapunov:
+            growth = Growth(np.eye(2 * n), np.ones(n), times_of_growth(times))
+        beside = Beside.of(scene, _freedoms_in, growth)
+        taken = _Taken(freed, times, start.velocity)
         steps = steps_in_time(
             freed,  # type: ignore[arg-type]  # it is a machine to them
             start.velocity,
@@ -271,9 +277,12 @@ class Course:
         try:
             for step in steps:
                 taken.over(step, scene)
+                beside.take(step)
+                if also is not None:
+                    also(step)
         except StrayedError as error:
             raise _refusal(scene, freed, error.t) from error
-        return taken.whole(scene, made, struck)
+        return taken.whole(scene, made, beside, struck)
 
     @cached_property
     def positions(self) -> OfRigid:
@@ -326,8 +335,8 @@ MOVED = 0.05  # of the largest turn in a motion: links that turn by more are nam
 class _Taken:
     """Takes the positions of the result as steps come to them."""
 
-    def __init__(self, freed: Freed, times: Array, v: Array, tableau: Tableau, beside: Beside) -> None:
-        self.freed, self.times, self.tableau, self.beside = freed, times, tableau, beside
+    def __init__(self, freed: Freed, times: Array, v: Array) -> None:
+        self.freed, self.times = freed, times
         self.at: list[Carried] = [freed.stages]
         self.rates: list[Array] = [v[None]]
         self.stages: list[Carried] = []
@@ -336,7 +345,7 @@ class _Taken:
         self.peaks: dict[str, float] = {}
 
     def over(self, step: Step, scene: Scene) -> None:
-        """Take the positions in a step, its stages, and what is followed beside it."""
+        """Take the positions in a step, and its stages."""
         freed, times, end = self.freed, self.times, step.t + step.h
         last = end >= times[-1] * (1 - 1e-12)
         reached(end, float(times[0]), float(times[-1]))
@@ -352,20 +361,14 @@ class _Taken:
         self.inside.append(v)
         self.weights.append(step.h * step.tableau.A[-1])
         noted_peaks(self.peaks, step, scene)
-        if self.beside.takes:
-            made = np.linalg.inv(np.vander(step.tableau.c, increasing=True)) @ step.a
-            curve = StepCurve(step.t, step.h, freed.place, step.v, step.a, self.tableau, made)
-            for take in self.beside.takes:
-                take(curve)
-            freed.stages = near
 
-    def whole(self, scene: Scene, made: SceneMachine, struck: _Struck | None) -> Course:
+    def whole(self, scene: Scene, made: SceneMachine, beside: Beside, struck: _Struck | None) -> Course:
         """Give the motion."""
         at, rate, works = Carried.joined(self.at), np.concatenate(self.rates), 0.0
         if struck is not None:
             works = sum(struck.works)
             for t, after in struck.after.items():
-                rate[np.abs(at.t - t) <= TRANSIENT.rounding * max(abs(float(at.t[-1])), scene.period)] = after
+                rate[np.abs(at.t - t) <= ROUNDING * max(abs(float(at.t[-1])), scene.period)] = after
             if self.times[0] in struck.after:  # what is stored at the start has it
                 works -= struck.works[0]
         return Course(
@@ -379,7 +382,7 @@ class _Taken:
             np.concatenate(self.weights),
             len(self.stages),
             self.peaks,
-            self.beside,
+            beside,
             works,
         )
 
@@ -458,7 +461,7 @@ def _by_part(values: Array) -> Array:
 
 @dataclass(frozen=True)
 class Runner:
-    """Integrates the motion of rigid links for the search of one that repeats; see `shooting.Runner`.
+    """Integrates the motion of rigid links for the search of one that repeats; see `solve.repeated.Runner`.
 
     Parameters
     ----------
@@ -473,24 +476,32 @@ class Runner:
         """Kind of each freedom, ``(freedoms,)``."""
         return kinds_of(self.scene)
 
-    def begin(self) -> StartState:
+    def begin(self) -> State:
         """Give the state that the freedoms state."""
-        return StartState.stated(self.scene)
+        start = StartState.stated(self.scene)
+        return State(start.time, start.displacement, start.velocity)
 
-    def run(self, start: StartState, duration: float, samples: int) -> tuple[StartState, History]:
+    def run(self, start: State, duration: float, samples: int) -> tuple[State, History]:
         """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
-        course = Course.of(lasting(self.scene, duration, samples), start)
+        course = Course.of(lasting(self.scene, duration, samples), _start_of(start))
         return _end_of(course), (course.at.t, course.at.r, course.rate)
 
-    def lap(self, start: StartState, duration: float) -> Lap:
+    def lap(self, start: State, duration: float) -> Lap:
         """Give the motion from a state on, with all disturbances of it."""
-        course = Course.of(lasting(self.scene, duration, SHOOTING.samples), start, carries=True)
+        every = np.eye(2 * len(start.velocity))
+        carried = Transition(every)
+        course = Course.of(lasting(self.scene, duration, SHOOTING.samples), _start_of(start), also=carried.take)
         end = _end_of(course)
         seconds = np.stack([self._second(state, state.time) for state in (start, end)])
         sizes = sizes_of(course.at.r, course.rate, self.kinds)
-        return Lap(start, end, seconds, sizes, course.beside.monodromy, course.closings > 0)
+        return Lap(start, end, seconds, sizes, every, carried.states, course.closings > 0)
 
-    def depends_on_time(self, start: StartState) -> bool:
+    def moved(self, start: State, change: Array) -> State:
+        """Give a state beside another one, by the change of places and rates of the freedoms."""
+        place, rate = np.split(change, 2)
+        return replace(start, displacement=start.displacement + place, velocity=start.velocity + rate)
+
+    def depends_on_time(self, start: State) -> bool:
         """Whether the equation at a state is another one at other times."""
         here = self._second(start, start.time)
         others = [self._second(start, start.time + share * self.scene.period) for share in OTHER_TIMES]
@@ -500,13 +511,25 @@ class Runner:
     def _made(self) -> SceneMachine:
         return machine_of(self.scene)
 
-    def _second(self, start: StartState, time: float) -> Array:
-        freed = freed_of(self._made, replace(start, time=time))
+    def _second(self, start: State, time: float) -> Array:
+        freed = freed_of(self._made, _start_of(replace(start, time=time)))
         found = freed.freely(freed.stages, start.velocity[None])[0]
         return np.asarray(found.a[0])
 
 
-def _end_of(course: Course) -> StartState:
+def _freedoms_in(step: Step, shares: Array) -> tuple[Array, Array]:
+    """Give the freedoms at shares of a step."""
+    machine = step.machine
+    assert isinstance(machine, Freed)
+    q, v, _ = step.at(shares)
+    return machine.place + q, v
+
+
+def _start_of(state: State) -> StartState:
+    return StartState(state.time, state.displacement, state.velocity, state.known)
+
+
+def _end_of(course: Course) -> State:
     links = course.positions.links().part(slice(-1, None))
     at = of_links(links.position, links.angle)[0]
-    return StartState(float(course.at.t[-1]), course.at.r[-1], course.rate[-1], at)
+    return State(float(course.at.t[-1]), course.at.r[-1], course.rate[-1], at)

@@ -14,22 +14,23 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TURN
 from fenics_mech.buckled_links import refuse_folded, weakest_link, with_buckled
-from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
+from fenics_mech.effects import EFFECTS, active
+from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
+from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.freedom import describe, nothing_holds
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.machine import Machine
-from fenics_mech.machine.from_scene import SceneMachine, machine_of
+from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.motion import coordinates as of_poses
 from fenics_mech.machine.rigid_from_scene import near_links, near_motion, poses_of_links, rigid_motion
+from fenics_mech.planning.cycle_steps import corners_to_cut
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.response.periodic.steps import corners_to_cut
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
@@ -56,9 +57,12 @@ from fenics_mech.solve.linear import stiffness_along
 from fenics_mech.solve.newton import converge, newton
 from fenics_mech.solve.rigid import FEWEST, enough
 from fenics_mech.solve.rigid import MOST as MOST_POSITIONS
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
+COUPLED = "coupling"  # effect that acts in every motion of poses: the equation has it at no cost
+FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
 EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
 SHORTEST = 1e-9  # length of a spring or damper, of the largest that is known: below it, it has no direction
@@ -68,6 +72,34 @@ UNHELD = 1e-10  # stiffness of a free motion, of that of the links which it move
 LARGEST_LOSS = 5e-3  # of an answer by rounding; the estimate is up to 20 times the true loss
 FARTHEST = 1.0  # rad, or of an element's length: a cantilever's end at 1 rad in linear theory turns by 0.78
 SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
+
+
+def with_effects(scene: Scene) -> Scene:
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Raises
+    ------
+    SceneError
+        When it lists effects that the equation has not yet.
+    """
+    if scene.effects == "auto":
+        lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
+        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
+    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
+        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+    acting = {effect.name for effect in active(scene)}
+    if refused := sorted(
+        acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in EFFECTS.values() if effect.acting is not None}
+    ):
+        raise SceneError(
+            f"the equation of poses does not have {' and '.join(refused)} yet", place="effects", hint="Leave it out"
+        )
+    return scene
 
 
 def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
@@ -617,23 +649,32 @@ def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | Non
     return None
 
 
-def free_motions_of(made: SceneMachine) -> Array | None:
-    """Give coordinates of the motions in which nothing is strained ``(size, motions)``; None where all is held."""
-    scene, machine = made.scene, made.machine
-    if scene.drives:
+def moves_of(made: SceneMachine) -> tuple[LinkMotion, Array] | None:
+    """Give motions of rigid links that joints let pass, and coordinates of them ``(size, motions)``; None without any.
+
+    Parameters
+    ----------
+    made
+        The machine. One that is driven has none.
+    """
+    if made.scene.drives:
         return None
-    motion = solve_motion(scene, np.zeros(1))
-    if not len(motion.free):
-        return None
-    links = coordinates(motion.position, motion.angle)
-    near, whole = near_motion(made, links), []
+    motion = solve_motion(made.scene, np.zeros(1))
+    near, whole = near_motion(made, coordinates(motion.position, motion.angle)), []
     for free in motion.free:
         poses = poses_of_links(made, near, free.reshape(1, -1), 0 * near)
-        whole.append(of_poses(machine, poses.v, poses.w)[0])
-    ways, none = np.array(whole).T, np.zeros((1, machine.size))
+        whole.append(of_poses(made.machine, poses.v, poses.w)[0])
+    return (motion, np.array(whole).T) if whole else None
+
+
+def free_motions_of(made: SceneMachine) -> Array | None:
+    """Give coordinates of the motions in which nothing is strained ``(size, motions)``; None where all is held."""
+    if (moves := moves_of(made)) is None:
+        return None
+    machine, none = made.machine, np.zeros((1, made.machine.size))
     straight = [0 * here.response.stress for here in machine.residual(np.zeros(1), none, none, none).terms]
     found = machine.residual(np.zeros(1), none, none, none, predicted=straight, moving=False, turning=False)
-    values, free = stiffness_along(machine.pattern.dense(stiffness(machine, found)[0]), ways)
+    values, free = stiffness_along(machine.pattern.dense(stiffness(machine, found)[0]), moves[1])
     loose = values < UNHELD
     return free[:, loose] if loose.any() else None
 

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from fenics_mech.response.solution import Solution
+
     from fenics_mech import Result, Scene
     from fenics_mech.accuracy.estimate import Errors
     from fenics_mech.eigenmodes import Modes
     from fenics_mech.in_time_by_poses import InTime
     from fenics_mech.mechanism import System
-    from fenics_mech.response.solution import Solution
+    from fenics_mech.modes_by_poses import HeldMachine
     from fenics_mech.solved_by_poses import AtRest, Solved
 
 ROOT = Path(__file__).parents[1]
@@ -69,6 +71,14 @@ def response_of(scene: Scene) -> Result:
     return _references[content]
 
 
+def modes_of(scene: Scene) -> HeldMachine:
+    """Give a scene's machine held at its positions, whose `modes` are followed and whose `frequency` is in Hz."""
+    from fenics_mech.modes_by_poses import HeldMachine, at_rest
+    from fenics_mech.solved_by_poses import with_effects
+
+    return HeldMachine.of(at_rest(with_effects(scene)))
+
+
 def scene_modes(scene: Scene, system: System) -> Modes:
     """Give the modes of a mechanism that its scene keeps."""
     from fenics_mech.eigenmodes import solve_modes
@@ -76,11 +86,11 @@ def scene_modes(scene: Scene, system: System) -> Modes:
     return solve_modes(system, scene.analysis.modes, scene.petsc)
 
 
-def bending(system: System, modes: Modes) -> Any:
-    """Give the numbers of the modes that bend a straight member along X, which is free to stretch."""
-    along = [name.endswith((".x", ".X", ".slide")) for name in system.transformation.names]
-    squares = modes.shapes[0] ** 2
-    return (squares[:, along].sum(axis=1) < squares.sum(axis=1) / 2).nonzero()[0]
+def bending(held: HeldMachine) -> Any:
+    """Give the frequencies (rad/s) that bend a straight member along X, which is free to stretch."""
+    machine, squares = held.made.machine, held.modes.shapes[0] ** 2
+    along = [k for k in machine.places[:, 0] if k >= 0]
+    return held.modes.omega[0, squares[along].sum(axis=0) < squares.sum(axis=0) / 2]
 
 
 def _no_errors(solution: Solution | Solved | AtRest | InTime, *_: object) -> Errors:

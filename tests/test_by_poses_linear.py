@@ -45,7 +45,7 @@ def cantilever(force, effects=(), elements=4):
 
 def slider_crank(steps=24, **changes):
     made = {"analysis.solver": "poses", "analysis.sub_intervals": steps, "analysis.stations": 5}
-    made |= {"analysis.stability": False, "analysis.allow_coarse": True, "analysis.reduction": "none"}
+    made |= {"analysis.stability": False, "analysis.allow_coarse": True}
     return fm.load(DEMOS / "slider_crank.toml").changed(made, **changes)
 
 

@@ -19,15 +19,14 @@ import numpy as np
 
 from benchmarks.converged import Converged, converged, difference, extrapolated
 from benchmarks.cost import Cost, Progress, RunOutcome, dataset
-from benchmarks.cost_grid import REDUCED_RUNS, TRUNCATED, meshed
+from benchmarks.cost_grid import TRUNCATED, meshed
 from benchmarks.peers.exudyn_cycle import Integration, import_exudyn, steady_cycle
 from benchmarks.peers.peer_runs import COUPLED, EXACT, EXUDYN, OURS, Entry, Note
 from benchmarks.peers.seed_programs import CHAPTER_5, by_hand, converged_by_hand, is_seed
 from benchmarks.timing import machine, timed
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.coupling import EFFECT as COUPLING
-from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.effects.known import COUPLING, EXACT_STRAINS
 from fenics_mech.errors import MechanismError
 from fenics_mech.other_programs.beam_linkage import BeamLinkage, beam_linkage, with_material_damping
 from fenics_mech.recovery.result import stamp
@@ -170,7 +169,7 @@ def scene_of(scene: Scene, equation: str) -> Scene:
     lean = scene.changed(
         tolerance=None,
         analysis={"method": "periodic", "stations": 3, "stability": False, "allow_coarse": True},
-        effects={TRUNCATED: (), COUPLED: (COUPLING.name,), EXACT: (COUPLING.name, LARGE_ROTATIONS.name)}[equation],
+        effects={TRUNCATED: (), COUPLED: (COUPLING,), EXACT: (COUPLING, EXACT_STRAINS)}[equation],
     )
     return with_material_damping(lean) if equation == EXACT else lean
 
@@ -248,17 +247,14 @@ def _ours(scene: Scene, seed: bool, quick: bool) -> Iterator[Entry]:
         for count, stages, elements in COLLOCATION[3:4] if quick else COLLOCATION:
             settings = {"elements": elements, "sub_intervals": count, "stages": stages}
             yield _analysis(scene, "collocation", equation, settings)
-        for count, stages, elements, cutoff in () if quick else REDUCED_RUNS:
-            settings = {"elements": elements, "sub_intervals": count, "stages": stages, "cutoff": cutoff}
-            yield _analysis(scene, "collocation", equation, settings, reduction="craig-bampton")
         for harmonics, elements in () if quick else SERIES_RUNS:
             settings = {"elements": elements, "sub_intervals": 5 * harmonics, "harmonics": harmonics}
             yield _analysis(scene, "harmonic-balance", equation, settings)
 
 
-def _analysis(scene: Scene, solver: str, equation: str, settings: dict[str, Any], **more: Any) -> Entry:
+def _analysis(scene: Scene, solver: str, equation: str, settings: dict[str, Any]) -> Entry:
     """Give a run of this program, whose solver is the step "response" of the analysis."""
-    analysis = {name: value for name, value in settings.items() if name != "elements"} | more | {"solver": solver}
+    analysis = {name: value for name, value in settings.items() if name != "elements"} | {"solver": solver}
     changes = {f"analysis__{name}": value for name, value in analysis.items()}
     stated = meshed(scene_of(scene, equation).changed(**changes), settings["elements"])
     members = _members(scene, equation)
@@ -269,5 +265,4 @@ def _analysis(scene: Scene, solver: str, equation: str, settings: dict[str, Any]
         note(sum(end - start for (start, step), (end, _) in pairwise(begun) if step == "response"))
         return np.stack([result.strain_at(member) for member in members], axis=1)[..., None, None]
 
-    name = "reduced" if more else solver.replace("-balance", " balance")
-    return Entry(f"{OURS}, {name}", equation, work, settings)
+    return Entry(f"{OURS}, {solver.replace('-balance', ' balance')}", equation, work, settings)

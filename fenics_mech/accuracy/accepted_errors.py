@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from fenics_mech.accuracy.missed_peaks import BETWEEN
-from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import ANSWERED, UnresolvedError, percent
 from fenics_mech.scene import Damping, Scene
 
@@ -80,8 +79,6 @@ def _finer(scene: Scene, source: str, times: float) -> dict[str, float]:
     analysis, more = scene.analysis, ACCEPTED.margin * times
     if source == "time" and analysis.method == "transient":
         return {"time_tolerance": analysis.time_tolerance / more}
-    if source in ("mesh", "modes") and analysis.reduction != "none":
-        return {}  # the cutoff is stated in hertz, or that of the members
     if source == "mesh":
         return {"elements": more}
     if source == "harmonics":  # which need more than four times as many sub-intervals
@@ -97,12 +94,6 @@ def advice(scene: Scene, source: str, times: float, least: int) -> str:
     if source == "time" and analysis.method == "transient":
         tolerance = analysis.time_tolerance / (ACCEPTED.margin * times)
         return f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
-    if source == "modes" and analysis.reduction != "none":
-        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times * 10) / 10:g} times as high"
-    if source == "mesh" and analysis.reduction != "none":
-        if not any(EFFECTS[name].couples for name in scene.named_effects):
-            return "Take effects = ['coupling'], or reduction = 'none': (5.1) depends on the coordinates"
-        return f"Take a cutoff {math.ceil(ACCEPTED.margin * times**2 * 10) / 10:g} times as high, and finer elements"
     if source == "mesh":
         return f"Take {math.ceil(ACCEPTED.margin * times * 100) / 100:.3g} times as many elements, rounded up"
     name, now = {

@@ -12,54 +12,48 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.frequency_errors import FREQUENCY
 from fenics_mech.beams.distributions import along_elements
 from fenics_mech.beams.element_dofs import in_member_axes
-from fenics_mech.effects.rotary_inertia import EFFECT as ROTARY
-from fenics_mech.effects.shear import EFFECT as SHEAR
-from fenics_mech.eigenmodes import Modes
+from fenics_mech.beams.element_matrices import Beams
+from fenics_mech.effects.known import SHEAR
 from fenics_mech.errors import SceneError
-from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
 
 STEEL = 3.1  # E A/(G A_s) of a rectangle of steel, 2 (1 + 0.3) 6/5: for members that do not state what shear needs
 
 
-def frequency_shares(scene: Scene, system: System, modes: Modes) -> dict[str, Array]:
-    """Give the shares of each frequency that shear and rotary inertia would take off, ``(modes,)`` each.
+def frequency_shares(scene: Scene, beams: Beams, omega: Array, shapes: Array) -> dict[str, Array]:
+    """Give the shares of each frequency that shear and rotary inertia take off, ``(modes,)`` each.
 
     Parameters
     ----------
     scene
         The scene.
-    system
-        Its mechanism.
-    modes
-        Its modes at the same angles.
+    beams
+        Its links.
+    omega, shapes
+        Frequencies at some positions ``(positions, modes)`` (rad/s), and displacements of the nodes in the axes of
+        their links, of unit modal mass ``(positions, modes, nodes, 3)``.
 
     Returns
     -------
     dict
-        By the effect's name, of those that do not act. Shares are to first order: of 0.2 they are 0.05 too large.
+        By the effect's name. Shares are to first order: of 0.2 they are 0.05 too large.
     """
-    beams, h = system.beams, system.beams.mesh.cell_length
-    per_force = np.zeros_like(h) if beams.rigidity.shear is not None else h / _shear_stiffness(scene, system)
-    per_turn = np.zeros_like(h) if beams.inertia.rotary is not None else _rotary_inertia(scene, system) * h / 3
-    shares = np.zeros((2, modes.omega.shape[1]))
-    at = np.unique(np.linspace(0, len(modes.theta), FREQUENCY.positions, endpoint=False).astype(int))
-    for k in at:
-        values = np.repeat(system.values[k : k + 1], shares.shape[1], axis=0)
-        v = in_member_axes(beams.mesh, system.on_nodes(system.transformation.forward(values, modes.shapes[k])))
+    h = beams.mesh.cell_length
+    per_force, per_turn = h / _shear_stiffness(scene, beams), _rotary_inertia(scene, beams) * h / 3
+    shares = np.zeros((2, omega.shape[1]))
+    for here, moved in zip(omega, shapes):
+        v = in_member_axes(beams.mesh, moved.reshape(len(moved), -1))
         across = np.einsum("ej,mej->me", beams.element_stiffness[:, 1], v)
         first, second = v[..., 2], v[..., 5]
-        square = np.square(modes.omega[k])
+        square = np.square(here)
         shares[0] += np.divide(across**2 @ per_force, 2 * square, out=np.zeros_like(square), where=square > 0)
         shares[1] += (first**2 + first * second + second**2) @ per_turn / 2 * (square > 0)
-    found = zip((SHEAR.name, ROTARY.name), shares / len(at), (beams.rigidity.shear, beams.inertia.rotary))
-    return {name: share for name, share, acts in found if acts is None}
+    return dict(zip((SHEAR, "rotary-inertia"), shares / len(omega)))
 
 
-def _shear_stiffness(scene: Scene, system: System) -> Array:
+def _shear_stiffness(scene: Scene, beams: Beams) -> Array:
     """G A_s of each element (N); that of steel where it is not stated."""
 
     def of_member(label: str, s: Array) -> Array:
@@ -68,13 +62,11 @@ def _shear_stiffness(scene: Scene, system: System) -> Array:
         except SceneError:
             return scene.rigidity(label, s).axial[None] / STEEL
 
-    beams = system.beams
     return along_elements(beams.layout, of_member, beams.rigidity.varies)[0].mean
 
 
-def _rotary_inertia(scene: Scene, system: System) -> Array:
+def _rotary_inertia(scene: Scene, beams: Beams) -> Array:
     """Rho I of each element (kg m)."""
-    beams = system.beams
     (found,) = along_elements(
         beams.layout, lambda label, s: scene.rigidity(label, s).rotary_inertia[None], beams.rigidity.varies
     )

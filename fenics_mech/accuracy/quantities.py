@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY
-from fenics_mech.effects import UNLOADED, Loads
-from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_loads import point_loads
-from fenics_mech.forces.joint_forces import effort_units, joint_forces, joint_names, nodal_forces, reactions
-from fenics_mech.forces.section_forces import deflection_of_nodes, recover_members
-from fenics_mech.forces.strains import stress_over_modulus
-from fenics_mech.forces.virtual_work import Forces
-from fenics_mech.mechanism import System
 from fenics_mech.scene import Scene
-from fenics_mech.scene.joints import Joint, size_at
+from fenics_mech.scene.joints import Joint, effort_units, joint_names, size_at
 from fenics_mech.scene.sections import Rigidity
 
 
@@ -66,42 +58,6 @@ class Quantities:
     force: Array
     effort: Array
 
-    @classmethod
-    def of(
-        cls, scene: Scene, system: System, response: ElasticResponse, loads: Loads = UNLOADED, s: Array | None = None
-    ) -> Quantities:
-        """Recover them from a motion at few stations, without the forces of modal damping.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        system
-            Its mechanism at the angles of the response.
-        response
-            The motion.
-        loads
-            Loads that act beside the system's own.
-        s
-            Stations along the members, 0..1, ``(stations,)``; by default those of `stations_of`.
-        """
-        system = system if loads is UNLOADED else system.with_loads(loads)
-        found = reactions(system, nodal_forces(system, response))
-        s = stations_of(system) if s is None else s
-        members = recover_members(system, response, s, point_loads(system, found))
-        axial, bending = stress_over_modulus(scene.rigidities(s), members.axial_force, members.moment)
-        count = len(members.moment)
-        by_joint = joint_forces(scene.joints, found, system.terms.joint_laws)
-        forces = np.array(list(by_joint.values())).reshape(-1, count, 2)
-        efforts = np.array(list(Forces(scene, system, response, loads).efforts().values())).reshape(-1, count)
-        return cls(
-            axial=axial,
-            bending=bending,
-            deflection=members.deflection,
-            force=np.moveaxis(forces, 0, 1),
-            effort=efforts.T,
-        )
-
     def __sub__(self, other: Quantities) -> Quantities:
         """Give the difference of two motions."""
         return Quantities(
@@ -123,30 +79,6 @@ class Quantities:
         parts = self.axial, self.bending, self.deflection, self.force, self.effort
         return Quantities(*(factor * part for part in parts))
 
-    def with_nodes(self, system: System, v: Array) -> Quantities:
-        """Add the deflection by a displacement of the nodes.
-
-        Parameters
-        ----------
-        system
-            The mechanism.
-        v
-            The displacement in link axes (m, rad), ``(angles, nodal dofs)``.
-        """
-        deflection = deflection_of_nodes(system, v, stations_of(system))
-        return replace(self, deflection=self.deflection + deflection)
-
-    def at_more_angles(self, times: int) -> Quantities:
-        """Give the same at so many times the angles of a cycle, by the Fourier series through these.
-
-        Parameters
-        ----------
-        times
-            Ratio of the numbers of angles.
-        """
-        parts = self.axial, self.bending, self.deflection, self.force, self.effort
-        return Quantities(*(_through(part, times) for part in parts))
-
     @property
     def sizes(self) -> dict[str, Array]:
         """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
@@ -161,15 +93,6 @@ class Quantities:
     def largest(self) -> dict[str, Array]:
         """Largest magnitude of each quantity, ``(members, joints or drives,)``."""
         return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
-
-
-def _through(curve: Array, times: int) -> Array:
-    """Give a curve over a cycle, ``(angles, ...)``, at more angles, by its Fourier series."""
-    count = len(curve)
-    series = np.fft.rfft(curve, axis=0)
-    if count % 2 == 0:
-        series[-1] /= 2  # of two harmonics, which the angles do not tell apart
-    return np.asarray(times * np.fft.irfft(series, times * count, axis=0))
 
 
 def places_of(members: Iterable[str], joints: Mapping[str, Joint], moved: Sequence[str]) -> dict[str, list[str]]:
@@ -265,22 +188,3 @@ def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strai
     arms = [np.abs(section.fibre).max() * length for section, length in zip(sections, lengths)]
     forces = [size * section.bending[0] / max(arm, TINY) for size, section, arm in zip(strain, sections, arms)]
     return float(max(forces, default=0.0))
-
-
-def stations_of(system: System) -> Array:
-    """Places at which members are compared; moments by lumps of mass, or a mean axial force, are right at nodes.
-
-    Parameters
-    ----------
-    system
-        The mechanism.
-
-    Returns
-    -------
-    numpy.ndarray
-        Shares of the length, ``(stations,)``.
-    """
-    mesh, terms = system.beams.mesh, system.terms
-    if system.beams.inertia.spread is None and terms.stiffening is None and terms.law is None:
-        return np.linspace(0, 1, MEASURE.stations)
-    return np.linspace(0, 1, max(MEASURE.stations, 2 * int(np.bincount(mesh.cell_member).max()) + 1))

@@ -19,7 +19,6 @@ from fenics_mech.beams.made_once import MadeOnce
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Link, Member, Scene
 from fenics_mech.scene.meshing import member_nodes
-from fenics_mech.scene.numbering import order_of
 
 
 @dataclass(frozen=True)
@@ -154,20 +153,6 @@ def mesh_scene(scene: Scene, loads_at_nodes: bool = False) -> BeamMesh:
         },
         **_number_nodes(scene.links, members, stations),
     )
-
-
-def mesh_depends_on(scene: Scene, loads_at_nodes: bool = False) -> tuple[object, ...]:
-    """Give what the mesh of a scene depends on: equal for scenes that have it in common.
-
-    Parameters
-    ----------
-    scene, loads_at_nodes
-        As of `mesh_scene`.
-    """
-    members = {label: (link, member.ends) for label, (link, member) in scene.members().items()}
-    nodes = [member_nodes(scene, label, loads_at_nodes).tolist() for label in members]
-    centres = {name: None if link.rigid is None else link.rigid.centre for name, link in scene.links.items()}
-    return order_of(scene), members, nodes, centres, {name: link.points for name, link in scene.links.items()}
 
 
 def _draw(model: Any, places: list[Array]) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,22 +72,6 @@ class Stretching:
         first, *second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))), layout.coordinate)
         line = np.einsum("ei,eij->ej", layout.vector_of_elements(first), rotation)
         return cls(line, *(_in_links(layout, form, rotation) for form in second))
-
-
-def half_square_in_time(
-    pair: Callable[[Array, Array], Array], jets: tuple[Array, Array, Array]
-) -> tuple[Array, Array, Array]:
-    """Half the square of a displacement and its two time derivatives, ``(angles, elements)`` each.
-
-    Parameters
-    ----------
-    pair
-        Gives the product of two displacements, linear in both and symmetric.
-    jets
-        The displacement and its two time derivatives.
-    """
-    v, first, second = jets
-    return pair(v, v) / 2, pair(first, v), pair(second, v) + pair(first, first)
 
 
 def _product(blocks: Array, a: Array, b: Array) -> Array:

@@ -96,32 +96,6 @@ def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
     return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
 
 
-def point_equivalent(place: Array, force: Array, length: Array) -> Array:
-    """Forces at the nodes of elements that do the same work as a load at a place of each.
-
-    Parameters
-    ----------
-    place
-        Places 0..1 in the elements, ``(loads,)``.
-    force
-        Along the axis, along the normal (N), and moment (N m), ``(loads, 3)``.
-    length
-        Of the elements (m), ``(loads,)`` or one for all.
-
-    Returns
-    -------
-    numpy.ndarray
-        Forces and moments in the elements' dofs u, w, phi, ``(loads, 6)``.
-    """
-    forces = np.zeros((len(place), 6))
-    scale = np.stack([np.ones_like(length), length, np.ones_like(length), length], axis=-1)
-    slopes = np.stack([f.deriv()(place) for f in CUBIC], axis=-1)
-    along, across, moment = force.T
-    forces[:, AXIAL] = along[:, None] * evaluate(LINEAR, place)
-    forces[:, NORMAL] = (across[:, None] * evaluate(CUBIC, place) + (moment / length)[:, None] * slopes) * scale
-    return forces
-
-
 def work_equivalent(line: Array, length: Array) -> Array:
     """Forces at the nodes of elements that do the same work as loads spread linearly along them.
 

@@ -90,7 +90,7 @@ def joins(how: str, modes: Modes, zeta: Array, straining: Array, step: Array) ->
     return np.concatenate([upper, np.concatenate([L / ahead, J * omega[:, None, :] / ahead], axis=2)], axis=1)
 
 
-def refuse_ringing(omega: Array, period: float, count: int, share: Array, cure: Mapping[str, Any]) -> None:
+def refuse_ringing(omega: Array, period: float, count: int, share: Array) -> None:
     """Raise where modes ring that swing more than once in two sub-intervals.
 
     The coefficients jump at the joins. A mode that swings a whole number of times in a sub-interval meets each jump in
@@ -106,8 +106,6 @@ def refuse_ringing(omega: Array, period: float, count: int, share: Array, cure: 
         Sub-intervals of a cycle.
     share
         Amplitude of each mode's free vibration over the whole amplitude, ``(modes,)``.
-    cure
-        What settings cure it; empty for as many sub-intervals as it takes.
 
     Raises
     ------
@@ -120,12 +118,12 @@ def refuse_ringing(omega: Array, period: float, count: int, share: Array, cure: 
         mode, slow, enough = int(np.argmax(share * rings)), int((~fast).sum()), math.ceil(2 * fastest.max() * period)
         ways = [f"keep {slow} mode{'s' * (slow > 1)}"] if slow else []
         ways += [f"take at least {enough} sub_intervals"] if enough <= MOST_ADVISED else []
-        said = ", or ".join([*ways, "take analysis.solver = 'collocation', which needs no modes"])
+        said = ", or ".join([*ways, "add 'coupling' to effects, whose equation is solved without modes"])
         raise UnresolvedError(
             f"mode {mode + 1} ({fastest[mode]:.4g} Hz) is too fast for these sub_intervals, at whose joins it is set "
             f"vibrating. {said[0].upper()}{said[1:]}; analysis.allow_ringing lets it pass, and analysis.allow_coarse "
             "what the error estimate may refuse then"
-        ).finer_by(**(cure or {"sub_intervals": enough}))
+        ).finer_by(sub_intervals=enough)
 
 
 def flat(states: Array) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array, Index, times
 from fenics_mech._constants import TINY
 from fenics_mech._guard import require_memory
-from fenics_mech.accuracy.frequency_errors import highest_felt
+from fenics_mech.accuracy.frequencies import highest_felt
 from fenics_mech.classical.joining import (
     Closed,
     flat,
@@ -24,8 +24,8 @@ from fenics_mech.classical.joining import (
 )
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
+from fenics_mech.classical.resonance import blaming, magnification, of_modes, refuse_magnified
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.response.stability.resonance import blaming, magnification, of_modes, refuse_magnified
 from fenics_mech.scene import Scene
 
 STATIC = 0.5  # share of the last frequency kept, up to which the modes left out answer statically
@@ -190,7 +190,7 @@ class SubIntervals:
             most = (self.modes.omega**2 * states[..., 0] ** 2).sum(axis=1).max()
             share = np.sqrt(energy.sum(axis=2).max(axis=0) / max(most, TINY))
             count = round(self.scene.period / self.duration[0, 0])
-            refuse_ringing(self.modes.omega, self.scene.period, count, share, {"solver": "collocation"})
+            refuse_ringing(self.modes.omega, self.scene.period, count, share)
         return self.answer(states)
 
     @cached_property
@@ -209,7 +209,7 @@ class SubIntervals:
         omega, zeta, half, (load, slope) = self.modes.omega, self.zeta, self.duration / 2, self.loads
         if not self.scene.analysis.allow_ringing:
             count = round(self.scene.period / self.duration[0, 0])
-            refuse_ringing(omega, self.scene.period, count, np.ones(omega.shape[1]), {})
+            refuse_ringing(omega, self.scene.period, count, np.ones(omega.shape[1]))
         to_end, to_middle = (forced(omega, zeta, start, slope, half) for start in (load, load - slope * half))
         over = whole(free(omega, zeta, half))
         return self.answer(unflat(marched(self._join, over, flat(to_end), flat(to_middle))))

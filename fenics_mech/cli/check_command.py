@@ -17,8 +17,13 @@ def check(
     draw: Annotated[
         Path | None, typer.Option("--draw", help="Also draw the model at its start: a .png, .pdf or .svg.")
     ] = None,
+    update: Annotated[
+        bool, typer.Option("--update", help="First rewrite a file of an earlier version. Comments stay.")
+    ] = False,
 ) -> None:
     """Check a scene file without analysing it."""
+    if update:
+        _update(scene)
     with loading():
         from fenics_mech.effects import active  # noqa: PLC0415
         from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
@@ -33,3 +38,20 @@ def check(
 
         make_folder(draw.parent)
         tell(f"Wrote {save(figure_in(plot_scene(loaded)), draw)}")
+
+
+def _update(path: Path) -> None:
+    """Rewrite a scene file without keys that have gone, and say what holds now."""
+    with loading():
+        from fenics_mech._files import write_whole  # noqa: PLC0415
+        from fenics_mech.scene.files import read_toml, text_of  # noqa: PLC0415
+        from fenics_mech.scene.updating import updated  # noqa: PLC0415
+
+    read_toml(text := text_of(path), path.name, lambda data: data)
+    text, left_out = updated(text)
+    if left_out:
+        write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+    for key, now in left_out.items():
+        tell(f"Left out analysis.{key}: {now}")
+    if not left_out:
+        tell("Nothing to update")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -18,18 +17,16 @@ def effects(
     folder: OutFolder = Path("out"),
     tolerance: Annotated[
         list[str] | None,
-        typer.Option("--tol", help="Largest error, such as 1e-3 or deflection=1%. Effects above half of it count."),
+        typer.Option("--tol", help="Largest error, such as 1e-3 or deflection=1%."),
     ] = None,
     units: Units = None,
     strict: Strict = False,
 ) -> None:
-    """Estimate the influence of each effect without running the scene, and say which effects the scene needs."""
+    """Say which effects act where the program chooses them, and what exact strains change."""
     with loading():
-        from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS  # noqa: PLC0415
-        from fenics_mech.by_poses import choices_of, has_poses, planned  # noqa: PLC0415
-        from fenics_mech.kinematics.free_linkage import with_freedoms  # noqa: PLC0415
-        from fenics_mech.planning.effect_choice import rungs  # noqa: PLC0415
+        from fenics_mech.analysis import analyse  # noqa: PLC0415
         from fenics_mech.planning.law_choice import choose_laws  # noqa: PLC0415
+        from fenics_mech.recovery.dataset import choices_in  # noqa: PLC0415
         from fenics_mech.studies.effect_costs import added_one_by_one  # noqa: PLC0415
         from fenics_mech.views.effect_plots import plot_effects, runs_table  # noqa: PLC0415
         from fenics_mech.views.tables import effects_table  # noqa: PLC0415
@@ -39,20 +36,13 @@ def effects(
     with progress_bar(1) as step:
         step("effects")
         lawful, laws = choose_laws(loaded)
-        moving = with_freedoms(lawful) if lawful.analysis.method == "transient" else lawful
-        (chosen, choices), *exact = rungs(moving)
-    choices = (*choices, *laws)
-    threshold: float | None = loaded.neglected / 2
-    if has_poses(loaded):  # what is estimated is told; what acts is not chosen by it
-        chosen, exact, threshold = planned(loaded), [], None
-        sizes = {choice.effect.name: choice.size for choice in choices}
-        choices = tuple(replace(taken, size=sizes.get(taken.effect.name)) for taken in choices_of(chosen))
-    out.print(effects_table(choices, threshold, EXACT_STRAINS if exact else ""))
-    names = ", ".join(f'"{choice.effect.name}"' for choice in choices if choice.effect.name in chosen.effects)
-    enough = "" if chosen.analysis.method == loaded.analysis.method else ", and method = 'quasi-static' is enough"
-    tell(f"effects = 'auto' selects effects = [{names}]{enough}")
-    if exact:
-        tell(f"A run takes {EXACT_STRAINS} too if its answer shows that linear strains leave out too much.")
+        result = analyse(lawful)
+    choices = [*choices_in(result.data), *laws]
+    out.print(effects_table(choices))
+    names = ", ".join(
+        f'"{choice.effect.name}"' for choice in choices if choice.effect.name in result.scene.named_effects
+    )
+    tell(f"effects = 'auto' selects effects = [{names}]")
     if stated.effects != "auto":
         tell("This scene does not state effects = 'auto': a run takes the effects that the scene states.")
     if compare:

@@ -31,13 +31,12 @@ def modes(
     Beside Hz the table has them in the unit of speed that is named by --units or by the scene, such as rpm.
     """
     with loading():
-        from fenics_mech.response.running_frequencies import RUNNING  # noqa: PLC0415
         from fenics_mech.scene import refined  # noqa: PLC0415
         from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
         from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
         from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
         from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
-        from fenics_mech.views.frequency_table import changes, frequency_table, write_frequencies  # noqa: PLC0415
+        from fenics_mech.views.frequency_table import TOLD, changes, frequency_table, write_frequencies  # noqa: PLC0415
 
     loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     speed = named_units(loaded.units).get("speed")
@@ -49,7 +48,7 @@ def modes(
         frequency, theta = found.data["frequency"].to_numpy(), found.data["theta"].to_numpy()
         running = found.data["running_frequency"].to_numpy()
         written = [write_frequencies(theta, frequency, folder / "frequencies.csv")]
-        if (changes(frequency, running) >= RUNNING.told).any():
+        if (changes(frequency, running) >= TOLD).any():
             written.append(write_frequencies(theta, running, folder / "running_frequencies.csv"))
         drawn = draw_frequencies(frequency, theta, supported, new_axes(height=4.8))
         written.append(save(figure_in(drawn), folder / "frequencies.png"))

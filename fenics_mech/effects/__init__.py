@@ -1,60 +1,28 @@
-"""Physical effects, one a file: each is found here, and acts only in scenes that call for it."""
+"""Physical effects: which there are, and which act in a scene."""
 
 from __future__ import annotations
 
-import pkgutil
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import fields, replace
 from difflib import get_close_matches
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fenics_mech._plugins import Plugin, plugins
-from fenics_mech.effects import offsets
 from fenics_mech.effects.effect import Effect
-from fenics_mech.effects.given_axial_forces import AxialForces, AxialStiffness
-from fenics_mech.effects.terms import (
-    NOTHING,
-    UNLOADED,
-    AddedMatrices,
-    Entries,
-    Loads,
-    Situation,
-    Terms,
-)
+from fenics_mech.effects.known import KNOWN
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.terms import Term
 from fenics_mech.terms.added import ADDED
 
-if TYPE_CHECKING:
-    from fenics_mech.beams.element_matrices import Beams
-
-__all__ = [
-    "EFFECTS",
-    "NOTHING",
-    "UNLOADED",
-    "AddedMatrices",
-    "AxialForces",
-    "AxialStiffness",
-    "Effect",
-    "Entries",
-    "Loads",
-    "Situation",
-    "Terms",
-    "active",
-    "build_terms",
-    "loads_at_nodes",
-    "shaped",
-]
+__all__ = ["EFFECTS", "Effect", "active", "loads_at_nodes"]
 
 
 def _found() -> dict[str, Effect]:
-    modules = [import_module(f"{__name__}.{module.name}") for module in pkgutil.iter_modules(__path__)]
-    effects = {module.EFFECT.name: module.EFFECT for module in modules if hasattr(module, "EFFECT")}
+    effects = {effect.name: effect for effect in KNOWN}
     for plugin in plugins("effects"):
         effects[plugin.name] = _plugged(plugin, plugin.name in effects)
-    return effects
+    return dict(sorted(effects.items()))
 
 
 def _plugged(plugin: Plugin, taken: bool) -> Effect:
@@ -62,8 +30,8 @@ def _plugged(plugin: Plugin, taken: bool) -> Effect:
     effect: Effect = plugin.load(Effect)
     if taken or effect.name != plugin.name:
         raise plugin.refused(f"must have that name in its record too, found {effect.name!r}, and one not yet taken")
-    if effect.acting is None or effect.terms is not None or effect.beams is not None:
-        raise plugin.refused("must state by `acting` the terms of poses that it adds, and neither `terms` nor `beams`")
+    if effect.acting is None:
+        raise plugin.refused("must state by `acting` the terms of poses that it adds")
     values = {f.name: getattr(effect, f.name) for f in fields(effect)}
     called: dict[str, Any] = {name: plugin.blamed(work) for name, work in values.items() if callable(work)}
     return replace(effect, **called | {"acting": _checked(plugin, called["acting"])})
@@ -144,51 +112,3 @@ def loads_at_nodes(acting: Iterable[Effect]) -> bool:
         The effects that act.
     """
     return any(effect.loads_at_nodes for effect in acting)
-
-
-def shaped(scene: Scene, beams: Beams) -> Beams:
-    """Give the links' matrices as the scene's effects change them.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    beams
-        Its links by Euler and Bernoulli, as `assemble_beams` gives them.
-    """
-    for effect in active(scene):
-        if effect.beams is not None:
-            beams = effect.beams(scene, beams)
-    return beams
-
-
-def build_terms(situation: Situation) -> Terms:
-    """Give what the scene's effects add to the equation of motion.
-
-    Parameters
-    ----------
-    situation
-        The scene, its links and its rigid motion.
-
-    Raises
-    ------
-    SceneError
-        When an effect of another package acts.
-    TypeError
-        When an effect gives loads and does not say how their work is counted.
-    """
-    found = []
-    for effect in active(situation.scene):
-        if effect.acting is not None:
-            raise SceneError(
-                f"{effect.name!r} acts by the equation of poses, and this analysis goes by link frames",
-                place="analysis.solver",
-                hint="Write solver = 'poses'",
-            )
-        if effect.terms is not None:
-            found.append(effect.terms(situation))
-            if found[-1].loads and not effect.work:
-                raise TypeError(f"effect {effect.name!r} gives loads: its field `work` must say how theirs is counted")
-    if situation.beams.layout.offsets is not None:
-        found.append(offsets.terms(situation))
-    return sum(found, NOTHING)

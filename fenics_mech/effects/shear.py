@@ -1,13 +1,10 @@
-"""Shear flexibility: sections do not stay normal to the axis (Timoshenko's beam)."""
+"""What a scene states, and does not state, of the shear stiffness of its members."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from fenics_mech.beams.timoshenko import refuse_travelling, sheared
-from fenics_mech.effects.effect import Effect
+from fenics_mech.beams.timoshenko import refuse_travelling
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.bodies import POISSON
@@ -44,15 +41,3 @@ def missing_data(scene: Scene) -> str:
     except SceneError as error:
         return str(error)
     return ""
-
-
-EFFECT = Effect(
-    name="shear",
-    meaning="shear flexibility of the beams",
-    source="Timoshenko (1921); Friedman and Kosmatka, Comput. Struct. 47 (1993) 473",
-    beams=sheared,
-    missing_data=missing_data,
-    size=lambda survey: 3 * (math.pi * survey.slenderness) ** 2 * survey.sensitivity * min(survey.vibration, 1.0),
-    estimate="3 (pi r/length)^2 x sensitivity x vibration",
-    loads_at_nodes=True,
-)

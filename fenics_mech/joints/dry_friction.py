@@ -138,25 +138,6 @@ def line(held: Array, speed: Array) -> Array:
     return np.asarray(at + (1 - at**2) * (speed - held))
 
 
-def next_held(held: Array, speed: Array) -> Array:
-    """Give where friction is held next, ``(states,)``: it is an unknown of its own, and not a function of the speed.
-
-    It is held where its law gives what the tangent gave, as a small change of a speed that sticks goes from one limit
-    to the other. Beyond its limits it slides; where it would slide the other way, it is held at rest first.
-
-    Parameters
-    ----------
-    held
-        Where it was held, ``(states,)``.
-    speed
-        Sliding speed over the width that this gave, ``(states,)``.
-    """
-    found = line(held, speed)
-    inside = np.abs(found) < 1
-    back = np.arctanh(np.where(inside, found, 0.0))
-    return np.where(inside, back, np.where(held * speed < 0, 0.0, speed))
-
-
 def held_at(share: Array, speed: Array) -> Array:
     """Give where friction is held next, ``(states,)``, by the share of its limit that a step of Newton's predicts.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
 from fenics_mech.joints.bushings import SoftBearing
 from fenics_mech.joints.cams import both_sides_of_cam
@@ -58,30 +58,6 @@ def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace])
         else:
             found[name] = _law(joint, stated)
     return found
-
-
-def rubbing_of(laws: Mapping[str, JointLaw]) -> dict[str, DryFriction]:
-    """Give those of some laws that are dry friction.
-
-    Parameters
-    ----------
-    laws
-        The laws, by name.
-    """
-    return {name: law for name, law in laws.items() if isinstance(law, DryFriction)}
-
-
-def law_names(scene: Scene) -> list[str]:
-    """Give the names of the laws, as `laws_of` does.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
-    laws = scene.joint_laws.items()
-    both = ([name, f"{name}:{law.drives}"] if isinstance(law, PairedJoints) else [name] for name, law in laws)
-    return [name for names in both for name in names]
 
 
 def _law(joint: JointPlace, stated: OneJointLaw | PluggedEffort) -> JointLaw:

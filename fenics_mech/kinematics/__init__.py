@@ -3,7 +3,6 @@
 from fenics_mech.kinematics.corners import missed_corner, positions_for_corners, refuse_unresolved
 from fenics_mech.kinematics.linkage import Linkage, solve_motion, start_motion
 from fenics_mech.kinematics.motion import Motion
-from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.kinematics.singular import Critical, Range, reachable_range
 from fenics_mech.kinematics.start import assembly_notices
 
@@ -18,6 +17,5 @@ __all__ = [
     "reachable_range",
     "refuse_unresolved",
     "solve_motion",
-    "solve_motion_in_time",
     "start_motion",
 ]

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -123,20 +122,6 @@ def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array
         omega=rates[..., 2],
         alpha=seconds[..., 2],
     )
-
-
-def joined(motions: Sequence[Motion]) -> Motion:
-    """Give motions of the same links one after the other, as one.
-
-    Parameters
-    ----------
-    motions
-        The motions, of links that joints and drives lead.
-    """
-    whole = ("links", "free")
-    names = [f.name for f in fields(Motion) if f.init and f.name not in whole]
-    arrays: dict[str, Any] = {name: np.concatenate([getattr(motion, name) for motion in motions]) for name in names}
-    return replace(motions[0], **arrays)
 
 
 def coordinates(vectors: Array, angles: Array) -> Array:

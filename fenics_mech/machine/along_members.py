@@ -38,7 +38,7 @@ def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, ben
     assert made.links is not None
     mesh, machine, scene = made.links.mesh, made.machine, made.scene
     lumped = made.links.inertia.spread is not None
-    stations, places, parts = _stations(mesh, s)
+    stations, places, parts = elements_at(mesh, s)
 
     def sections_at(x: Array) -> list[Rigidity]:
         of_members = zip(parts, np.split(x, len(parts)))
@@ -102,15 +102,22 @@ def cubic_places(made: SceneMachine, found: Evaluation, s: Array) -> Array:
     """
     assert made.links is not None
     mesh, machine = made.links.mesh, made.machine
-    elements, places, _ = _stations(mesh, s)
+    elements, places, _ = elements_at(mesh, s)
     cubic = on_cubics(machine.beams, machine.groups[0], found.at, elements, places)
     return cubic.reshape(len(cubic), len(mesh.members), len(s), 2)
 
 
-def _stations(mesh: BeamMesh, s: Array) -> tuple[Index, Array, list[tuple[str, Array, Array]]]:
+def elements_at(mesh: BeamMesh, s: Array) -> tuple[Index, Array, list[tuple[str, Array, Array]]]:
     """Give the element of every station of all members, and its place in it, 0..1 ``(members * stations,)``.
 
     Of each member come its name, and the starts and lengths of these elements as shares of it.
+
+    Parameters
+    ----------
+    mesh
+        The mesh of the members.
+    s
+        Stations along every member, 0..1.
     """
     elements, places, parts = [], [], []
     for number, label in enumerate(mesh.members):

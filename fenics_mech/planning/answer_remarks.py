@@ -7,11 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.theory_ladder import UNKNOWN
+from fenics_mech.accuracy.remarks import UNKNOWN
 from fenics_mech.effects import EFFECTS
-from fenics_mech.effects.shear import EFFECT as SHEAR
+from fenics_mech.effects.known import SHEAR, VIBRATION
 from fenics_mech.effects.shear import assumed
-from fenics_mech.effects.vibration import EFFECT as VIBRATION
 from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.strength import exceeded
@@ -50,11 +49,21 @@ def answer_remarks(scene: Scene, result: Result, of_starts: Iterable[str] = ()) 
         Warnings of how the motion starts.
     """
     too_weak = exceeded(scene.members(), scene.sections, scene.materials, result.data)
-    taken = assumed(result.scene) if SHEAR.name in result.scene.named_effects else ()
+    taken = assumed(result.scene) if SHEAR in result.scene.named_effects else ()
     coarse = [f"too coarse: {text}"] if (text := result.data.attrs.get("coarse_because")) else []
     warned = [*unmet(result), *coarse, *implausible(scene), *of_starts, *too_weak]
-    told = {"warnings": warned, "notices": list(taken)}
+    told = {"warnings": warned, "notices": [*taken, *_added(scene, result.scene)]}
     return {name: json.dumps(sentences) for name, sentences in told.items()}
+
+
+def _added(stated: Scene, taken: Scene) -> list[str]:
+    """Say which effects act that a list of effects leaves out, and which of it they replace."""
+    if stated.effects == "auto":
+        return []
+    more = [name for name in taken.named_effects if name not in stated.named_effects]
+    left = [repr(name) for name in stated.named_effects if name not in taken.named_effects]
+    instead = f" in place of {' and '.join(left)}" if left else ""
+    return [f"{' and '.join(map(repr, more))} act{instead}: the equation that answers always holds it"] if more else []
 
 
 def unmet(result: Result) -> list[str]:
@@ -107,10 +116,7 @@ def in_words(numbers: str) -> str:
     numbers
         The numbers by name, as JSON; empty where there are none.
     """
-    said = [
-        f"solver {value!r}" if name == "solver" else f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}"
-        for name, value in json.loads(numbers or "{}").items()
-    ]
+    said = [f"{value:g} {NUMBERS_IN_WORDS.get(name, name)}" for name, value in json.loads(numbers or "{}").items()]
     return " and ".join(said)
 
 
@@ -124,7 +130,7 @@ def leaves_vibration(decided: Sequence[Mapping[str, Any]]) -> bool:
     """
     held = {EFFECTS[one["name"]].replaces for one in decided if one["acts"] and one["name"] in EFFECTS}
     sizes = {one["name"]: one["size"] or 0.0 for one in decided if not one["acts"] and one["name"] not in held}
-    return 0 < sizes.get(VIBRATION.name, 0.0) == max(sizes.values(), default=0.0)
+    return 0 < sizes.get(VIBRATION, 0.0) == max(sizes.values(), default=0.0)
 
 
 def _cure(result: Result, source: str) -> str:

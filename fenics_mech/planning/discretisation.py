@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._guard import memory
-from fenics_mech.mechanism.memory_need import MEMORY_NEED
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.bodies import MESH
@@ -23,6 +22,9 @@ class DiscretisationLimits:
 
     stages: int = 4  # 1e-4 takes 0.7 of the time that it takes with 3; 5 leave too few positions to see
     most_sparse: float = 5e6  # steps times the coordinates: 30 microseconds each, as a rough measure
+    coordinate: int = 300  # numbers of a coordinate at a position, with its factors: rough
+    damped: int = 1000  # the same with damping of modes
+    beside_pin: int = 8  # of a coordinate for each other one, where pins travel, which pass all elements
     most_damped: float = 4e5  # the same with damping of modes: 350 microseconds each
     grew: float = 1.2  # ratio of two numbers, below which their errors show no convergence order
     least_order: float = 0.25  # measured, below which an observed order is none
@@ -81,9 +83,9 @@ class Discretisation:
         Returns
         -------
         Scene
-            Without reduction of members; a periodic response is by Radau points.
+            A periodic response is by Radau points.
         """
-        values: dict[str, Any] = {"reduction": "none", "stations": math.ceil(self.stations), "allow_coarse": True}
+        values: dict[str, Any] = {"stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
             solver = "poses" if scene.analysis.solver == "poses" else "collocation"
             values |= {"solver": solver, "stages": REFINE.stages, "scheme": "radau", "sub_intervals": self.steps}
@@ -164,9 +166,9 @@ class Trial:
         dofs = self.dofs * discretisation.number("mesh") / self.discretisation.number("mesh")
         damped = bool(np.any(scene.damping.ratio))
         most = REFINE.most_damped if damped else REFINE.most_sparse
-        numbers: float = MEMORY_NEED.damped if damped else MEMORY_NEED.coordinate
+        numbers: float = REFINE.damped if damped else REFINE.coordinate
         if any(joint.member for joint in scene.joints.values()):
-            numbers = max(numbers, MEMORY_NEED.beside_pin * dofs)
+            numbers = max(numbers, REFINE.beside_pin * dofs)
         if scene.analysis.method == "periodic" and discretisation.sub_intervals * dofs > min(
             most, memory() / (8 * numbers * REFINE.stages)
         ):

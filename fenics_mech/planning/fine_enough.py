@@ -18,7 +18,7 @@ from fenics_mech.scene.bodies import MESH, Mesh
 from fenics_mech.scene.meshing import with_meshes
 
 logger = logging.getLogger(__name__)
-Numbers = Mapping[str, float | str]  # of mesh and steps, by "elements" and keys of `analysis`; and the solver
+Numbers = Mapping[str, float]  # of mesh and steps, by "elements" and keys of `analysis`
 COUNTS = "sub_intervals", "modes", "harmonics"
 KEYS = *COUNTS, "time_tolerance"  # of `analysis`, by which an answer becomes finer
 
@@ -35,7 +35,7 @@ class FineLimits:
 FINE = FineLimits()
 
 
-def free_numbers(scene: Scene) -> dict[str, float | str]:
+def free_numbers(scene: Scene) -> dict[str, float]:
     """Give what a scene leaves to the program of mesh and steps, as it is without a need for finer ones.
 
     Parameters
@@ -43,14 +43,12 @@ def free_numbers(scene: Scene) -> dict[str, float | str]:
     scene
         The scene.
     """
-    stated, free = scene.analysis.model_fields_set, dict[str, float | str]()
+    stated, free = scene.analysis.model_fields_set, dict[str, float]()
     if not {"elements", "stations"} & scene.mesh.model_fields_set:
         free["elements"] = scene.mesh.elements
     for name in KEYS:
         if name not in stated and not isinstance(value := getattr(scene.analysis, name), str):
             free[name] = value
-    if scene.analysis.solver == "auto":
-        free["solver"] = "auto"
     return free
 
 
@@ -73,7 +71,7 @@ def with_numbers(scene: Scene, numbers: Numbers) -> Scene:
     return scene.model_copy(update={"analysis": scene.analysis.model_copy(update=changes)}) if changes else scene
 
 
-def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> dict[str, float | str]:
+def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> dict[str, float]:
     """Give the numbers with which an analysis may be fine enough; the same ones where none is free, or at the limit.
 
     Parameters
@@ -88,9 +86,7 @@ def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> di
     found = dict(numbers)
     for name in found.keys() & error.finer.keys():
         now, begun, wanted = numbers[name], first[name], error.finer[name]
-        if isinstance(now, str) or isinstance(begun, str) or isinstance(wanted, str):
-            found[name] = wanted
-        elif name == "time_tolerance":
+        if name == "time_tolerance":
             found[name] = max(min(wanted, now / 2), begun / FINE.most_times**2)
         else:
             wanted = math.ceil(now * wanted) if name == "elements" else wanted
@@ -146,7 +142,7 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
     return result
 
 
-def changed(numbers: Numbers, first: Numbers) -> dict[str, float | str]:
+def changed(numbers: Numbers, first: Numbers) -> dict[str, float]:
     """Give those numbers that are no longer what they were to begin with.
 
     Parameters

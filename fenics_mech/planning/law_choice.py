@@ -20,12 +20,12 @@ from fenics_mech.joints.dry_friction import DryFriction, coefficient
 from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.scene import Clearance, Friction, GuideClearance, Scene
 from fenics_mech.solved_by_poses import AtRest
 
 logger = logging.getLogger(__name__)
 EstimatedLaw = Friction | Clearance | GuideClearance
+POSITIONS = 48  # of a cycle, at which laws are judged
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class TightMotion:
             The scene, with its laws.
         """
         changes = {"joint_laws": {}, "effects": (), "analysis": {"method": "quasi-static"}}
-        found = AtRest.of(scene.changed({**changes, "analysis.sub_intervals": CHOICE.positions, "tolerance": None}))
+        found = AtRest.of(scene.changed({**changes, "analysis.sub_intervals": POSITIONS, "tolerance": None}))
         positions, motion = found.positions, found.positions.links()
         links = LinkStates.of(
             *(coordinates(*x) for x in ((motion.position, motion.angle), (motion.velocity, motion.omega)))
@@ -145,5 +145,5 @@ def _kept(laws: Mapping[str, EstimatedLaw], why: str) -> tuple[Choice, ...]:
 
 def _effect(name: str, law: EstimatedLaw, estimate: str = "", more: str = "") -> Effect:
     """Give a law as an effect that can be chosen, and how its size is estimated; `more` comes after its meaning."""
-    meaning = f"{law.kind} at joint {law.joint}{more}"
-    return Effect(name=f"joint_laws.{name}", meaning=meaning, source="see the law", estimate=estimate)
+    meaning = f"{law.kind} at joint {law.joint}{more}{estimate and '; '}{estimate}"
+    return Effect(name=f"joint_laws.{name}", meaning=meaning, source="see the law")

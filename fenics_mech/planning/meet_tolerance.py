@@ -10,20 +10,17 @@ from typing import Protocol
 
 from fenics_mech.accuracy.accepted_errors import ORIGINS
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.theory_ladder import UNKNOWN
-from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.springs import refuse_too_stiff
+from fenics_mech.accuracy.remarks import UNKNOWN
 from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
-from fenics_mech.kinematics import positions_for_corners, refuse_unresolved
+from fenics_mech.joints.torsional_springs import refuse_too_stiff
+from fenics_mech.kinematics import Linkage, positions_for_corners, refuse_unresolved
 from fenics_mech.planning.answer_remarks import WORDS
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
-from fenics_mech.planning.effect_choice import CHOICE, Rung, sized, suffices, theory_share
+from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import BETWEEN, PEAK, PEAKS, doubts
 from fenics_mech.recovery.result import stamp
-from fenics_mech.response.sampling_checks import refuse_undersampled
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
@@ -33,10 +30,10 @@ logger = logging.getLogger(__name__)
 class Analyser(Protocol):
     """Analyses with one discretisation after the other, of which the last one is kept."""
 
-    def theories(self, scene: Scene) -> list[Rung]:
-        """Give a scene with the effects of each theory that may answer it, from the least exact to the most."""
+    def planned(self, scene: Scene) -> Scene:
+        """Give a scene with the effects that act."""
 
-    def analyse(self, trial: Scene, choices: tuple[Choice, ...]) -> Result:
+    def analyse(self, trial: Scene) -> Result:
         """Analyse a scene as it states, and give as much as tells whether it is within its tolerance."""
 
     def judge(self, allow_unstable: bool) -> None:
@@ -62,6 +59,7 @@ class SearchLimits:
     most_elements: float = 6.0  # the same of elements, whose errors fall most evenly
     least_of_peaks: float = 0.02  # of the tolerance: what the other sources leave where each has its share
     order_of_peaks: float = 6.0  # with which doubts of peaks fall in the positions at least
+    largest_share: float = 0.2  # of the tolerance, that the error of each source is sent below
     share_of_mesh: float = 0.28  # of the tolerance, that its error is sent below
     doubted_order: float = 2.0  # of the mesh, with which errors along members fall, which may be what is left
     doubted_up_to: float = 3.0  # times as many elements, that are taken for the case that they are
@@ -71,7 +69,7 @@ class SearchLimits:
 
     def share(self, source: str) -> float:
         """Share of a tolerance that the error of a source is sent below."""
-        return self.share_of_mesh if source == "mesh" else CHOICE.share
+        return self.share_of_mesh if source == "mesh" else self.largest_share
 
 
 SEARCH = SearchLimits()
@@ -80,19 +78,15 @@ SEARCH = SearchLimits()
 def within(
     scene: Scene,
     analyser: Analyser,
-    common: CommonParts | None = None,
 ) -> Result:
     """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
 
     Parameters
     ----------
     scene
-        A scene with a tolerance. Where effects are the program's to choose, they are taken so that what the theory
-        leaves out is within the tolerance. Where the scene lists them, it is not counted.
+        A scene with a tolerance. What the theory of effects leaves out that the scene lists is not counted.
     analyser
         Analyses it with one discretisation after the other.
-    common
-        What scenes have in common with this one.
 
     Raises
     ------
@@ -101,18 +95,16 @@ def within(
         a motion that is unstable.
     SceneError
         When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
-        scene asks for another solver, scheme or reduction than the tolerance takes, or has none of a quantity named.
+        scene asks for another solver or scheme than the tolerance takes, or has none of a quantity named.
     """
     refuse_stated(scene)
-    common = common or CommonParts()
-    theories = analyser.theories(scene)
-    chosen, choices = theories.pop(0)
+    chosen = analyser.planned(scene)
     refuse_unknown(chosen)
-    discretisation, trials, judged = _start(chosen, common), list[Trial](), False
+    discretisation, trials, judged = _start(chosen), list[Trial](), False
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
-            result = analyser.analyse(trial, choices)
+            result = analyser.analyse(trial)
         except UnresolvedError:  # steps that are far too long may have no answer at all
             if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
                 chosen
@@ -123,14 +115,6 @@ def within(
         except (TooLargeError, MemoryError) as error:
             why = f"the next needs more memory than there is, {_numbers(discretisation)}"
             raise _not_met(chosen, trials, why) from error
-        except SolverError:  # linear strains may buckle, or meet a resonance, where exact ones do not
-            if not theories:
-                raise
-            chosen, choices = theories.pop(0)
-            continue
-        if theories and not suffices(scene, result, choices):
-            chosen, choices = theories[0][0], sized(theories.pop(0)[1], theory_share(result))
-            continue
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
@@ -246,7 +230,9 @@ def _times(scene: Scene, trials: Sequence[Trial], what: str, source: str) -> tup
 def _stations_suffice(scene: Scene, trial: Trial) -> bool:
     """Whether every tolerance that a trial does not meet is met with more stations, and nothing else."""
     rest = {what: sum(errors.values()) - errors.get("stations", 0.0) for what, errors in trial.errors.items()}
-    return all(rest[what] <= (SEARCH.enough - CHOICE.share) * scene.tolerances[what] for what in _missed(scene, trial))
+    return all(
+        rest[what] <= (SEARCH.enough - SEARCH.largest_share) * scene.tolerances[what] for what in _missed(scene, trial)
+    )
 
 
 def _not_met(scene: Scene, trials: Sequence[Trial], why: str) -> SolverError:
@@ -289,12 +275,12 @@ def _numbers(discretisation: Discretisation) -> str:
     return f"{discretisation.steps} sub_intervals, {elements} elements a member and {stations} stations"
 
 
-def _start(scene: Scene, common: CommonParts) -> Discretisation:
+def _start(scene: Scene) -> Discretisation:
     """Give the choices to begin with: coarse ones, from which the errors are estimated."""
     elements = REFINE.fewest_elements
     if _periodic(scene):  # whose trials take long; errors fall with the fourth power
         elements = math.ceil(elements * max(1.0, REFINE.from_fewest / min(scene.tolerances.values())) ** 0.25)
-    return Discretisation(elements, _fewest_steps(scene, common), _fewest_stations(scene))
+    return Discretisation(elements, _fewest_steps(scene), _fewest_stations(scene))
 
 
 def _fewest_stations(scene: Scene) -> int:
@@ -302,7 +288,7 @@ def _fewest_stations(scene: Scene) -> int:
 
     At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
     """
-    hidden = CHOICE.share * min(scene.tolerances.values())
+    hidden = SEARCH.largest_share * min(scene.tolerances.values())
     return max(REFINE.fewest_stations, min(SCENE.most_stations, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
 
@@ -311,7 +297,7 @@ def _jumping(scene: Scene) -> bool:
     return any(load.jumps for load in scene.loads.values())
 
 
-def _fewest_steps(scene: Scene, common: CommonParts) -> int:
+def _fewest_steps(scene: Scene) -> int:
     """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does.
 
     Loads that change may do so between few positions: there the scene's own are the fewest.
@@ -320,7 +306,7 @@ def _fewest_steps(scene: Scene, common: CommonParts) -> int:
     if not _periodic(scene):
         quasi_static = scene.drives and analysis.method == "quasi-static"
         if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
-            refuse_unresolved(common.linkage(scene).path(scene.drive_angles(analysis.sub_intervals)), vibrates=False)
+            refuse_unresolved(Linkage(scene).path(scene.drive_angles(analysis.sub_intervals)), vibrates=False)
             refuse_undersampled(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]
@@ -333,7 +319,7 @@ def _fewest_steps(scene: Scene, common: CommonParts) -> int:
     refuse_undersampled(coarse, REFINE.stages * steps, by_collocation=True)
     if analysis.allow_coarse:
         return steps
-    return positions_for_corners(common.linkage(scene), scene.drive_angles, True, steps)
+    return positions_for_corners(Linkage(scene), scene.drive_angles, True, steps)
 
 
 def _account(scene: Scene, result: Result, trial: Trial, rounds: int) -> str:

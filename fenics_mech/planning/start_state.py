@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,36 +13,15 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
 from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.mechanism import System
 from fenics_mech.recovery.result import Result
-from fenics_mech.response.transient.course import StartState
-from fenics_mech.response.transient.stated_start import stated_start
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.free_motion_checks import refuse_late_impulses
+from fenics_mech.scene.start_state import StartState
 
 WANTED = "Give the result of a transient analysis of the same scene"
 SAME_TIME = 1e-9  # of a motion, by which a time may differ from that of a position
 SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the drive
-
-
-def start_state(scene: Scene, system: System) -> StartState:
-    """Give the state that `analysis.start` states: straight, bent, on the slow motion, or the end of another result.
-
-    Parameters
-    ----------
-    scene
-        A scene with a drive.
-    system
-        Its mechanism.
-
-    Raises
-    ------
-    SceneError
-        When a result that is to be gone on from cannot be read, or does not fit the scene.
-    """
-    named = stated_start(scene, system)
-    return _end_of(Path(scene.analysis.start), scene, system) if named is None else named
 
 
 def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
@@ -100,12 +79,15 @@ class GoneOn:
     state
         Coordinates of the poses, and their rates ``(2, coordinates)``.
     freedoms
-        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``.
+        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns.
+    angles
+        Measures of every term of the machine, which tell them instead; None where they are not known.
     """
 
     time: float
     state: Array
     freedoms: Array
+    angles: Sequence[Array] | None = None
 
 
 def poses_to_go_on_from(scene: Scene, size: int) -> GoneOn | None:
@@ -193,14 +175,6 @@ def _read(start: Path) -> xr.Dataset:
     except ResultError as error:
         message = f"{str(start)!r} is not a result of this program"
         raise SceneError(message, place="analysis.start", hint=WANTED) from error
-
-
-def _end_of(start: Path, scene: Scene, system: System) -> StartState:
-    """Give the state at the end of another result."""
-    data = _read(start)
-    displacement, velocity = _bent(scene, data, system.size)
-    _refuse_other_angle(scene, data, -1)
-    return StartState(float(data["time"][-1]), displacement, velocity)
 
 
 def _bent(scene: Scene, data: xr.Dataset, size: int) -> Array:

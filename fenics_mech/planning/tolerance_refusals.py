@@ -17,12 +17,10 @@ def refuse_stated(scene: Scene) -> None:
     scene
         The scene.
     """
-    taken = (TAKEN if scene.analysis.method == "periodic" else {}) | {"reduction": ("none",)}
-    for name, values in taken.items():
+    for name, values in (TAKEN if scene.analysis.method == "periodic" else {}).items():
         if (stated := getattr(scene.analysis, name)) not in values:
             raise SceneError(
-                f"{stated!r} is stated beside a tolerance, which keeps all nodes and takes collocation with "
-                f"{REFINE.stages} Radau points",
+                f"{stated!r} is stated beside a tolerance, which takes collocation with {REFINE.stages} Radau points",
                 place=f"analysis.{name}",
                 hint=f"Leave {name} or the tolerance out",
             )

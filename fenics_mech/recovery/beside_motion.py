@@ -1,17 +1,140 @@
-"""Labels of what is found beside a motion with freedoms: its section, exponents, and multipliers where it repeats."""
+"""What is followed beside a motion with freedoms: its section, exponents, and multipliers where it repeats."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.transient.beside import Beside
-from fenics_mech.response.transient.disturbances import quarters_of
-from fenics_mech.response.transient.shooting import RepeatedMotion
+from fenics_mech.geometry import PLANE, PoseMotion
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.machine.motion import coordinates
+from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
+from fenics_mech.recovery.section_points import Freedoms, PoincareRecord
 from fenics_mech.scene import Scene
+from fenics_mech.solve import Step
+from fenics_mech.solve.disturbances import Growth, allowed, quarters_of
+from fenics_mech.solve.repeated import RepeatedMotion
+
+APART = 1e-5  # rad, or m, by which the motion of rigid links is differentiated
+NO_MASS = 1e-3  # of the largest weight, which a turn without inertia has
+
+
+@dataclass(frozen=True)
+class Beside:
+    """What is followed beside a motion.
+
+    Parameters
+    ----------
+    section
+        The Poincaré section.
+    growth
+        Disturbances, and what they grow by.
+    """
+
+    section: PoincareRecord | None = None
+    growth: Growth | None = None
+
+    @classmethod
+    def of(cls, scene: Scene, freedoms: Freedoms, growth: Growth | None) -> Beside:
+        """Begin to follow what a scene wants to know.
+
+        Parameters
+        ----------
+        scene
+            The scene, with its freedoms.
+        freedoms
+            Gives them in a step.
+        growth
+            Disturbances that are followed.
+        """
+        section = scene.analysis.poincare
+        return cls(None if section is None else PoincareRecord(scene, section, freedoms), growth)
+
+    @classmethod
+    def of_poses(cls, made: SceneMachine, times: Array, v: Array) -> Beside:
+        """Begin to follow what a scene wants to know of a machine whose links bend.
+
+        Parameters
+        ----------
+        made
+            The machine, whose chart rests at the start.
+        times
+            Instants of the result, ascending ``(times,)`` (s).
+        v
+            Rates at the start ``(size,)``.
+        """
+        machine, n, growth = made.machine, made.machine.n, None
+        if not made.scene.freedoms:
+            return cls()
+        terms = [machine.terms.index(made.acting[f"freedoms.{name}"]) for name in made.scene.freedoms]
+
+        def freedoms(step: Step, shares: Array) -> tuple[Array, Array]:
+            found = [step.measured(k, shares) for k in terms]
+            return tuple(np.stack([getattr(x, what)[:, 0, 0] for x in found], axis=1) for what in ("x", "rate"))  # type: ignore[return-value]
+
+        if made.scene.analysis.lyapunov:
+            zero, at = np.zeros((1, machine.size)), times[:1]
+            found = machine.residual(at, zero, v[None], zero)
+            weight = np.sqrt(np.maximum(np.diagonal(machine.pattern.dense(found.M)[0, :n, :n]), 0.0))
+            weight = np.maximum(weight, NO_MASS * weight.max())
+            places = np.array([[getattr(found.terms[k], what)[0, 0, 0] for k in terms] for what in ("x", "rate")])
+            growth = Growth(_of_freedoms(made, at, v, places), weight, times_of_growth(times))
+        return cls.of(made.scene, freedoms, growth)
+
+    def take(self, step: Step) -> None:
+        """Follow a step that is solved."""
+        for part in (self.section, self.growth):
+            if part is not None:
+                part.take(step)
+
+
+def _of_freedoms(made: SceneMachine, t: Array, v: Array, places: Array) -> Array:
+    """Give disturbances of places of the freedoms, then of their rates, in which links move as they do not bend.
+
+    Parameters
+    ----------
+    made
+        The machine, whose chart rests.
+    t
+        Instant ``(1,)`` (s).
+    v
+        Rates ``(size,)``.
+    places
+        Of the freedoms, and their rates ``(2, freedoms)``.
+
+    Returns
+    -------
+    numpy.ndarray
+        ``(2 n, 2 freedoms)``.
+    """
+    machine, n, count = made.machine, made.machine.n, places.shape[1]
+    near = near_links(made, machine.known.at(t))
+
+    def moved(place: Array, rate: Array) -> tuple[Array, PoseMotion]:
+        at = rigid_motion(made, t, near, (place[None], rate[None], 0 * rate[None])).motion
+        return np.concatenate([coordinates(machine, *x)[0, :n] for x in ((at.r, 0 * at.w), (at.v, at.w))]), at
+
+    columns = []
+    for one in APART * np.eye(count):
+        (ahead, at), (behind, before) = (moved(places[0] + sign * one, places[1]) for sign in (1, -1))
+        turned = PLANE.vector(at.R @ np.swapaxes(before.R, -1, -2))
+        ahead[:n] += coordinates(machine, 0 * at.r, turned)[0, :n]
+        columns.append((ahead - behind) / (2 * APART))
+    for one in np.eye(count):
+        faster, still = (moved(places[0], rate)[0] for rate in (places[1] + one, places[1]))
+        columns.append(np.append(np.zeros(n), (faster - still)[n:]))
+    units = np.tile(machine.units[:n], 2)[:, None]
+    rows, wanted = allowed(machine, float(t[0]), v[:n])[0] / units, np.stack(columns, axis=1) / units
+    return np.asarray(units * (rows @ np.linalg.lstsq(rows, wanted, rcond=None)[0]))
+
+
+def times_of_growth(times: Array) -> Array:
+    """Give the instants at which the growth is wanted (s), by those of the result, ascending ``(times,)``."""
+    return np.union1d(times, quarters_of(times))
 
 
 def beside_motion(scene: Scene, beside: Beside | None, time: Array, repeated: RepeatedMotion | None) -> xr.Dataset:

@@ -18,28 +18,24 @@ Sources: Nayfeh, Perturbation Methods, section 7.1; Genta, Dynamics of Rotating 
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
+from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
 from fenics_mech._arrays import Array, Index, summed
-from fenics_mech.effects import NOTHING
-from fenics_mech.effects.vibration import EFFECT as VIBRATION
-from fenics_mech.eigenmodes import Modes, solve_modes
-from fenics_mech.errors import SolverError
-from fenics_mech.forces.elastic_response import ElasticResponse
-from fenics_mech.forces.element_loads import pin_loads
-from fenics_mech.forces.section_forces import section_forces
-from fenics_mech.forces.strains import stress_over_modulus
-from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.modal_damping import damping_ratios
-from fenics_mech.response.running_frequencies import running_frequencies
-from fenics_mech.response.setup import CommonParts, mechanism, moved, static_response, without_stiffening
+from fenics_mech.classical.response import ratios_of
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.from_scene import SceneMachine, machine_of
+from fenics_mech.machine.motion import LinearMotion, Motion
+from fenics_mech.modes_by_poses import HeldMachine, over_cycle, undamped
+from fenics_mech.recovery.strains import stress_over_modulus
 from fenics_mech.scene import Scene
+from fenics_mech.solve import FollowedModes, quasi_static
 
 logger = logging.getLogger(__name__)
 ORDERS = 12  # harmonics of the drive that are looked at: above them loads of linkages are small
@@ -47,15 +43,15 @@ POSITIONS = 72  # of the cycle: six in a period of the fastest of these harmonic
 VEERS = np.pi / 4  # turn of two modes into each other, from which each is as much the other as itself
 
 
-def mode_speeds(scene: Scene, common: CommonParts | None = None) -> xr.Dataset:
+def mode_speeds(scene: Scene, like: SceneMachine | None = None) -> xr.Dataset:
     """Give the critical speeds of a driven machine, and what decides how strong they are.
 
     Parameters
     ----------
     scene
         The scene, with its effects chosen.
-    common
-        What it may have in common with other analyses of a study.
+    like
+        A machine of the scene, whose chart is its rigid motion; None where there is none.
 
     Returns
     -------
@@ -68,44 +64,35 @@ def mode_speeds(scene: Scene, common: CommonParts | None = None) -> xr.Dataset:
     wanted = scene.analysis.critical_speeds and scene.drives and scene.analysis.method != "static"
     if not wanted or scene.freedoms or scene.open_joints:
         return xr.Dataset()
-    options = {"sub_intervals": POSITIONS, "method": "quasi-static", "allow_coarse": True}
-    listed = tuple(name for name in scene.named_effects if name != VIBRATION.name)  # which the method states
-    few = scene.model_copy(update={"effects": listed, "analysis": scene.analysis.model_copy(update=options)})
     try:
-        system = mechanism(few, common=common)
-        modes = solve_modes(system.without_axial_forces, few.analysis.modes, few.petsc)
-        elastic = modes.elastic
-        if not (count := elastic.omega.shape[1]):
-            return xr.Dataset()
-        every = modes.omega.shape[1]
-        found = _labelled(ModesOfCycle(few, system, elastic), np.arange(every - count, every) + 1)
-        return found.reindex(mode=np.arange(1, every + 1))
-    except SolverError as error:
+        known = None if like is None else HeldMachine(like, np.zeros(1))
+        return _labelled(ModesOfCycle(HeldMachine.of(over_cycle(scene, POSITIONS), known), scene))
+    except (SceneError, SolverError) as error:
         logger.info("critical speeds are not known: %s", error)
         return xr.Dataset(attrs={"critical_speeds_unknown": str(error)})
 
 
-def _labelled(cycle: ModesOfCycle, numbers: Index) -> xr.Dataset:
-    """Label what is known of elastic modes with these numbers, ``(modes,)``; those of rigid bodies come before."""
-    frequency = cycle.modes.frequency
-    held, run = frequency.mean(axis=0), cycle.running
-    limits = [frequency.min(axis=0), held, frequency.max(axis=0), held if run is None else run]
+def _labelled(cycle: ModesOfCycle) -> xr.Dataset:
+    """Label what is known of the modes."""
+    frequency = cycle.held.frequency
+    mean, run = frequency.mean(axis=0), cycle.running
+    limits = [frequency.min(axis=0), mean, frequency.max(axis=0), mean if run is None else run]
     by = ("mode", "order")
     return xr.Dataset(
         {
             "mode_frequency": (("mode", "limit"), np.stack(limits, axis=1)),
             "mode_damping": ("mode", cycle.damping),
-            "mode_group": ("mode", numbers[cycle.groups]),
+            "mode_group": ("mode", 1 + cycle.groups),
             "mode_share": (("mode", "link"), cycle.shares),
             "critical_speed": (by, cycle.speeds),
             "critical_order": (by, cycle.orders),
             "critical_share": (by, cycle.load_shares()),
         },
         {
-            "mode": numbers,
+            "mode": np.arange(1, frequency.shape[1] + 1),
             "order": np.arange(1, cycle.orders.shape[1] + 1),
             "limit": ["lowest", "mean", "highest", "running"],
-            "link": list(cycle.system.motion.links),
+            "link": list(cycle.scene.links),
         },
     )
 
@@ -116,17 +103,19 @@ class ModesOfCycle:
 
     Parameters
     ----------
+    held
+        The machine at equal steps of the cycle, without damping.
     scene
-        The scene.
-    system
-        Its mechanism at equal steps of the cycle.
-    modes
-        Its elastic modes there, without axial forces.
+        Its scene, with damping.
     """
 
+    held: HeldMachine
     scene: Scene
-    system: System
-    modes: Modes
+
+    @property
+    def modes(self) -> FollowedModes:
+        """Its modes."""
+        return self.held.modes
 
     @property
     def rate(self) -> float:
@@ -134,29 +123,33 @@ class ModesOfCycle:
         return abs(self.scene.cycle_rate)
 
     @cached_property
-    def held(self) -> System:
-        """The mechanism at rest at the positions: the applied loads are on it, and no inertia."""
-        return moved(self.scene, self.system, self.system.motion.held())
-
-    @cached_property
     def damping(self) -> Array:
         """Damping ratio of each mode, its mean over the cycle, ``(modes,)``."""
-        bare = replace(self.system, terms=replace(self.system.without_axial_forces.terms, law=None, coupled=False))
-        forces = Equation(bare).linear.damped(self.modes.shapes)
-        by_forces = np.sum(self.modes.shapes * forces, axis=-1) / (2 * self.modes.omega)
-        return np.asarray((by_forces + damping_ratios(self.scene.damping.ratio, self.modes.omega)).mean(axis=0))
+        parts = {"damping": self.scene.damping.model_copy(update={"ratio": 0.0}), "dampers": self.scene.dampers}
+        machine = machine_of(undamped(self.held.made.scene).model_copy(update=parts)).machine
+        machine.chart, shapes = self.held.made.machine.chart, self.modes.shapes
+        zero = np.zeros((len(self.held.t), machine.size))
+        found = machine.residual(self.held.t, zero, zero, zero, moving=False, heavy=False)
+        whole = np.pad(shapes, ((0, 0), (0, machine.size - machine.n), (0, 0)))
+        forces = np.stack([found.pattern.times(found.C, whole[..., m]) for m in range(shapes.shape[2])], axis=-1)
+        by_forces = np.sum(whole * forces, axis=1) / (2 * self.modes.omega)
+        return np.asarray((by_forces + ratios_of(self.scene, self.modes.omega)).mean(axis=0))
 
     @cached_property
     def carried(self) -> tuple[Array, Array]:
-        """The modes and their momenta in the links' axes, ``(angles, modes, links' coordinates)``."""
-        v = self.system.transformation.forward(self.system.values[:, None], self.modes.shapes)
-        return v, np.asarray((self.system.link_mass @ v.reshape(-1, v.shape[-1]).T).T).reshape(v.shape)
+        """The modes and their momenta in the links' axes, ``(positions, modes, nodal dofs)``."""
+        v = self.held.of_nodes(self.modes.shapes)
+        v = v.reshape(*v.shape[:2], -1)
+        assert self.held.made.links is not None
+        return v, np.asarray((self.held.made.links.mass @ v.reshape(-1, v.shape[-1]).T).T).reshape(v.shape)
 
     @cached_property
     def shares(self) -> Array:
         """Share of each link in each mode, by mass, ``(modes, links)``."""
         v, momenta = self.carried
-        parts = summed((v * momenta).mean(axis=0), self.system.link_of_coordinate, len(self.system.motion.links))
+        assert self.held.made.links is not None
+        of_links = np.repeat(self.held.made.links.mesh.node_link, 3)
+        parts = summed((v * momenta).mean(axis=0), of_links, len(self.scene.links))
         return np.asarray(parts / parts.sum(axis=1, keepdims=True))
 
     @cached_property
@@ -173,6 +166,16 @@ class ModesOfCycle:
         return np.array([int(np.flatnonzero(labels == label)[0]) for label in labels])
 
     @cached_property
+    def closing(self) -> Array:
+        """Signed permutation by which the modes come back after a cycle, ``(modes, modes)``."""
+        v, momenta = self.carried
+        last = momenta[0] @ v[-1].T
+        found = np.zeros_like(last)
+        for mode, place in enumerate(linear_sum_assignment(last.T**2, maximize=True)[1]):
+            found[place, mode] = np.copysign(1.0, last[place, mode])
+        return found
+
+    @cached_property
     def courses(self) -> list[list[tuple[int, float]]]:
         """What each mode goes through until it comes back: the mode in each cycle, and its sign there.
 
@@ -182,7 +185,7 @@ class ModesOfCycle:
         for mode in range(self.modes.omega.shape[1]):
             course = [(mode, 1.0)]
             while len(course) == 1 or course[-1][0] != mode:
-                column = self.modes.closing[:, course[-1][0]]
+                column = self.closing[:, course[-1][0]]
                 there = int(np.abs(column).argmax())
                 course.append((there, course[-1][1] * float(column[there])))
             found.append(course)
@@ -208,7 +211,7 @@ class ModesOfCycle:
     @cached_property
     def running(self) -> Array | None:
         """Mean frequency of each mode about the motion (Hz), ``(modes,)``; None where nothing runs or loads."""
-        found = running_frequencies(self.scene, self.system, self.modes)
+        found = self.held.running()
         return None if found is None else self._mean(found)
 
     @cached_property
@@ -217,7 +220,7 @@ class ModesOfCycle:
         mean = self._mean(self.modes.omega)
         if self.running is None:
             return mean[:, None] / self.orders
-        loaded = running_frequencies(self.scene, self.held, self.modes)
+        loaded = self.held.running(moving=False)
         at_rest = mean if loaded is None else 2 * np.pi * self._mean(loaded)
         gain = ((2 * np.pi * self.running) ** 2 - at_rest**2) / self.rate**2  # (2.44) of Genta: Southwell
         left = np.nan_to_num(self.orders**2 - gain[:, None]) * (at_rest[:, None] > 0)  # none of a mode that buckles
@@ -228,22 +231,21 @@ class ModesOfCycle:
 
         Both are those at the critical speed, where the inertia of the rigid motion is that of another rate.
         """
-        straight = without_stiffening(self.scene, replace(self.system, terms=NOTHING))
-        still = without_stiffening(self.scene, replace(self.held, terms=NOTHING))
-        response = static_response(self.scene, straight)
-        whole, applied = self._strains(straight, response), self._strains(still, static_response(self.scene, still))
-        push = np.einsum("kmi,ki->km", self.modes.shapes, straight.load)
-        push_applied = np.einsum("kmi,ki->km", self.modes.shapes, still.load)
-        by_mode = [
-            np.abs(self._of_mode(m, straight, response) - whole).max(axis=(1, 2, 3)) for m in range(push.shape[1])
-        ]
+        whole, applied = (self._strains(self._static(moving)) for moving in (True, False))
+        machine, omegas = self.held.made.machine, self.modes.omega
+        t, zero = self.held.t, np.zeros((len(self.held.t), machine.size))
+        push, push_applied = (
+            -np.einsum("kim,ki->km", self.modes.shapes, force[:, : machine.n])
+            for force in (machine.residual(t, zero, zero, zero, moving=m, tangents=False).force for m in (True, False))
+        )
+        by_mode = self._of_modes()
         found = np.full_like(self.speeds, np.nan)
         for m, course in enumerate(self.courses):
             of_course, signs = [mode for mode, _ in course[:-1]], np.array([sign for _, sign in course[:-1]])
-            omega = self.modes.omega[:, of_course].T.ravel()
+            omega = omegas[:, of_course].T.ravel()
             push_0, push_1 = ((signs[:, None] * part[:, of_course].T).ravel() for part in (push_applied, push))
             strained = np.concatenate([by_mode[mode] for mode in of_course]) / np.sqrt(omega)
-            phase = 2 * np.pi / len(self.modes.theta) / omega.mean() * (np.cumsum(omega) - omega / 2)  # by trapezia
+            phase = 2 * np.pi / len(t) / omega.mean() * (np.cumsum(omega) - omega / 2)  # by trapezia
             for n in np.flatnonzero(np.isfinite(self.speeds[m])):
                 square = (self.speeds[m, n] / self.rate) ** 2
                 load = push_0 + square * (push_1 - push_0)
@@ -254,15 +256,39 @@ class ModesOfCycle:
                 found[m, n] = size / peak if peak else np.nan
         return found
 
-    def _of_mode(self, mode: int, straight: System, response: ElasticResponse) -> Array:
-        """Strains of a motion with a mode of the size 1 beside it, ``(angles, members, stations, 2)``."""
-        shape, square = self.modes.shapes[:, mode], np.square(self.modes.omega[:, mode])[:, None]
-        return self._strains(straight, response.changed(shape, straight.to_links(-square * shape)))
+    def _static(self, moving: bool) -> Motion:
+        """Give the static answer to loads, and to the inertia of the rigid motion."""
+        machine, t = self.held.made.machine, self.held.t
+        zero, still = np.zeros((len(t), machine.size)), quasi_static(machine, t, moving)
+        base = Motion(machine, t, zero, zero, zero, moving)
+        acting = LinearMotion(base, still.change, moving=False, stresses=still.stresses).acting
+        assert acting is not None
+        return acting
 
-    def _strains(self, system: System, response: ElasticResponse) -> Array:
-        """Strains of the outer fibres, ``(angles, members, stations, 2)``; eq. (6.38)."""
+    def _of_modes(self) -> Array:
+        """Give the largest strain at the positions by each mode of the size 1 ``(modes, positions)``."""
+        machine, shapes = self.held.made.machine, np.moveaxis(self.modes.shapes, 2, 0)
+        count, positions, n = shapes.shape
+        t = np.tile(self.held.t, 1 + count)  # the last without a mode: what acts there is no part of one
+        change = np.zeros((len(t), machine.size))
+        change[:-positions, :n] = shapes.reshape(-1, n)
+        square = np.append(np.square(self.modes.omega).T.ravel(), np.zeros(positions))
+        none = np.zeros_like(change)
+        base, accelerated = Motion(machine, t, none, none, none, False), -square[:, None] * change
+        found = base.with_tangents
+        if machine.rides:  # whose pins push members between their nodes
+            pulls = np.linalg.pinv(machine.pattern.dense(found.M)[:, :n, n:])
+            left = found.pattern.times(found.K, change) + found.pattern.times(found.M, accelerated)
+            accelerated[:, n:] = -(pulls @ left[:, :n, None])[..., 0]
+        stresses = machine.predicted(found, change, none, accelerated)
+        acting = LinearMotion(base, (change, none, accelerated), moving=False, stresses=stresses).acting
+        assert acting is not None
+        strains = self._strains(acting).reshape(1 + count, positions, -1)
+        return np.asarray(np.abs(strains[:-1] - strains[-1]).max(axis=2))
+
+    def _strains(self, acting: Motion) -> Array:
+        """Strains of the outer fibres, ``(positions, members, stations, 2)``; eq. (6.38)."""
         s = np.linspace(0, 1, self.scene.analysis.stations)
-        forces = section_forces(system, response, s, pin_loads(system, response))
-        axial, _, moment = (force.reshape(len(force), -1, len(s)) for force in forces)
-        by_force, by_moment = stress_over_modulus(self.scene.rigidities(s), axial, moment)
-        return by_force[..., None] + by_moment
+        forces = along_members(self.held.made, acting.found, acting.a, s, bent=False)
+        by_force, by_moment = stress_over_modulus(self.scene.rigidities(s), forces.axial, forces.moment)
+        return np.asarray(by_force[..., None] + by_moment)

@@ -10,8 +10,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.forces.strains import stress_over_modulus, young_modulus
-from fenics_mech.forces.viscous import elastic_strain
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
@@ -26,6 +24,8 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
+from fenics_mech.recovery.viscous import elastic_strain
 from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
 from fenics_mech.scene.applied_loads import Load

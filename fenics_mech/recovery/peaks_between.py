@@ -19,7 +19,7 @@ import numpy as np
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
 from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, MissedPeaks
-from fenics_mech.kinematics import Linkage, Motion
+from fenics_mech.kinematics import Motion
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.link_motion import followed
 from fenics_mech.recovery.peaks import PEAK, curves_over_cycle, gained
@@ -109,50 +109,6 @@ class OverCycle(ABC):
                 found.append(_with_parts(_corners(factor_pieces(load.over_cycle), load.factor_at) * count / TURN))
         places = np.unique(np.concatenate([np.arange(count * times) / times, *found]))
         return places[(places < count) & (places > np.floor(places))]
-
-
-@dataclass(frozen=True)
-class OfLinkage(OverCycle):
-    """A motion without vibration that is found from the rigid motion of a linkage.
-
-    Parameters
-    ----------
-    motion
-        The rigid motion at the positions.
-    linkage
-        What gives it at other angles.
-    """
-
-    motion: Motion
-    linkage: Linkage
-
-    @abstractmethod
-    def of(self, motion: Motion) -> Values:
-        """Give the quantities in a motion.
-
-        Parameters
-        ----------
-        motion
-            The rigid motion.
-        """
-
-    def at(self, places: Array) -> Values:
-        """Give the quantities at places of the cycle, in positions."""
-        return self.of(self.linkage.motion(places * self.step, self.scene.cycle_rate))
-
-    def at_positions(self, times: int) -> Values:
-        """Give the quantities at the positions, whose motion is known, or at more places."""
-        return self.of(self.motion) if times == 1 else super().at_positions(times)
-
-    @property
-    def count(self) -> int:
-        """Number of the positions."""
-        return len(self.motion.theta)
-
-    def turning(self) -> Array:
-        """Give the places of the steps by which the branch was followed."""
-        branch = self.linkage.branch.over(np.array([0.0, self.count * self.step]))
-        return np.unique(np.abs(branch.theta)) * self.count / TURN
 
 
 def _corners(pieces: Array, factor: Callable[[Array], Array]) -> Array:

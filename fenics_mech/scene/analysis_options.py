@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
+from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import SCENE, Part
 from fenics_mech.scene.poincare import PoincareSection
-from fenics_mech.scene.units import Angle, Frequency, Share, Time
+from fenics_mech.scene.units import Angle, Share, Time
+from fenics_mech.scene.updating import without_neutral
 
 STATED_STARTS = "rigid", "static", "smooth", "periodic"  # any other `start` names the file of a result
+MOST_POSITIONS = 100_000  # of a motion in time at which a result is held
+LARGEST_TOLERANCE = 0.02  # of steps in time: beyond it they are as long as they may be
 
 
 class Analysis(Part):
@@ -78,12 +82,6 @@ class Analysis(Part):
         are taken where the answer needs them, unless the scene states how many.
     modes
         Number of modes kept, or "all".
-    reduction
-        "craig-bampton" reduces every member to its ends and its lowest modes with clamped ends. The equation then has
-        few coordinates, however fine the mesh is. Strains follow from equilibrium inside the members, on the whole
-        mesh. "none" keeps all nodes.
-    cutoff
-        Frequency up to which those modes are kept (Hz).
     static_correction
         Let the modes that are left out answer statically.
     join
@@ -134,8 +132,6 @@ class Analysis(Part):
     position: Angle = 0.0
     sub_intervals: Annotated[int, Field(ge=4, le=SCENE.most_sub_intervals)] = 360
     modes: Annotated[int, Field(ge=1)] | Literal["all"] = 5
-    reduction: Literal["none", "craig-bampton"] = "none"
-    cutoff: Frequency | Literal["auto"] = "auto"
     static_correction: bool = True
     join: Literal["physical", "projected", "modal"] = "physical"
     load: Literal["constant", "linear"] = "linear"
@@ -144,6 +140,11 @@ class Analysis(Part):
     allow_large: bool = False
     tension: Literal["rigid", "settled"] = "rigid"
     stations: Annotated[int, Field(ge=2, le=SCENE.most_stations)] = 21
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_earlier_versions(cls, data: Any) -> Any:
+        return without_neutral(data) if isinstance(data, dict) else data
 
     @field_validator("time_tolerance")
     @classmethod
@@ -154,3 +155,19 @@ class Analysis(Part):
                 ": smaller ones make steps shorter without a smaller error"
             )
         return value
+
+
+def refuse_rough(analysis: Analysis) -> None:
+    """Raise `SceneError` where a tolerance does not govern the steps in time.
+
+    Parameters
+    ----------
+    analysis
+        What the scene asks for.
+    """
+    if analysis.time_tolerance > LARGEST_TOLERANCE:
+        raise SceneError(
+            f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",
+            place="analysis.time_tolerance",
+            hint="Take a smaller one: the error of the steps is not known with this one",
+        )

@@ -83,9 +83,7 @@ def _check_point(scene: Scene, name: str, place: str) -> None:
 
 
 def _check_mesh(scene: Scene) -> None:
-    """Raise where a member has more elements, or graded more steeply, than rounding lets be, unless it is reduced."""
-    if scene.analysis.reduction != "none":
-        return
+    """Raise where a member has more elements, or graded more steeply, than rounding lets be."""
     for label, (_, member) in scene.members().items():
         mesh = member.mesh or scene.mesh
         place = "mesh" if member.mesh is None else f"member {label}"
@@ -94,14 +92,14 @@ def _check_mesh(scene: Scene) -> None:
                 f"the longest element of a member is {mesh.ratio:.3g} times as long as the shortest: beyond "
                 f"{MESH.largest_unreduced_ratio:g} the strains would be lost to rounding",
                 place=place,
-                hint="Take a milder grading, or write analysis.reduction = 'craig-bampton', which allows it",
+                hint="Take a milder grading",
             )
         if mesh.count > MESH.most_unreduced:
             raise SceneError(
                 f"{mesh.count} elements in one member: rounding grows with the 4th power of their number, and beyond "
                 f"{MESH.most_unreduced} the strains would lose more than 4 digits",
                 place=place,
-                hint="Take fewer, or write analysis.reduction = 'craig-bampton', which allows it",
+                hint="Take fewer: one to ten are exact to many digits",
             )
 
 

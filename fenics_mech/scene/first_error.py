@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.table_keys import table_keys
+from fenics_mech.scene.updating import GONE
 
 BRANCHES = (  # of pydantic unions, which stand in its places and not in the data
     "[key]", "one", "many", "revolute", "weld", "slot", "prismatic",
@@ -69,6 +70,9 @@ def first_error(
             near = near or difflib.get_close_matches(place[-1], table_keys(part, first["loc"][:-1]), n=1, cutoff=0.8)
             near = near or _known_key(place[-1], keys())
         message, hint = f"unknown key {shortened(place[-1])}", f"Did you mean {near[0]!r}?" if near else advice
+        if place[:-1] == ["analysis"] and place[-1] in GONE:
+            message = f"this key has gone: {GONE[place[-1]][1]}"
+            hint = "Remove it, or let `fenics-mech check --update` rewrite the file"
     elif first["type"] == "missing":
         message = "this key is missing" if isinstance(first["loc"][-1], str) else "an entry of the list is missing"
         if place[0] in ("springs", "dampers") and place[-1] == "between":

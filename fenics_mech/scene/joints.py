@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
@@ -145,3 +145,28 @@ def size_at(scene: Scene, joint: str) -> float:
     bodies = (point.split(".")[0] for point in scene.joints[joint].connect)
     found = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
     return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
+
+
+def joint_names(joints: Mapping[str, Joint]) -> list[str]:
+    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first.
+
+    Parameters
+    ----------
+    joints
+        The joints, by name.
+    """
+    bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in joints.items()}
+    return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
+
+
+def effort_units(moved: Sequence[str], joints: Mapping[str, Joint]) -> list[str]:
+    """Give the unit of each drive's effort: N where it slides, N m where it turns.
+
+    Parameters
+    ----------
+    moved
+        Joints of the drives and the freedoms.
+    joints
+        The joints, by name.
+    """
+    return ["N" if isinstance(joints[name], Slot | Prismatic) else "N m" for name in moved]

@@ -67,7 +67,7 @@ def _in_need_of_nodes(scene: Scene, label: str) -> list[float]:
     """
     section = scene.sections[scene.members()[label][1].section]
     linear = section.constant and not scene.rigidity(label, np.zeros(1)).neutral.any()
-    if not linear or scene.analysis.reduction != "none" or scene.analysis.method not in ("static", "quasi-static"):
+    if not linear or scene.analysis.method not in ("static", "quasi-static"):
         return scene.loaded_places().get(label, [])
     following = [load.at for load in scene.loads.values() if not isinstance(load, LineLoad) and load.follows]
     acting = [at.split("@") for at in (*following, *(blow.at for blow in scene.impulses.values())) if "@" in at]

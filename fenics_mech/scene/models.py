@@ -74,7 +74,7 @@ class Scene(Part):
     tolerance
         Largest error of a strain relative to its member's largest, or of each of strain, deflection, joint_force and
         torque. With it the program chooses elements, stations and, where no load varies, sub_intervals, whatever is
-        stated. It refuses another solver, scheme or reduction than it takes.
+        stated. It refuses another solver or scheme than it takes.
     damping, mesh, analysis
         Damping of the elastic motion, elements of the members, and numerical options.
     measurements

@@ -89,9 +89,9 @@ def gaps_between(path: Path, blows: dict[int, Blows]) -> Array:
 def _struck(machine: Machine, numbers: list[int], t: float, q: Array, v: Array) -> Blows:
     n, step = machine.n, STEP * machine.extent
     beside = step * np.eye(n, machine.size)
-    jumps = _jumps(machine, numbers, t, np.concatenate([q[None], q + beside, q - beside]))
-    by_q = (jumps[1 : 1 + n] - jumps[1 + n :]).sum(axis=1)[:, :n].T / (2 * step)
-    return Blows(numbers, jumps[0], by_q, _works(machine, numbers, t, q, v, jumps[0]))
+    around = jumps(machine, numbers, t, np.concatenate([q[None], q + beside, q - beside]))
+    by_q = (around[1 : 1 + n] - around[1 + n :]).sum(axis=1)[:, :n].T / (2 * step)
+    return Blows(numbers, around[0], by_q, _works(machine, numbers, t, q, v, around[0]))
 
 
 def struck(machine: Machine, numbers: list[int], t: float, v: Array) -> tuple[Array, Array]:
@@ -112,13 +112,13 @@ def struck(machine: Machine, numbers: list[int], t: float, v: Array) -> tuple[Ar
         Jumps as in `Blows`, and the energy that each gives (J).
     """
     still = np.zeros(machine.size)
-    jumps = _jumps(machine, numbers, t, still[None])[0]
-    return jumps, _works(machine, numbers, t, still, v, jumps)
+    added = jumps(machine, numbers, t, still[None])[0]
+    return added, _works(machine, numbers, t, still, v, added)
 
 
-def _works(machine: Machine, numbers: list[int], t: float, q: Array, v: Array, jumps: Array) -> Array:
+def _works(machine: Machine, numbers: list[int], t: float, q: Array, v: Array, added: Array) -> Array:
     """Give the energy that impulses give, by the mean of the rates before and after ``(impulses,)`` (J)."""
-    after = v + np.where(np.arange(machine.size) < machine.n, jumps.sum(axis=0), 0.0)
+    after = v + np.where(np.arange(machine.size) < machine.n, added.sum(axis=0), 0.0)
     zero, works = np.zeros((2, machine.size)), []
     moved = machine.moved(np.full(2, t), np.stack([q, q]), np.stack([v, after]), zero)
     for number in numbers:
@@ -129,9 +129,19 @@ def _works(machine: Machine, numbers: list[int], t: float, q: Array, v: Array, j
     return np.array(works)
 
 
-def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
-    """Give jumps of rates and impulses of multipliers at some coordinates ``(places, impulses, size)``."""
-    zero, time, jumps = np.zeros_like(q), np.full(len(q), t), []
+def jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
+    """Give jumps of rates and impulses of multipliers ``(places, impulses, size)``.
+
+    Parameters
+    ----------
+    machine, numbers
+        The machine, and the impulses.
+    t
+        Instant (s).
+    q
+        Coordinates ``(places, size)``.
+    """
+    zero, time, found_of_all = np.zeros_like(q), np.full(len(q), t), []
     found = machine.residual(time, q, zero, zero, loads=0.0, moving=False)
     for number in numbers:
         load = machine.blows[number][1]
@@ -140,8 +150,8 @@ def _jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
         stress = load.respond(time, measured.x, measured.rate).stress
         force, none = np.zeros_like(q), np.zeros_like(found.M)
         group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
-        jumps.append(accelerated(machine, found, -force))
-    return np.stack(jumps, axis=1)
+        found_of_all.append(accelerated(machine, found, -force))
+    return np.stack(found_of_all, axis=1)
 
 
 def with_rows(machine: Machine, t: float, v: Array) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -41,8 +42,15 @@ class Contacts:
         self.machine, self.share = machine, share
         self.terms = [k for k, term in enumerate(machine.terms) if isinstance(term, LawTerm) and term.contacts]
 
-    def begin(self, t: float, v: Array) -> None:
+    def begin(self, t: float, v: Array, angles: Sequence[Array] | None = None) -> None:
         """State which contacts are closed at the start, by an instant (s) and the rates there ``(size,)``.
+
+        Parameters
+        ----------
+        t, v
+            The instant and the rates.
+        angles
+            Measures of every term there; None where the terms know.
 
         Raises
         ------
@@ -52,7 +60,8 @@ class Contacts:
         zero, at = np.zeros((1, self.machine.size)), np.array([t])
         for k in self.terms:
             term = self._term(k)
-            found = self.machine.groups[k].measure(self.machine.moved(at, zero, v[None], zero), term.near(at))
+            near = term.near(at) if angles is None else angles[k]
+            found = self.machine.groups[k].measure(self.machine.moved(at, zero, v[None], zero), near)
             term.begin(term.depths(found.x, found.rate)[0][:, 0])
 
     def up_to_event(self, step: Step) -> tuple[Step, Event | None]:

@@ -2,20 +2,49 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse as sp
 from scipy.optimize import linear_sum_assignment
+from scipy.sparse.linalg import splu
 
-from fenics_mech._arrays import Array
+from fenics_mech._arrays import Array, Index
+from fenics_mech._petsc import SLOWEST_MODES, PETSc, SLEPc, configured, to_petsc
 from fenics_mech.errors import SolverError
-from fenics_mech.machine import Machine
+from fenics_mech.machine import Evaluation, Machine
 from fenics_mech.terms import ModalDamping
 
 POSITIONS = 36  # of a cycle, at which modes are damped
 ROUNDING = float(np.finfo(float).eps)
+DENSE = 250  # coordinates up to which all modes are found: in few positions the slowest by SLEPc take as long
+FOLLOWED = 60  # modes at least, so that those of interest do not leave or enter what is followed
+SPARE = 10  # vectors of a Krylov space beside two for each mode: it then restarts few times
+MASSLESS = 1e149  # rad/s of what has no mass
+GIVES_WAY = (
+    "the stiffness is not positive there, and the mechanism buckles or gives way. Lower the loads or the speed, hold "
+    "what is free by drives or joints, or take stiffer members"
+)
+
+
+@dataclass(frozen=True)
+class About:
+    """Forces about which a machine vibrates.
+
+    Parameters
+    ----------
+    stresses
+        Of every term ``(instants, elements, measures)`` each.
+    pulls
+        Multipliers, where accelerations stand ``(instants, size)``.
+    """
+
+    stresses: Sequence[Array]
+    pulls: Array
 
 
 def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
@@ -41,21 +70,34 @@ def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
     return next(_each_held(machine, np.array([t])))[:2]
 
 
-def _each_held(machine: Machine, times: Array) -> Iterator[tuple[Array, Array, Array]]:
+def _each_held(
+    machine: Machine, times: Array, about: About | None = None, loose: bool = False
+) -> Iterator[tuple[Array, Array, Array]]:
     """Give what `held_modes` gives at each of some instants, and the mass ``(coordinates, coordinates)``."""
-    n, zero = machine.n, np.zeros((len(times), machine.size))
-    found = machine.residual(times, zero, zero, zero, moving=False)
-    for t, M, K in zip(times, machine.pattern.dense(found.M), machine.pattern.dense(found.K)):
-        yield *_held(machine, float(t), M, K), M[:n, :n]
+    found = _tangents(machine, times, about)
+    for t, M, K in zip(times, found.pattern.dense(found.M), found.pattern.dense(found.K)):
+        yield *_held(machine, float(t), M, K, loose), M[: machine.n, : machine.n]
 
 
-def _held(machine: Machine, t: float, M: Array, K: Array) -> tuple[Array, Array]:
+def _tangents(machine: Machine, times: Array, about: About | None) -> Evaluation:
+    """Give the tangents of a machine at rest: straight and without loads, or with these and what balances them."""
+    zero = np.zeros((len(times), machine.size))
+    if about is None:
+        if any(term.external for term in machine.terms):
+            machine = copy(machine)
+            machine.terms = [term for term in machine.terms if not term.external]
+            machine.forget_plan()
+        return machine.residual(times, zero, zero, zero, moving=False, heavy=False)
+    return machine.residual(times, zero, zero, about.pulls, predicted=about.stresses, moving=False)
+
+
+def _held(machine: Machine, t: float, M: Array, K: Array, loose: bool) -> tuple[Array, Array]:
     """Give frequencies and shapes by the tangents of an instant (s), ``(size, size)`` each."""
     n = machine.n
     free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if machine.held else np.eye(n)
     mass, stiffness, what = (
         free.T @ M[:n, :n] @ free,
-        free.T @ K[:n, :n] @ free,
+        free.T @ ((K + K.T)[:n, :n] / 2) @ free,  # loads that turn with links make it unsymmetric
         f"modes of the machine held at {t:.6g} s",
     )
     if not len(stiffness):
@@ -66,14 +108,36 @@ def _held(machine: Machine, t: float, M: Array, K: Array) -> tuple[Array, Array]
         strained = len(slowest) * ROUNDING * (slowest @ np.abs(stiffness) @ slowest) < 1.0  # its stiffness
     except np.linalg.LinAlgError:  # the stiffness is not positive
         strained = False
-    if not strained:
+    if not strained and loose:
+        omega, shapes = _beside_rigid(mass, stiffness, what)
+    elif not strained:
         raise SolverError(
             f"{what}: something is free to move without strain, or unstable. Hold it by drives or joints, or take "
             "frequencies(), which gives rigid motions too"
         )
-    whole = np.zeros((machine.size, len(squares)))
+    else:
+        omega, shapes = 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)), shapes[:, ::-1]
+    whole = np.zeros((machine.size, len(omega)))
     whole[:n] = free @ shapes
-    return 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)), whole[:, ::-1]
+    return omega, whole
+
+
+def _beside_rigid(mass: Array, stiffness: Array, what: str) -> tuple[Array, Array]:
+    """Give frequencies, 0 of rigid motions, and shapes of unit stiffness, or of unit mass where they have none."""
+    heavy = np.diag(mass) > 0
+    shift = np.sqrt(ROUNDING) * np.median(np.diag(stiffness)[heavy] / np.diag(mass)[heavy])
+    try:
+        inverse, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass)
+    except np.linalg.LinAlgError:
+        raise SolverError(f"{what}: {GIVES_WAY}") from None
+    inverse, shapes = inverse[::-1], shapes[:, ::-1]
+    strain = np.einsum("im,ij,jm->m", shapes, stiffness, shapes)
+    size = np.einsum("im,ij,jm->m", np.abs(shapes), np.abs(stiffness), np.abs(shapes))
+    rigid = np.abs(strain) < len(mass) * ROUNDING * size
+    if (strain[~rigid] < 0).any():
+        raise SolverError(f"{what}: {GIVES_WAY}")
+    squares = np.where(rigid, 0.0, strain / np.maximum(inverse, 1e-300))
+    return np.sqrt(squares), shapes / np.sqrt(np.where(rigid, inverse, np.where(strain > 0, strain, 1.0)))
 
 
 @dataclass(frozen=True)
@@ -94,6 +158,16 @@ class FollowedModes:
     shapes: Array
     momenta: Array
 
+    def only(self, those: Index) -> FollowedModes:
+        """Give some of the modes.
+
+        Parameters
+        ----------
+        those
+            Their numbers ``(modes,)``.
+        """
+        return FollowedModes(self.omega[:, those], self.shapes[..., those], self.momenta[..., those])
+
     @property
     def assurance(self) -> Array:
         """How far each mode is that of the next position, 0..1 ``(positions, modes)``; the last: which it is most."""
@@ -103,7 +177,15 @@ class FollowedModes:
         return found
 
 
-def followed_modes(machine: Machine, times: Array) -> FollowedModes:
+def followed_modes(
+    machine: Machine,
+    times: Array,
+    count: int | None = None,
+    *,
+    about: About | None = None,
+    loose: bool = False,
+    options: Mapping[str, Any] | None = None,
+) -> FollowedModes:
     """Give the modes of a machine held at the places of its chart, followed from one instant to the next.
 
     Parameters
@@ -112,12 +194,30 @@ def followed_modes(machine: Machine, times: Array) -> FollowedModes:
         The machine, without damping of modes.
     times
         Instants ``(positions,)`` (s).
+    count
+        How many of the slowest at least; None for all.
+    about
+        Forces that stiffen it; None for straight members.
+    loose
+        Whether it may have rigid motions, whose frequency is 0.
+    options
+        Of SLEPc, with the prefix "modes_", for machines with more than `DENSE` coordinates.
+
+    Raises
+    ------
+    SolverError
+        When something is free to move that may not be so, or the stiffness is not positive.
     """
     omegas: list[Array] = []
     shapes: list[Array] = []
     momenta: list[Array] = []
-    for held, stiff, mass in _each_held(machine, times):
-        omega, shape = held, held * stiff[: machine.n]
+    if count is None or machine.n <= DENSE:
+        found: Iterator[tuple[Array, Array, Array | sp.csr_matrix]] = _each_held(machine, times, about, loose)
+    else:
+        found = _each_slowest(machine, times, about, loose, count, options or {})
+    for held, stiff, mass in found:
+        few = slice(None) if count is None else slice(min(max(count, FOLLOWED), int((held < MASSLESS).sum())))
+        omega, shape = held[few], (np.where(held > 0, held, 1.0) * stiff[: machine.n])[:, few]
         momentum = mass @ shape
         if shapes:
             alike = shapes[-1].T @ momentum
@@ -128,6 +228,79 @@ def followed_modes(machine: Machine, times: Array) -> FollowedModes:
         shapes.append(shape)
         momenta.append(momentum)
     return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta))
+
+
+def _each_slowest(
+    machine: Machine, times: Array, about: About | None, loose: bool, count: int, options: Mapping[str, Any]
+) -> Iterator[tuple[Array, Array, sp.csr_matrix]]:
+    """Give the slowest modes as `_each_held` gives all of them, by SLEPc."""
+    found, n = _tangents(machine, times, about), machine.n
+    for t, *both in zip(times, found.M, found.K):
+        M, K = (found.pattern.matrix(x) for x in both)
+        free, what = _left_by(K[n:, :n].toarray()), f"modes of the machine held at {t:.6g} s"
+        mass, stiffness = (sp.csr_matrix(free.T @ (X + X.T)[:n, :n] @ free / 2) for X in (M, K))
+        own, heavy = stiffness.diagonal(), mass.diagonal() > 0
+        shift = loose * np.sqrt(ROUNDING) * float(np.median(own[heavy] / mass.diagonal()[heavy]))
+        squares, shapes = _nearest_to_0(sp.csr_matrix(stiffness + shift * mass), mass, count, options, what)
+        strain = np.einsum("im,im->m", shapes, stiffness @ shapes)
+        size = np.einsum("im,im->m", np.abs(shapes), abs(stiffness) @ np.abs(shapes))
+        rigid = np.abs(strain) < len(own) * ROUNDING * size
+        if (rigid.any() and not loose) or (strain[~rigid] < 0).any():
+            raise SolverError(f"{what}: {GIVES_WAY}")
+        unit = np.where(rigid, np.einsum("im,im->m", shapes, mass @ shapes), strain)
+        whole = np.zeros((machine.size, len(squares)))
+        whole[:n] = free @ (shapes / np.sqrt(unit))
+        yield np.where(rigid, 0.0, np.sqrt(np.maximum(squares - shift, 0.0))), whole, M[:n, :n]
+
+
+def _left_by(rows: Array) -> sp.csr_matrix:
+    """Give coordinates that rows ``(rows, n)`` leave, and by them all ``(n, left)``."""
+    n = rows.shape[1]
+    among = np.flatnonzero(rows.any(axis=0))
+    r, order = scipy.linalg.qr(rows[:, among], mode="r", pivoting=True)
+    size = np.abs(np.diag(r))
+    rank = int((size > 1e-10 * size.max(initial=0.0)).sum())
+    by = -scipy.linalg.solve_triangular(r[:rank, :rank], r[:rank, rank:])
+    left = np.setdiff1d(np.arange(n), among[order[:rank]])
+    found = sp.lil_matrix((n, len(left)))
+    found[left, np.arange(len(left))] = 1.0
+    found[np.ix_(among[order[:rank]], np.searchsorted(left, among[order[rank:]]))] = by
+    return found.tocsr()
+
+
+def _nearest_to_0(
+    stiffness: sp.csr_matrix, mass: sp.csr_matrix, count: int, options: Mapping[str, Any], what: str
+) -> tuple[Array, Array]:
+    """Give the smallest eigenvalues (1/s^2) of a stiffness and a mass, ascending, and shapes ``(n, modes)``.
+
+    A Krylov space may hold fewer vectors of an eigenvalue than it has. By Sylvester's law of inertia as many are
+    below a number as ``K - number M`` has negative pivots.
+    """
+    for wanted in (count, 2 * count + SPARE):
+        eps, pair = SLEPc.EPS().create(comm=PETSc.COMM_SELF), [to_petsc(X) for X in (stiffness, mass)]
+        eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
+        eps.setDimensions(wanted)
+        eps.setOperators(*pair)
+        start = np.random.default_rng(0).uniform(-1, 1, mass.shape[0])
+        vector = PETSc.Vec().createWithArray(start, comm=PETSc.COMM_SELF)
+        with configured(eps, "modes_", SLOWEST_MODES | {"eps_ncv": 2 * wanted + SPARE}, options):
+            eps.setInitialSpace(vector)
+            eps.solve()
+            if (found := eps.getConverged()) < wanted:
+                raise SolverError(f"{what}: SLEPc has found {found} of {wanted}")
+            values = np.array([eps.getEigenvalue(i).real for i in range(found)])
+            order, shapes = np.argsort(values)[:wanted], []
+            for i in order:
+                eps.getEigenvector(int(i), vector)
+                shapes.append(vector.array_r.copy())
+        for thing in (*pair, vector):
+            thing.destroy()  # Python by itself does not
+        squares = values[order]
+        bound = squares[count - 1] - 1e-6 * abs(squares[count - 1])
+        factors = splu((stiffness - bound * mass).tocsc(), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+        if (factors.U.diagonal() < 0).sum() <= (squares < bound).sum():
+            return squares[:count], np.array(shapes).T[:, :count]
+    raise SolverError(f"{what}: SLEPc misses one of them. Ask for more modes")
 
 
 def damp_modes(
@@ -158,9 +331,39 @@ def damp_modes(
     times
         Instants at which the chart is at these positions; None for even ones from 0 (s).
     """
-    beams, term = machine.beams, machine.terms.index(machine.beams)
-    group = machine.groups[term]
     times = period / positions * np.arange(positions) if times is None else times
+    strains, lags = _damped(machine, times, ratio, fastest)
+    machine.beams.modal = ModalDamping.of(machine.beams.stiffness, strains, lags, period)
+    machine.forget_plan()
+
+
+def held_damping(machine: Machine, t: float, ratio: float | Sequence[float]) -> Array:
+    """Give the stress of all modes of a machine held at the place of its chart: E as of `HeldDamping`.
+
+    Parameters
+    ----------
+    machine
+        The machine, without damping of modes.
+    t
+        Instant (s).
+    ratio
+        As of `damp_modes`.
+
+    Returns
+    -------
+    ndarray
+        ``(elements, strains, modes)``.
+    """
+    (strain,), (lag,) = _damped(machine, np.array([t]), ratio, np.inf)
+    return np.asarray(np.einsum("eij,ejk->eik", machine.beams.stiffness, strain) * np.sqrt(lag))
+
+
+def _damped(
+    machine: Machine, times: Array, ratio: float | Sequence[float], fastest: float
+) -> tuple[list[Array], list[Array]]:
+    """Give strains of the slow modes of unit energy at instants, and ``2 zeta/omega`` of each (s)."""
+    term = machine.terms.index(machine.beams)
+    group = machine.groups[term]
     modes = [(omega, shape) for omega, shape, _ in _each_held(machine, times)]
     zero = np.zeros((len(times), machine.size))
     measured = machine.residual(times, zero, zero, zero, moving=False, tangents=False).terms[term]
@@ -173,5 +376,4 @@ def damp_modes(
         ratios = stated[np.minimum(np.arange(slow.sum()), len(stated) - 1)] * inside**2 * (3 - 2 * inside)
         strains.append(np.einsum("emn,ken->emk", measured.gradient[k], group.variables(shapes[:, slow].T)))
         lags.append(2 * ratios / omega[slow])
-    beams.modal = ModalDamping.of(beams.stiffness, strains, lags, period)
-    machine.forget_plan()
+    return strains, lags

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -53,6 +53,7 @@ def steps_in_time(
     longest: float = np.inf,
     struck: Callable[[float, Array], Array] | None = None,
     shapes: Callable[[], Array] | None = None,
+    angles: Sequence[Array] | None = None,
 ) -> Iterator[Step]:
     """Follow a motion from the poses of the machine's chart, which moves along when the next step is asked for.
 
@@ -82,6 +83,8 @@ def steps_in_time(
         before, which it gives back where none strike; None where there are none.
     shapes
         Gives those of a step where the chart is; None where no other tolerance holds for changes of shape.
+    angles
+        Measures of every term at the start, by which whole turns count; None where the terms know.
 
     Raises
     ------
@@ -91,8 +94,8 @@ def steps_in_time(
     tableau, fixed, duration, exponent = radau(stages), h is not None, times[-1] - times[0], 1 / (stages + 2)
     t, step = float(times[0]), h or min(1e-3 * duration, longest)
     allowed = np.broadcast_to(FIXED if fixed else np.asarray(tolerance, dtype=float), machine.n)
-    a, angles, contacts = np.zeros((stages, machine.size)), None, Contacts(machine, share)
-    contacts.begin(t, v)
+    a, contacts = np.zeros((stages, machine.size)), Contacts(machine, share)
+    contacts.begin(t, v, angles)
     known = None if shapes is None else shapes()
 
     def begun() -> Step:

@@ -75,7 +75,9 @@ class Step:
         Gives changes of shape, each over its tolerance, by coordinates ``(shapes, coordinates)``; None where there is
         no other tolerance of them.
     tangents
-        M, C and K at the stages ``(stages, entries)`` each; None before it is solved.
+        M, C and K near the stages ``(stages, entries)`` each; None before it is solved.
+    stresses
+        Of every term at the stages, as Newton's method predicted them last.
     """
 
     machine: Machine
@@ -89,6 +91,7 @@ class Step:
     measures: Sequence[Array] = ()
     shapes: Array | None = None
     tangents: tuple[Array, Array, Array] | None = None
+    stresses: Sequence[Array] | None = None
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
         """Give coordinates, rates and accelerations at shares of the step ``(shares, size)`` each."""
@@ -111,7 +114,8 @@ class Step:
         a, size, stages = self.a.copy(), machine.size, len(tableau.c)
         if rubs(self.machine.terms):  # from the rates at the start: what sticks is not taken for what slides
             a[:, :n] = 0.0
-        instants, stresses, blocks = self.t + h * tableau.c, None, blocks_of(machine.pattern, stages)
+        instants, blocks = self.t + h * tableau.c, blocks_of(machine.pattern, stages)
+        stresses: Sequence[Array] | None = None
         measures: list[Array] = []
         tangents = None
 
@@ -131,7 +135,14 @@ class Step:
             return max(self._over(dq[:, :n]), self._slipping(found, stresses) if rubs(self.machine.terms) else 0.0)
 
         newton(step, CONVERGED, 15, f"step at {self.t:.6g} s")
-        return replace(self, a=a, measures=measures, tangents=tangents)
+        return replace(self, a=a, measures=measures, tangents=tangents, stresses=stresses)
+
+    def tangents_there(self) -> tuple[Array, Array, Array]:
+        """Give M, C and K at its stages ``(stages, entries)`` each. Those of friction change as Newton goes on."""
+        q, v, a = self.at(self.tableau.c)
+        t, angles = self.t + self.h * self.tableau.c, self.machine.turned(self.angles, q)
+        found = self.machine.residual(t, q, v, a, predicted=self.stresses, angles=angles)
+        return found.M, found.C, found.K
 
     def _over(self, change: Array) -> float:
         """Give the largest of some changes of coordinates ``(..., coordinates)`` over what is allowed."""
@@ -161,9 +172,16 @@ class Step:
 
     def at_start(self) -> States:
         """Give the poses at its start, with the accelerations and multipliers that a short step leads back to."""
-        still, back = np.zeros((1, self.machine.size)), self.tableau.back
-        short = replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
-        return self._states(np.zeros(1), still, self.v[None], (back @ short.a)[None], short.measures)
+        still, short = np.zeros((1, self.machine.size)), self._short()
+        return self._states(np.zeros(1), still, self.v[None], (self.tableau.back @ short.a)[None], short.measures)
+
+    def acceleration_at_start(self) -> Array:
+        """Give the accelerations and multipliers at its start ``(size,)``."""
+        return np.asarray(self.tableau.back @ self._short().a)
+
+    def _short(self) -> Step:
+        back = self.tableau.back
+        return replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
 
     def _states(self, after: Array, q: Array, v: Array, a: Array, measures: Sequence[Array]) -> States:
         machine, chart, poses = self.machine, self.machine.chart, []

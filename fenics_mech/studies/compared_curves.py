@@ -18,7 +18,6 @@ from fenics_mech.recovery.cycle_curves import NEIGHBOURS, akima_over_cycle
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import last_cycle, ripples, vibrating_mode
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
 
@@ -294,10 +293,10 @@ def by_theories(
     if not scene.members():
         raise SceneError("no link has a member: the theories differ by how links bend. Name two files", place="links")
     refuse_cases(scene, "a comparison of theories")
-    found, common = [], CommonParts()
+    found = []
     for label, changes in THEORIES.items():
         progress(label)
-        found.append(curves_of_result(analyse(scene.changed(changes), common=common), label, place))
+        found.append(curves_of_result(analyse(scene.changed(changes)), label, place))
     return found
 
 

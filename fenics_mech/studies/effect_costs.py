@@ -18,15 +18,12 @@ from fenics_mech import _fenicsx
 from fenics_mech._petsc import PETSc
 from fenics_mech.analysis import analyse
 from fenics_mech.effects import EFFECTS
-from fenics_mech.effects.coupling import EFFECT as COUPLING
-from fenics_mech.effects.geometric_stiffness import EFFECT as GEOMETRIC_STIFFNESS
-from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
-from fenics_mech.effects.vibration import EFFECT as VIBRATION
+from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING, VIBRATION
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 
-ADDED = (COUPLING.name, GEOMETRIC_STIFFNESS.name, LARGE_ROTATIONS.name)
+ADDED = (COUPLING, STIFFENING, EXACT_STRAINS)
 
 
 @dataclass
@@ -91,7 +88,7 @@ def added_one_by_one(scene: Scene) -> list[Run]:
             hint="Write method = 'periodic', or leave --compare out",
         )
     scene = scene.changed(tolerance=None)
-    scenes = {VIBRATION.name: scene.changed(effects=(), analysis__solver="collocation")}
+    scenes = {VIBRATION: scene.changed(effects=(), analysis__solver="collocation")}
     if not (scene.impulses or any(drive.motor for drive in scene.drives)):  # these are nothing without vibration
         scenes = {"quasi-static": scene.changed(effects=(), analysis__method="quasi-static")} | scenes
     acting: tuple[str, ...] = ()

@@ -22,10 +22,10 @@ from fenics_mech.followed_by_poses import followable, followed
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.peaks import curves_of
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.solve.continuation import FOLD
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.solved_by_poses import Solved
 from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_points import KEPT, Record

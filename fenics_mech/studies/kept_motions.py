@@ -7,19 +7,16 @@ from pathlib import Path
 import numpy as np
 
 from fenics_mech._files import read_bounded, write_whole
-from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.solve import Path as Steps
 from fenics_mech.solve.stages import radau
 
 MOST = 1_000_000  # numbers of a motion that is kept: a larger one is found again as fast as it is written and read
-# Numbers alone, as their meaning follows from the mesh: archives and headers would have to be trusted.
+# Numbers alone: archives and headers would have to be trusted.
 LEADING = 3  # numbers before the motion of poses: coordinates, stages of a step, and unknowns
 MOST_STAGES = 10
-PARTS = ("turned", "displacement", "velocity", "tension")
 
 
-def write_motion(path: Path, motion: KnownMotion | Steps) -> None:
+def write_motion(path: Path, motion: Steps) -> None:
     """Write a motion, if it is not large.
 
     Parameters
@@ -34,38 +31,12 @@ def write_motion(path: Path, motion: KnownMotion | Steps) -> None:
     ResultError
         When the file cannot be written.
     """
-    if isinstance(motion, Steps):
-        shares = motion.starts / motion.period
-        paced = motion.paced(1.0)
-        sizes = np.array([motion.n, *motion.a.shape[1:]], dtype=float)
-        parts = [sizes, shares, *(x.ravel() for x in (paced.q0, paced.v0, paced.a))]
-    else:
-        parts = [getattr(motion, name).ravel() for name in PARTS]
+    paced = motion.paced(1.0)
+    sizes = np.array([motion.n, *motion.a.shape[1:]], dtype=float)
+    parts = [sizes, motion.starts / motion.period, *(x.ravel() for x in (paced.q0, paced.v0, paced.a))]
     if sum(part.size for part in parts) <= MOST:
         numbers = np.concatenate(parts).astype(float)
         write_whole(path, lambda temporary: temporary.write_bytes(numbers.tobytes()))
-
-
-def read_motion(path: Path, mesh: BeamMesh) -> KnownMotion | None:
-    """Read a motion of links with a mesh; None where there is none.
-
-    Parameters
-    ----------
-    path
-        The file.
-    mesh
-        The mesh of the links.
-    """
-    try:
-        content = read_bounded(path, 8 * MOST)
-    except (OSError, ValueError):
-        return None
-    widths = np.array([1, *(3 * len(mesh.node_link),) * 2, len(mesh.cell)])
-    positions, rest = divmod(len(content), 8 * int(widths.sum()))
-    if rest or not positions or not np.isfinite(numbers := np.frombuffer(content)).all():
-        return None
-    turned, *others = np.split(numbers, positions * np.cumsum(widths)[:-1])
-    return KnownMotion(mesh, turned, *(part.reshape(positions, -1) for part in others))
 
 
 def read_steps(path: Path) -> Steps | None:

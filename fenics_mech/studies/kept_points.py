@@ -17,7 +17,7 @@ from fenics_mech._files import write_whole
 from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
 from fenics_mech._version import __version__
 from fenics_mech.errors import MechanismError
-from fenics_mech.forces.joint_forces import joint_names
+from fenics_mech.scene.joints import joint_names
 from fenics_mech.studies.gauge import Gauge
 
 if TYPE_CHECKING:

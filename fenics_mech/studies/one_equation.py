@@ -28,15 +28,15 @@ class OneEquation:
     Parameters
     ----------
     usual
-        Mesh, steps and solver of points for which nothing finer was needed.
+        Mesh and steps of points for which nothing finer was needed.
     numbers
         Those that all points are to have, where they differ.
     effects
         Effects that are to act at all points; none where the same act anyway.
     """
 
-    usual: Mapping[str, float | str]
-    numbers: Mapping[str, float | str]
+    usual: Mapping[str, float]
+    numbers: Mapping[str, float]
     effects: tuple[str, ...]
 
     @classmethod
@@ -53,12 +53,10 @@ class OneEquation:
         answered = [record for record in records if not record["error"]]
         acting = {record["effects"] for record in answered}
         usual, found = free_numbers(scene), [numbers_of(record) for record in answered]
-        numbers: dict[str, float | str] = {}
+        numbers: dict[str, float] = {}
         for name in usual:
             values = {one.get(name, usual[name]) for one in found}
-            if name == "solver" and len(values) > 1:
-                numbers[name] = next(value for value in values if value != usual[name])
-            elif name in TAKEN_BY_ALL and len(values) > 1 and (most := max(values)) <= MOST_TIMES * float(usual[name]):
+            if name in TAKEN_BY_ALL and len(values) > 1 and (most := max(values)) <= MOST_TIMES * float(usual[name]):
                 numbers[name] = most
         effects = union(acting) if scene.effects == "auto" and len(acting) > 1 else ()
         return cls(usual, numbers, effects) if numbers or effects else None

@@ -16,10 +16,10 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.forces.joint_forces import joint_names
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.scene import Scene
+from fenics_mech.scene.joints import joint_names
 
 ANGLES = 120  # of a cycle: every 3 degrees, which shows vibration of up to 20 times the drive's frequency
 MOST_POINTS = 2000  # of a sweep that keeps them: 10 MB of a machine with three members and four joints

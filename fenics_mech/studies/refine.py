@@ -20,7 +20,6 @@ from fenics_mech.errors import SceneError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene, refined
 from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.studies.natural_frequencies import modes
@@ -97,22 +96,21 @@ def refine(scene: Scene, levels: int = 3, progress: Callable[[str], None] = lamb
     if scene.analysis.method == "periodic" and scene.tolerance is None:
         _counts(scene.analysis.sub_intervals, levels)  # before the first analysis
     progress("the scene as it is")
-    common = CommonParts()
     lets = {"analysis.allow_coarse": True, "analysis.allow_ringing": True}  # the coarsest level too
-    own = analyse(scene.changed({"tolerance": None} | lets), common=common)
+    own = analyse(scene.changed({"tolerance": None} | lets))
     stated, by_steps = own.scene, own.scene.analysis.method == "periodic"
     results: dict[str, list[tuple[int, Result]]] = {"elements": [(int(own.data.attrs["elements"]), own)]}
     for level in range(1, levels):
         finer = refined(stated, level)
         progress(f"elements cut {level} times")
-        result = analyse(finer, common=common)
+        result = analyse(finer)
         results["elements"].append((int(result.data.attrs["elements"]), result))
     if by_steps:
         results["sub_intervals"] = []
         for count in _counts(stated.analysis.sub_intervals, levels):
             progress(f"{count} sub-intervals")
             same = count == stated.analysis.sub_intervals
-            result = own if same else analyse(stated.changed(analysis__sub_intervals=count), common=common)
+            result = own if same else analyse(stated.changed(analysis__sub_intervals=count))
             results["sub_intervals"].append((count, result))
     return Refinement(_labelled(results, scene))
 

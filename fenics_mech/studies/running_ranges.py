@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from fenics_mech._arrays import Array
-from fenics_mech.eigenmodes import solve_modes
-from fenics_mech.mechanism import build_system
-from fenics_mech.response.running_frequencies import running_frequencies
-from fenics_mech.response.setup import CommonParts, without_stiffening
-from fenics_mech.response.solution import PeriodicSolution, Solution
+import logging
 
+from fenics_mech._arrays import Array
+from fenics_mech.errors import SceneError, SolverError
+from fenics_mech.modes_by_poses import HeldMachine, over_cycle
+from fenics_mech.scene import Scene
+
+logger = logging.getLogger(__name__)
 POSITIONS = 24  # of the cycle, at which they are found: the range of the demos' is that of 360 to 0.5 %
 
 
-def running_ranges(solution: Solution, common: CommonParts) -> dict[str, Array]:
+def running_ranges(scene: Scene) -> dict[str, Array]:
     """Give the lowest and highest frequency of each mode about the motion (Hz), ``(modes,)``; nothing where it rests.
 
     Modes have their numbers from the mechanism without axial forces, which is the same at all speeds. By their shapes a
@@ -20,16 +21,14 @@ def running_ranges(solution: Solution, common: CommonParts) -> dict[str, Array]:
 
     Parameters
     ----------
-    solution
-        The response.
-    common
-        Parts of the analysis that points share.
+    scene
+        The scene, with its effects chosen.
     """
-    scene = solution.scene
-    if not isinstance(solution, PeriodicSolution) or not scene.drives:
+    if scene.analysis.method != "periodic" or not scene.drives or not scene.members():
         return {}
-    motion = common.motion(scene, scene.drive_angles(POSITIONS))
-    system = without_stiffening(scene, build_system(scene, solution.system.beams, motion))
-    modes = solve_modes(system, solution.modes.omega.shape[1], scene.petsc)
-    found = running_frequencies(scene, system, modes)
+    try:
+        found = HeldMachine.of(over_cycle(scene, POSITIONS)).running()
+    except (SceneError, SolverError) as error:
+        logger.info("frequencies about the motion are not known: %s", error)
+        return {}
     return {} if found is None else {"running_lowest": found.min(axis=0), "running_highest": found.max(axis=0)}

@@ -12,7 +12,7 @@ from typing_extensions import TypedDict
 
 from fenics_mech._read_back import STRICT
 from fenics_mech.errors import shortened
-from fenics_mech.forces.joint_forces import joint_names
+from fenics_mech.scene.joints import joint_names
 from fenics_mech.studies.kept_points import KEPT, TEXTS
 from fenics_mech.studies.point_curves import CURVES
 

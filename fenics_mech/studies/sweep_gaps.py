@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fenics_mech._guard import guarded
-from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.followed_by_poses import AtValue, followed
 from fenics_mech.followed_by_poses import followable as may_be_followed
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Path as Steps
 from fenics_mech.solve.continuation import FOLD
-from fenics_mech.studies.kept_answers import PointParts
+from fenics_mech.solved_by_poses import Run
 from fenics_mech.studies.kept_points import Record, read_point, write_point
 from fenics_mech.studies.one_equation import numbers_of, scene_with, union
 from fenics_mech.studies.sweep_axes import placed
@@ -99,7 +99,7 @@ def followable(record: Record, scene: Scene) -> bool:
     scene
         Its scene.
     """
-    exact = LARGE_ROTATIONS.name in record["effects"].split(", ")
+    exact = EXACT_STRAINS in record["effects"].split(", ")
     if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
         return False
     try:
@@ -239,10 +239,10 @@ def _follow_into(
     for k in beside:
         far = gap.stop if k < gap.start else gap.start - 1
         end = values[min(max(far, 0), len(values) - 1)]
-        base, common = as_analysed(run.scene, records[k]), PointParts()
+        base = as_analysed(run.scene, records[k])
         quick = partial(_scene_at, placed(base, {"analysis.error_estimates": False}), axis.path)
         if (one := ahead(quick, axis.path, (values[k], end), inside)) is not None:
-            followed.append(_Followed(one, base, common))
+            followed.append(_Followed(one, base))
     said = in_words([each.ahead for each in followed], axis.told)
     for k in gap:
         record = _passed(run, values[k], records[k], followed, paths[k])
@@ -254,11 +254,10 @@ def _follow_into(
 
 
 class _Followed(NamedTuple):
-    """Motions ahead of a point, the scene that they were followed in, and what its analyses have in common."""
+    """Motions ahead of a point, and the scene that they were followed in."""
 
     ahead: Ahead
     scene: Record
-    common: PointParts
 
 
 def _scene_at(scene: Record, path: str, value: float) -> Scene:
@@ -271,10 +270,9 @@ def _passed(run: SweepRun, value: float, before: Record, followed: Sequence[_Fol
     passing.sort(key=lambda each: not each.ahead.reached[value][0])
     if not passing or not (before["error"] or passing[0].ahead.reached[value][0]):
         return dict(before)
-    one, scene, common = passing[0]
-    common.last.go_to(None)
-    common.last.keep(one.reached[value][1])
+    (one, scene), near = passing[0], Run()
+    near.keep(one.reached[value][1])
     estimates = not run.at_peaks_alone and run.any_scene.analysis.error_estimates
     data = placed(scene, {run.axes[0].path: value, "analysis.error_estimates": estimates})
-    compute_point(Task(path, data, run.gauge, 0.0, None, run.keeps_curves), common)
+    compute_point(Task(path, data, run.gauge, 0.0, None, run.keeps_curves), near)
     return dict(read_point(path, run.any_scene) or before)

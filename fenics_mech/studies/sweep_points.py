@@ -18,24 +18,21 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
-from fenics_mech.by_poses import has_poses
 from fenics_mech.errors import MechanismError, SolverError, UnstableError
-from fenics_mech.forces.joint_forces import effort_units, joint_names
-from fenics_mech.planning.fine_enough import finer_numbers, free_numbers, without_pass
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.dataset import of_errors
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
-from fenics_mech.response.periodic.known_motion import KnownMotion
 from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
-from fenics_mech.solve import Path as Steps
+from fenics_mech.scene.joints import effort_units, joint_names
+from fenics_mech.solve.last_motions import LastMotions
+from fenics_mech.solved_by_poses import Run
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.kept_answers import PointParts
-from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
+from fenics_mech.studies.kept_motions import read_steps, write_motion
 from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point
 from fenics_mech.studies.point_curves import packed_curves
+from fenics_mech.studies.running_ranges import running_ranges
 
 logger = logging.getLogger(__name__)
 
@@ -67,8 +64,6 @@ class Task(NamedTuple):
         File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
     curves
         Whether its curves over the cycle are kept.
-    errors_alone
-        Whether only the errors of its answer are asked for, which was found without estimates and may be kept.
     """
 
     path: Path
@@ -77,13 +72,10 @@ class Task(NamedTuple):
     place: float | None
     motion: Path | None
     curves: bool = False
-    errors_alone: bool = False
 
 
-def compute_point(task: Task, common: PointParts) -> None:
+def compute_point(task: Task, before: Run) -> None:
     """Analyse a scene and write what is kept of it, or the error that it ended with.
-
-    With the points before it, it has in common what `common` holds.
 
     An error that the program does not know is written too, but the point is tried again by the next sweep.
 
@@ -91,8 +83,8 @@ def compute_point(task: Task, common: PointParts) -> None:
     ----------
     task
         The point.
-    common
-        Parts of the analysis that points share.
+    before
+        Motions of the points before it, from which its own is sought.
 
     Raises
     ------
@@ -104,10 +96,7 @@ def compute_point(task: Task, common: PointParts) -> None:
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
-        found = _with_errors(task, common) if task.errors_alone else _analysed(task, common)
-        if found is None:  # the answer was not kept
-            return
-        record |= found
+        record |= _analysed(task, before)
     except (OSError, MemoryError) as error:  # of the computer, not of the point
         raise MechanismError(f"the computer could not go on: {type(error).__name__}: {error}") from error
     except Exception as error:  # what a single point may end with is not known, and must not end the sweep
@@ -117,57 +106,30 @@ def compute_point(task: Task, common: PointParts) -> None:
     write_point(task.path, record | {"seconds": seconds})
 
 
-def _analysed(task: Task, common: PointParts) -> Record:
+def _analysed(task: Task, before: Run) -> Record:
     """Analyse a point and give what is kept of it."""
-    _, data, gauge, place, motion, curves, _ = task
-    common.last.go_to(place)
+    _, data, gauge, place, motion, curves = task
+    before.go_to(place)
     scene = Scene.read(data)
     estimated = scene.analysis.error_estimates
-    if motion is not None and estimated and (known := _known(motion, scene, common)) is not None:
-        common.last.go_to(None)
-        common.last.keep(known)
+    if motion is not None and estimated and (known := read_steps(motion)) is not None:
+        before.go_to(None)
+        before.keep(known)
     multipliers = _examined(motion, scene) if estimated else {}
     unstable = _unstable_before(motion, scene) if multipliers else ""
     try:
-        result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, common=common, names=READ)
+        result = analyse(scene.changed(analysis__stability=False) if multipliers else scene, run=before, names=READ)
     except UnstableError as error:  # a motion that a machine leaves: its numbers show where a branch goes on
         unstable = re.split(r"\. (?:Change|Take|The)\b", str(error))[0]  # without what to do about it
-        result = analyse(scene.changed(analysis__allow_unstable=True), common=common, names=READ)
-    if motion is not None and not estimated:
-        common.keep_answer(motion)
-        if common.last.found is not None:
-            write_motion(motion, common.last.found)
+        result = analyse(scene.changed(analysis__allow_unstable=True), run=before, names=READ)
+    if motion is not None and not estimated and before.found is not None:
+        write_motion(motion, before.found)
     record = reduced(result, gauge) | {"unstable": unstable}
     record |= {CURVES_TEXT: packed_curves(result)} if curves else {}
-    record["values"] |= multipliers | {name: value.tolist() for name, value in common.running.items()}
+    record["values"] |= multipliers | {name: value.tolist() for name, value in running_ranges(result.scene).items()}
     if wrong := unlike(record["values"], scene):
         raise SolverError(f"this point has no answer that can be kept: {wrong}")
     return record
-
-
-def _known(motion: Path, scene: Scene, common: PointParts) -> KnownMotion | Steps | None:
-    """Read the motion of a point that was found without estimates."""
-    if has_poses(scene):
-        return read_steps(motion)
-    return read_motion(motion, common.links(scene).mesh)
-
-
-def _with_errors(task: Task, common: PointParts) -> Record | None:
-    """Give what is kept of a point without estimates, with errors of its answer; None where that was not kept."""
-    assert task.motion is not None
-    scene = Scene.read(task.data)
-    estimates = scene.analysis.error_estimates
-    before = read_point(task.motion.with_suffix(".json"), scene)
-    if before is None or not estimates or (errors := common.errors(task.motion, estimates)) is None:
-        return None
-    refusal = None if scene.analysis.allow_coarse else errors.refusal(scene)
-    free = free_numbers(scene)
-    if refusal is not None and finer_numbers(free, free, refusal) != free:
-        return None  # a finer answer is found
-    coarse = "" if refusal is None else without_pass(refusal)
-    data = of_errors(errors).dataset()
-    values = before["values"] | {name: value.tolist() for name, value in _of_errors(data).items()}
-    return before | {"not_estimated": _not_estimated(data), "values": values, "too_coarse": coarse}
 
 
 def _unstable_before(motion: Path | None, scene: Scene) -> str:
@@ -184,19 +146,19 @@ def _examined(motion: Path | None, scene: Scene) -> Record:
 
 
 @cache
-def _common_here() -> PointParts:
-    return PointParts()
+def _before_here() -> Run:
+    return LastMotions()
 
 
 def compute_here(task: Task) -> None:
-    """Compute one of the points of a worker process, which has what it can in common with those before it.
+    """Compute one of the points of a worker process, which begins from those before it.
 
     Parameters
     ----------
     task
         The point.
     """
-    compute_point(task, _common_here())
+    compute_point(task, _before_here())
 
 
 def reduced(result: Result, gauge: Gauge) -> Record:

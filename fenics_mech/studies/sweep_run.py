@@ -18,10 +18,11 @@ from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError, UnresolvedError
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.scene import Scene
+from fenics_mech.scene.joints import effort_units
+from fenics_mech.solve.last_motions import LastMotions
+from fenics_mech.solved_by_poses import Run
 from fenics_mech.studies.gauge import Gauge
-from fenics_mech.studies.kept_answers import PointParts
 from fenics_mech.studies.kept_points import (
     CURVES_TEXT,
     KEPT,
@@ -37,7 +38,7 @@ from fenics_mech.studies.same_sweep import plan_before, refuse_other
 from fenics_mech.studies.sweep_axes import Axis, placed
 from fenics_mech.studies.sweep_peaks import peaks_of, unresolved
 from fenics_mech.studies.sweep_points import Task, compute_here, compute_point, stacked, tabulated
-from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs, with_peaks
+from fenics_mech.studies.sweep_runs import longest_run, runs_of, shrinking_runs
 from fenics_mech.studies.worker_processes import Workers
 
 Found = TypeVar("Found")
@@ -61,7 +62,7 @@ class SweepRun:
     progress: Callable[[int, int], None]
     workers: Workers
     at_peaks_alone: bool
-    common: PointParts = field(default_factory=PointParts)
+    before: Run = field(default_factory=LastMotions)
     paths: dict[Point, Path] = field(default_factory=dict, init=False)
 
     @property
@@ -88,7 +89,7 @@ class SweepRun:
         """Compute the points of a grid, with points added at peaks, and give the values with these."""
         at_peaks = self.at_peaks_alone
         quick = self.without_estimates if at_peaks else self
-        quick.compute(grid(values), self if at_peaks and len(values) == 1 and not refine_peaks else None)
+        quick.compute(grid(values))
         left = refine_peaks
         while left and (added := quick.at_peaks(values, left)):
             values = [tuple(sorted((*values[0], *added)))]
@@ -109,7 +110,7 @@ class SweepRun:
         quick = self.without_estimates if self.at_peaks_alone else self
         task = quick.task((value,), None)._replace(curves=False)
         if read_point(task.path, self.any_scene) is None:
-            compute_point(task, self.common)
+            compute_point(task, self.before)
         return quick.records([(value,)])[0]
 
     def with_errors(self, values: Sequence[Sequence[float]]) -> set[Point]:
@@ -150,11 +151,10 @@ class SweepRun:
         refuse_other(before, plan, self.folder)
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
-    def compute(self, points: Sequence[Point], estimated: SweepRun | None = None) -> None:
+    def compute(self, points: Sequence[Point]) -> None:
         """Compute those points that are missing.
 
-        Points whose links are the same follow each other, as they have them in common. Along a line, those that turn
-        out to be peaks or ends are at once computed in the sweep `estimated` too, if there is one.
+        Points whose links are the same follow each other.
         """
         links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
         points = sorted(points, key=lambda point: [point[number] for number in links])
@@ -173,17 +173,10 @@ class SweepRun:
             def task(index: int) -> Task:
                 return self.task(points[index], points[run[0]] if longest > 1 and index != run[0] else None)
 
-            if estimated is None:
-                return map(task, run)
+            return map(task, run)
 
-            def errors_of(index: int) -> Task:
-                return estimated.task(points[index], None)._replace(errors_alone=True)
-
-            return with_peaks(run, len(points), task, errors_of, lambda index: self.strains([points[index]])[0])
-
-        def started(task: Task) -> None:
-            if not task.errors_alone:
-                self.progress(next(begun), count)
+        def started(_: Task) -> None:
+            self.progress(next(begun), count)
 
         def work() -> None:
             if self.workers.count > 1:
@@ -191,14 +184,13 @@ class SweepRun:
                 return
             for task in itertools.chain.from_iterable(map(tasks, mine)):
                 started(task)
-                compute_point(task, self.common)
+                compute_point(task, self.before)
 
         together(self.comm, work)
 
     def lost(self, task: Task) -> None:
-        """Write that the process of a point was lost. Where it is known already, its errors are estimated later."""
-        if not task.errors_alone:
-            give_up(task.path)
+        """Write that the process of a point was lost."""
+        give_up(task.path)
 
     def task(self, point: Point, first: Point | None) -> Task:
         """Give the task of a point in a run; `first` is the first point of the run, None for that itself."""

@@ -7,13 +7,11 @@ kept.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from typing import TypeVar
 
-from fenics_mech.effects.large_rotations import EFFECT as LARGE_ROTATIONS
+from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.scene import Scene
-from fenics_mech.studies.sweep_peaks import peaks_of
-from fenics_mech.studies.sweep_points import stacked
 
 Task = TypeVar("Task")
 LONGEST = 8  # points of a run: processes share runs, and the first point of each begins from nothing
@@ -27,7 +25,7 @@ def longest_run(scene: Scene) -> int:
     scene
         The scene.
     """
-    exact = scene.effects == "auto" or LARGE_ROTATIONS.name in scene.named_effects
+    exact = scene.effects == "auto" or EXACT_STRAINS in scene.named_effects
     return LONGEST if exact and scene.analysis.method == "periodic" else 1
 
 
@@ -80,40 +78,3 @@ def shrinking_runs(missing: Sequence[int], processes: int) -> list[list[int]]:
         runs.append(left[:count])
         left = left[count:]
     return runs
-
-
-def with_peaks(
-    run: Sequence[int],
-    count: int,
-    task: Callable[[int], Task],
-    errors_of: Callable[[int], Task],
-    strains: Callable[[int], Sequence[float] | None],
-) -> Iterator[Task]:
-    """Give the tasks of a run of points along a line, each followed by those of the peaks and ends that it reveals.
-
-    Parameters
-    ----------
-    run
-        Numbers of the points.
-    count
-        Number of points of the whole line.
-    task, errors_of
-        Give the task of a point, and that of the errors at a peak or an end.
-    strains
-        Gives the values of all curves at a point whose task is done; None where it failed.
-
-    Yields
-    ------
-    Task
-        Each is asked for when the one before it is done.
-    """
-    known: dict[int, Sequence[float] | None] = {}  # of the last three
-    for index in run:
-        yield task(index)
-        known = dict([*known.items(), (index, strains(index))][-3:])
-        for at in (index - 1, index):
-            beside = range(max(at - 1, 0), min(at + 2, count))
-            if at >= 0 and known.keys() >= set(beside) and known[at] is not None:
-                curves = stacked([known[number] for number in beside])
-                if at in (0, count - 1) or peaks_of(curves, 1)[beside.index(at)]:
-                    yield errors_of(at)

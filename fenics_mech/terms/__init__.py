@@ -5,7 +5,7 @@ from fenics_mech.terms.beams import Beams, Element
 from fenics_mech.terms.inertia import Masses, hermite_mass
 from fenics_mech.terms.inner_places import Shapes
 from fenics_mech.terms.laws import Damper, DeadLoad, Effort, OverState, PointLoad, Shaft, SoftBearing, Spring
-from fenics_mech.terms.modal_damping import ModalDamping
+from fenics_mech.terms.modal_damping import HeldDamping, ModalDamping
 from fenics_mech.terms.term import Look, Measure, Response, Term, rubs
 
 __all__ = [
@@ -17,6 +17,7 @@ __all__ = [
     "Density",
     "Effort",
     "Element",
+    "HeldDamping",
     "LineForce",
     "Look",
     "Masses",

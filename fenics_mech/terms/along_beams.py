@@ -132,6 +132,8 @@ class AlongBeams(Term):
 
     measures = (Measure(Look.PLACE, 0), Measure(Look.PLACE, 1))
 
+    external = True
+
     def __init__(self, ground: End, beams: Beams, elements: Sequence[int] | Index, density: Density) -> None:
         self.elements, self.density, self.shapes = np.asarray(elements, dtype=int), density, Shapes(beams.inner)
         self.length = np.array([beams.elements[e].length for e in elements])

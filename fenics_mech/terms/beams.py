@@ -11,7 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.geometry import End, Geometry
 from fenics_mech.terms.inertia import Masses, beside_line, hermite_mass
 from fenics_mech.terms.inner_places import MOST, Along, Shapes
-from fenics_mech.terms.modal_damping import ModalDamping
+from fenics_mech.terms.modal_damping import HeldDamping, ModalDamping
 from fenics_mech.terms.term import Response, Term
 
 
@@ -140,7 +140,7 @@ class Beams(Term):
         self.stiffness = np.array([e.stiffness for e in elements])
         self.damping = np.broadcast_to(np.asarray(damping, dtype=float), len(self.elements))
         self.twisting = TwistInside(self.stiffness, len(elements[0].arch) if elements else 1)
-        self.modal: ModalDamping | None = None
+        self.modal: ModalDamping | HeldDamping | None = None
 
     @property
     def modes(self) -> int:  # type: ignore[override]

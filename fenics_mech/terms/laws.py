@@ -203,6 +203,7 @@ class PointLoad(Term):
     """
 
     measures = (Measure(Look.PLACE, 0), Measure(Look.PLACE, 1), Measure(Look.ANGLE))
+    external = True
 
     def __init__(
         self,
@@ -244,6 +245,7 @@ class OverState(Term):
     """
 
     together = 2
+    external = True
 
     def __init__(
         self,
@@ -293,6 +295,8 @@ class DeadLoad(Term):
     force
         N or N m, by time ``(instants,)`` (s).
     """
+
+    external = True
 
     def __init__(self, ground: End, end: End, axis: int | None, force: Callable[[Array], Array]) -> None:
         super().__init__([(ground, end)])

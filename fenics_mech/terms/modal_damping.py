@@ -85,4 +85,29 @@ class ModalDamping:
         return flat.reshape(len(t), *self.patterns.shape[:2], self.modes)
 
 
+@dataclass
+class HeldDamping:
+    """Stress of modes as of `ModalDamping`, of a machine that is held where it comes to in time.
+
+    Parameters
+    ----------
+    starts
+        Instants from which each of the roots holds, ascending (s).
+    roots
+        E of each ``(elements, strains, modes)``.
+    """
+
+    starts: list[float]
+    roots: list[Array]
+
+    @property
+    def modes(self) -> int:
+        """Modes at each instant."""
+        return int(self.roots[0].shape[-1])
+
+    def at(self, t: Array) -> Array:
+        """Give E at some instants ``(instants, elements, strains, modes)``; where one begins, the one before holds."""
+        return np.array([self.roots[max(k, 0)] for k in np.searchsorted(self.starts, t, side="left") - 1])
+
+
 NEGLIGIBLE = 1e-7  # of the largest pattern: its square is the share of P that is left out

@@ -96,6 +96,7 @@ class Term:
 
     measures: tuple[Measure, ...] = ()  # of each element; beams have their strains
     modes = 0  # patterns of stress over all elements, each an unknown of the machine
+    external = False  # whether it is a load from outside, and no part of the machine
     contacts = 0  # places at which bodies may touch: steps in time end where one closes or opens
     rows: Sequence[int] = ()  # whose multipliers it looks at: `respond` takes them, and the stress that was predicted
     together = 1  # so many elements, one after the other, answer with stresses the measures of all of them

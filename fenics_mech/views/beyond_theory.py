@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Literal
 
-from fenics_mech.accuracy.joint_map_errors import JOINTS, in_frequencies, remedy
 from fenics_mech.recovery.result import Result
 from fenics_mech.safety import buckled_sideways
 from fenics_mech.views.judgement import Judgement
 from fenics_mech.views.prefixes import prefixed
-from fenics_mech.views.words import sentence, share, short
+from fenics_mech.views.words import short
 
 MOST_NAMED = 3  # members that are named in a sentence
 Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`
@@ -28,38 +27,9 @@ def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
     result
         The result.
     """
-    found = _by_joints(result) + _sideways(result)
+    found = _sideways(result)
     beyond = [replace(known, level=level, title=title, text=text) for level, title, text in found]
     return beyond if beyond and known.level == "good" else [known, *beyond]
-
-
-def _by_joints(result: Result) -> list[Reason]:
-    """Say what rigid arms and guides leave out of an answer, its frequencies and its stiffness."""
-    attributes, found = result.data.attrs, list[Reason]()
-    if "joints_place" not in attributes:
-        return found
-    place, turn = str(attributes["joints_place"]), float(attributes["joints_turn"])
-    of_answer, of_frequency, of_stiffness = (
-        float(attributes[f"joints_{name}"]) for name in ("share", "frequency", "buckling")
-    )
-    if of_answer >= JOINTS.warned:
-        text = (
-            f"{sentence(place)} turns elastically by up to {turn:.3g} rad. The moment of the forces by this turn is "
-            f"left out, which is about {share(of_answer)} of a strain, deflection or joint force. {remedy(place)}."
-        )
-        level: Literal["warn", "bad"] = "warn" if of_answer < JOINTS.refused else "bad"
-        found.append((level, f"rigid arms and guides leave out {share(of_answer)}", text))
-    if of_frequency >= JOINTS.warned:
-        text = f"{in_frequencies(place, of_frequency)}."
-        found.append(("warn", f"frequencies are wrong by up to {share(of_frequency)}", text))
-    if of_stiffness >= JOINTS.of_stiffness:
-        text = (
-            f"The moment of the forces on {place} by its turn is left out. It takes away {share(of_stiffness)} of the "
-            f"stiffness, so that buckling loads are lower than those that are told. {remedy(place)}."
-        )
-        level = "warn" if of_stiffness < 1 else "bad"
-        found.append((level, "nearer to buckling than is told", text))
-    return found
 
 
 def _sideways(result: Result) -> list[Reason]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.safety.load_cases import ENVELOPE, LEAST, envelope
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.case_tables import ranked_cases
 from fenics_mech.views.reading import ForceReading
 

@@ -9,12 +9,12 @@ from rich.markup import escape
 from rich.table import Table
 
 from fenics_mech._constants import ROUNDING
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
 from fenics_mech.safety import judge
 from fenics_mech.safety.critical_speeds import speeds_to_avoid
 from fenics_mech.safety.load_cases import envelope
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.critical_words import speeds_in_words
 from fenics_mech.views.reading import Reading, reading_of
 from fenics_mech.views.safety_words import sized

@@ -13,14 +13,12 @@ from rich.text import Text
 
 from fenics_mech._constants import MILLI
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.effects import EFFECTS, active, loads_at_nodes
 from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.planning.answer_remarks import made_finer
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.scene.meshing import member_nodes
 from fenics_mech.views.case_tables import cases_table, governed
 from fenics_mech.views.force_summary import at, at_head, drive_lines, joints_table, peak_of, values_of
 from fenics_mech.views.frequency_table import frequency_table
@@ -189,11 +187,6 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
     rows["effects"] = _effects(result)
     rows |= {"assumed": "; ".join(result.notices)} if result.notices else {}
     rows["mesh"] = f"{result.data.attrs['elements']} elements, {result.data.attrs['dofs']} degrees of freedom"
-    if analysis.reduction != "none":
-        at_nodes = loads_at_nodes(active(scene))
-        nodes = [len(member_nodes(scene, label, at_nodes)) for label in scene.members()]
-        elements = sum(nodes) - len(nodes)  # it is recovered on fewer
-        rows["mesh"] = f"{rows['mesh']} after Craig-Bampton reduction of {elements} elements"
     if "refined" in result.data.attrs:
         rows["mesh and steps"] = f"{made_finer(result)} Else {result.data.attrs['refined_because']}"
     if "chosen" in result.data.attrs:
@@ -236,23 +229,8 @@ def _solver(result: Result) -> str:
 def _effects(result: Result) -> str:
     """Name the effects that act, with their influence on the strains where it was estimated."""
     effects = json.loads(result.data.attrs["effects"])
-    inside = {effect.replaces for effect in acting(result)}
-    least = result.scene.neglected / 2
-    chosen = []
-    for e in (e for e in effects if e["acts"]):
-        below = e["size"] is not None and e["size"] <= least and EFFECTS[e["name"]].nonlinear
-        why = ", for the deflection or a tolerance" if below else ""  # see `planning.effect_choice.suffices`
-        chosen.append(e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])}{why})"))
-    left = [
-        f"{e['name']} ({percent(e['size'])}{', MISSING DATA: ' + e['lacking'] if e['lacking'] else ''})"
-        for e in effects
-        if not e["acts"] and e["size"] is not None and e["name"] not in inside
-    ]
-    if result.data.attrs["solver"] == "poses":
-        limit = "; the share is what linear strains would leave out"
-    else:
-        limit = "; shares of the strains are estimates from above; selected: influence above "
-        limit += f"{percent(least)}; left out: {', '.join(left) or 'none'}"
+    chosen = [e["name"] + ("" if e["size"] is None else f" ({percent(e['size'])})") for e in effects if e["acts"]]
+    limit = "; the share is what linear strains would leave out"
     estimated = any(e["size"] is not None for e in effects)
     solved = change_by_vibration(result)
     limit += "" if solved is None else f". Vibration changes the peak stress by {share(solved)}, as solved"

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from fenics_mech._arrays import Array
-from fenics_mech.eigenmodes import simply_supported_frequencies
+from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.figures import angle_axis, curve, finish, logarithmic, new_axes

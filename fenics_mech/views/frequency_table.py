@@ -12,13 +12,13 @@ from rich.table import Table
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech._files import write_whole
-from fenics_mech.accuracy.frequency_errors import FREQUENCY
-from fenics_mech.response.running_frequencies import RUNNING
+from fenics_mech.modes_by_poses import LARGEST_KNOWN
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import percent
 
+TOLD = 0.005  # share of a frequency, from which spin and axial forces are told
 MEANING = (
-    "mesh error: share of the frequency, estimated without pins that travel along a member; MAC (modal assurance "
+    "mesh error: share of the frequency, by halved elements; MAC (modal assurance "
     "criterion): likeness of a mode's shape at neighbouring positions, 1 where it hardly changes"
 )
 RUNNING_MEANING = (
@@ -45,23 +45,23 @@ def frequency_table(
     assurance
         MAC of each mode with itself at the next position, ``(angles, modes)``.
     off
-        Share by which the mesh has them wrong, ``(modes,)``; `FREQUENCY.largest_known` means that or more.
+        Share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means that or more.
     supported
         Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
     speed
         Name and size in SI of a unit of speed, in which they stand too.
     running
         Frequencies about the motion (Hz), ``(angles, modes)``, NaN where they are not known. They have rows
-        of their own where spin and axial forces change one by `RUNNING.told` or more.
+        of their own where spin and axial forces change one by `TOLD` or more.
     theory
         Share by which shear and rotary inertia, which do not act, would lower each, ``(modes,)``. It has a column
-        where one is `RUNNING.told` or more.
+        where one is `TOLD` or more.
     """
     units = [("Hz", 1.0)] if speed is None else [("Hz", 1.0), (speed[0], TURN / speed[1])]
     gap = " " if speed is None else "\n"
     ranges = [f"{limit}{gap}({unit})" for unit, _ in units for limit in ("lowest", "highest")]
     theory = np.zeros(frequency.shape[1]) if theory is None else theory
-    by_theory = theory.max(initial=0.0) >= RUNNING.told
+    by_theory = theory.max(initial=0.0) >= TOLD
     errors = ["mesh error", *(["theory error"] if by_theory else [])]
     table = table_of("Natural frequencies over the cycle", "mode", *ranges, *errors, "lowest MAC")
 
@@ -71,12 +71,12 @@ def frequency_table(
     for mode, (curve, mac, share) in enumerate(zip(frequency.T, assurance.T, off), 1):
         rigid = not curve.any()
         name = f"{mode}, rigid body" if rigid else str(mode)
-        unknown = share >= FREQUENCY.largest_known
-        wrong = f"{FREQUENCY.largest_known:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
+        unknown = share >= LARGEST_KNOWN
+        wrong = f"{LARGEST_KNOWN:.0%} or more" if unknown else "" if rigid else f"{100 * share:.2g} %"
         beside = [f"{100 * theory[mode - 1]:.2g} %" if theory[mode - 1] else ""] if by_theory else []
         table.add_row(name, *span(curve), wrong, *beside, f"{mac.min():.3f}")
     change = np.zeros(frequency.shape[1]) if running is None else changes(frequency, running)
-    changed = np.flatnonzero(change >= RUNNING.told)
+    changed = np.flatnonzero(change >= TOLD)
     if running is not None and len(changed):
         table.add_section()
         for mode in changed:

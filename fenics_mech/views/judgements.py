@@ -12,14 +12,13 @@ import numpy as np
 from fenics_mech.accuracy.accepted_errors import ACCEPTED
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
-from fenics_mech.effects.gravity import EFFECT as GRAVITY
+from fenics_mech.effects.known import GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.planning.answer_remarks import made_finer, unmet
-from fenics_mech.planning.effect_choice import CHOICE
 from fenics_mech.recovery.peaks import CYCLIC, PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.base import SCENE
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.views.beyond_theory import and_beyond
 from fenics_mech.views.case_judgements import of_most_stressed, worst_of_cases
 from fenics_mech.views.judgement import Judgement, Level
@@ -31,6 +30,7 @@ from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
 ROUGH = "Estimates that large are rough: 0.3 to 3.4 of the truth."
+BENT = 0.05  # share of the deflection that linear strains may leave out: they leave out all shortening
 SERIOUS = 0.25  # of a strain, or of the Euler load: beyond it a result without the effect is of no use
 SOURCES = {  # of errors, in words
     "time": "time steps",
@@ -89,7 +89,7 @@ def unstated_gravity(result: Result, effect: str) -> bool:
     effect
         Name of the effect.
     """
-    return effect == GRAVITY.name and not GRAVITY.stated(result.scene)
+    return effect == GRAVITY and not any(result.scene.gravity)
 
 
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
@@ -214,7 +214,7 @@ class TheorySizes:
             return "good" if self.turn <= VALIDITY.rotation else "bad"
         if self.left_out is not None:
             strain, bent = self.left_out
-            if strain <= SCENE.neglected and bent <= CHOICE.deflection:
+            if strain <= SCENE.neglected and bent <= BENT:
                 return "good"
             return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
         pressed = 0.0 if self.carried else self.euler

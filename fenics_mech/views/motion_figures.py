@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.figures import empty_figure, finish
 from fenics_mech.views.freedom_figure import SHOWN
 

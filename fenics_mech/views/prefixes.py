@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene.answer_units import USUAL, AnswerUnits
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.nothing import largest_force
 
 PREFIXED = {  # by the usual unit: those beside it, with their size in SI

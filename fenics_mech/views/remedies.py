@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from fenics_mech.accuracy.theory_ladder import EXACT_STRAINS
 from fenics_mech.effects import EFFECTS
+from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError, percent
 from fenics_mech.planning.answer_remarks import leaves_vibration
 from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
@@ -20,7 +20,6 @@ REMEDIES = {
     "modes": "more modes",
     "stations": "more stations",
 }
-REDUCED = {"mesh": "more elements with a higher cutoff", "modes": "a higher cutoff"}  # where members are reduced
 SMALLER = "a smaller tolerance"
 
 
@@ -87,7 +86,7 @@ def _of_numbers(result: Result, source: str) -> str:
         return SMALLER
     if source == "time" and analysis.method == "transient":
         return "a smaller analysis.time_tolerance"
-    return (REMEDIES if analysis.reduction == "none" else REMEDIES | REDUCED)[source]
+    return REMEDIES[source]
 
 
 def _with(result: Result, name: str) -> str:

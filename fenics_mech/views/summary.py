@@ -14,7 +14,7 @@ from rich.text import Text
 
 from fenics_mech._console import text_of
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.effects.vibration import EFFECT as VIBRATION
+from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
@@ -297,7 +297,7 @@ def _effects(result: Result) -> str:
         size, name = effect["size"], str(effect["name"])
         if unstated_gravity(result, name):
             return "gravity (none is stated)"
-        solved = change_by_vibration(result) if name == VIBRATION.name and effect["acts"] else None
+        solved = change_by_vibration(result) if name == VIBRATION and effect["acts"] else None
         of_peak = "" if solved is None else f" (as solved {share(solved)} of the peak stress)"
         return f"{name} {'' if size is None else _size(float(str(size)))}".rstrip() + of_peak
 

@@ -9,8 +9,8 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.effects import EFFECTS
-from fenics_mech.response.stability.floquet import STABILITY
 from fenics_mech.scene.answer_units import AnswerUnits
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.studies.sweep_peaks import unresolved
 from fenics_mech.views.judgements import TheorySizes
 from fenics_mech.views.prefixes import fitted, without_rounding

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from fenics_mech._arrays import Array
-from fenics_mech.response.stability.floquet import STABILITY
+from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.views.figures import STYLE, empty_figure
 from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, labelled, named, units_of, written
 

@@ -13,7 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech.effects.effect import Choice
-from fenics_mech.effects.gravity import EFFECT as GRAVITY
+from fenics_mech.effects.known import GRAVITY
 from fenics_mech.errors import percent
 from fenics_mech.kinematics import Range
 from fenics_mech.scene import Scene
@@ -26,48 +26,30 @@ NO_GRAVITY = 'gravity: none is stated; gravity = [0, "-9.81 m/s^2"] lets it act'
 BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
-def effects_table(choices: Sequence[Choice], threshold: float | None, left_to_run: str = "") -> Group:
-    """Tabulate the effects that act or were estimated: size, whether they act, and what the estimate is made of.
+def effects_table(choices: Sequence[Choice]) -> Group:
+    """Tabulate the effects that act or whose influence is known: size, whether they act, and what they are.
 
     Parameters
     ----------
     choices
         What was decided about every effect.
-    threshold
-        Share of the strains above which effects are selected; None where all act that the scene has data for.
-    left_to_run
-        Name of the effect that the run decides by its answer, if there is one.
     """
-    below = (
-        "Influences are shares of the strains, estimated from above: near a resonance they may be ten times those that "
-        "--compare measures."
-    )
-    lines = [Text(below)]
-    selected = "all that have data" if threshold is None else f"influence above {percent(threshold)}"
-    table = table_of(
-        f"Effects with effects = 'auto' (selected: {selected})",
-        "effect",
-        "influence\nat most",
-        "selected",
-        "how it is estimated, or what it is",
-    )
+    lines = [Text("Influences are shares of the strains. --compare measures them, by runs with effects added in turn.")]
+    table = table_of("Effects with effects = 'auto'", "effect", "influence", "acts", "what it is")
     table.columns[-1].justify = "left"
     for choice in choices:
-        if choice.size is None and not choice.acts:
+        if choice.size is None and not choice.acts and not choice.missing:
             continue
         size = "" if choice.size is None else percent(choice.size)
         acts = Text("yes", style="bold green") if choice.acts else Text("no")
         if choice.missing:
             acts = Text("lacks data", style="bold red")
             lines.append(Text(f"{choice.effect.name} would act, but lacks data: {choice.missing}", style="bold red"))
-        if choice.effect.name == left_to_run:
-            acts = Text("the run decides")
         if holder := next((c.effect.name for c in choices if c.acts and c.effect.replaces == choice.effect.name), ""):
             acts = Text(f"included in {holder}")
         effect = choice.effect
-        about = effect.meaning if choice.size is None else effect.estimate
-        unstated = effect.name == GRAVITY.name and not choice.size and not choice.acts
-        table.add_row(effect.name, size, acts, Text(NO_GRAVITY if unstated else about))
+        unstated = effect.name == GRAVITY and not choice.acts
+        table.add_row(effect.name, size, acts, Text(NO_GRAVITY if unstated else effect.meaning))
     return Group(table, *lines)
 
 

@@ -6,8 +6,8 @@ from fenics_mech.accuracy.accepted_errors import ACCEPTED
 from fenics_mech.accuracy.estimate import NUMERICAL
 from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.forces.joint_forces import effort_units
 from fenics_mech.recovery import Result
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.words import error_share
 
 

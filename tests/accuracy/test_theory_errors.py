@@ -10,7 +10,6 @@ from fenics_mech.scene.meshing import with_elements
 from tests.common import DEMOS, response_of
 from tests.effects import strips
 from tests.effects.test_large_rotations import between_pins, cantilever, tension_of, tip_of
-from tests.response.test_free_motion import bars
 
 ALL = {"analysis__allow_coarse": True, "analysis__allow_large": True}
 FAST = ALL | {"analysis__solver": "collocation", "analysis__sub_intervals": 120, "analysis__stability": False}
@@ -115,58 +114,6 @@ def shares_told(scene, finer=None):
     return found
 
 
-IN_TIME = [
-    pytest.param("four_bar", ("coupling",), 16.0, 1, id="seed, slow"),
-    pytest.param(
-        "four_bar", ("coupling", "geometric-stiffness"), 29.0, 2, id="seed, resonance", marks=pytest.mark.slow
-    ),
-    pytest.param("counterweighted_rocker", ("coupling",), 37.0, 1, id="rocker", marks=pytest.mark.slow),
-]
-
-
-@pytest.mark.long
-@pytest.mark.parametrize(("demo", "effects", "speed", "cycles"), IN_TIME)
-def test_motions_in_time_against_exact_strains(demo, effects, speed, cycles):
-    """True errors of the strain 2 to 23 %. From this start joint forces ring, faster than the positions follow."""
-    analysis = {"method": "transient", "cycles": cycles, "sub_intervals": 120, "time_tolerance": 1e-3}
-    scene = load(DEMOS / f"{demo}.toml").changed(effects=effects, drive__speed=speed, analysis=analysis, **ALL)
-    told = shares_told(scene)
-    assert all((told[what] > 0.75).all() and (told[what] < 1.1).all() for what in ("strain", "deflection"))
-    assert told["strain"].max() == pytest.approx(1, abs=0.05)
-
-
-UNDAMPED = [pytest.param("four_bar", 16.0, id="seed"), pytest.param("slider_crank", 60.0, id="slider-crank")]
-
-
-@pytest.mark.long
-@pytest.mark.slow
-@pytest.mark.parametrize(("demo", "speed"), UNDAMPED)
-def test_motions_in_time_whose_vibration_does_not_die_out(demo, speed):
-    """Exact strains bring fast vibration out of phase: without that share 0.3 and 0.01 of the truth were told."""
-    analysis = {"method": "transient", "cycles": 1, "sub_intervals": 120, "time_tolerance": 1e-4}
-    scene = load(DEMOS / f"{demo}.toml").changed(drive__speed=speed, analysis=analysis, damping={}, **ALL)
-    told = shares_told(scene.changed(effects=("coupling", "geometric-stiffness")))
-    assert all((told[what] > 0.65).all() and (told[what] < 4.5).all() for what in ("strain", "joint_force"))
-
-
-@pytest.mark.long
-@pytest.mark.slow
-@pytest.mark.parametrize(("start", "count"), [("static", 120), ("rigid", 24), ("smooth", 120)])
-def test_motions_in_time_from_their_own_equilibrium_and_at_few_positions(start, count):
-    """The exact motion starts from the exact equilibrium, and its steps follow vibration between the positions."""
-    analysis = {"method": "transient", "sub_intervals": count, "time_tolerance": 1e-3, "start": start}
-    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=16.0, gravity=(0, -9.81), **ALL)
-    told = shares_told(scene.changed(analysis=scene.analysis.model_copy(update=analysis)))
-    assert all((told[what] > 0.8).all() and (told[what] < 1.1).all() for what in ("strain", "deflection"))
-    assert told["joint_force"].max() < 2  # 86 and 420 times the truth from starts that were those of linear strains
-
-
-def test_positions_too_few_for_the_vibration_leave_the_theory_unknown():
-    analysis = {"method": "transient", "sub_intervals": 60, "time_tolerance": 0.02}
-    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=1.0, analysis=analysis, **ALL)
-    assert "what the theory leaves out" in analyse(scene).data.attrs["not_estimated"]
-
-
 def test_impulses_against_exact_strains():
     """Own steps are taken, as a Fourier series of a motion with jumps of its velocity does not end."""
     blow = {"hit": {"at": "coupler.A", "impulse": [0.0, 0.2], "angle": 1.0}}
@@ -186,42 +133,6 @@ def test_few_long_steps_tell_the_same_as_many(count):
     assert told(few, "deflection_") == pytest.approx(told(many, "deflection_"), rel=0.05)
 
 
-REDUCED = {"analysis__reduction": "craig-bampton"}
-
-
-def test_quasi_static_members_with_few_coordinates():
-    scene = load(DEMOS / "four_bar.toml").changed(analysis__method="quasi-static", drive__speed=16.0, **ALL)
-    told = shares_told(scene.changed(effects=(), **REDUCED))
-    assert all((part > 0.99).all() and (part < 1.1).all() for part in told.values())
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_reduced_members_in_time():
-    analysis = {
-        "method": "transient",
-        "cycles": 1,
-        "sub_intervals": 120,
-        "time_tolerance": 1e-3,
-        "reduction": "craig-bampton",
-    }
-    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling",), drive__speed=16.0, analysis=analysis, **ALL)
-    told = shares_told(scene)
-    assert all((told[what] > 0.9).all() and (told[what] < 1.1).all() for what in ("strain", "deflection"))
-
-
-@pytest.mark.slow  # a free motion of a bending bar takes 2 s, and is made three times
-def test_motions_with_freedoms_against_exact_strains():
-    """A pendulum of plastic, whose axial force stiffens it: it is wrong by a tenth."""
-    changes = {"materials.stiff.modulus": 2e10, "mesh.elements": 2, "effects": ("coupling", "gravity")}
-    scene = bars(1, duration=0.2, sub_intervals=30, time_tolerance=1e-4).changed(changes)
-    scene = scene.changed(analysis__allow_coarse=True)
-    result, exact = analyse(scene).data, analyse(scene.changed(effects=(*EXACT, "gravity"))).data
-    for name in ("strain", "deflection"):
-        true = np.abs(result[name].to_numpy() - exact[name].to_numpy()).max()
-        assert result[f"{name}_error"].sel(source="theory").max().item() == pytest.approx(true, rel=0.1)
-
-
 @pytest.mark.parametrize("solver", ["harmonic-balance", "sub-intervals"])
 def test_every_periodic_solver_tells_the_same(solver):
     scene = load(DEMOS / "slider_crank.toml").changed(effects=(), **FAST)
@@ -233,35 +144,6 @@ def test_nothing_is_told_where_strains_are_exact(seed):
     data = analyse(seed.changed(effects=EXACT, **FAST)).data
     assert "theory" not in data["source"]
     assert "theory" not in data.attrs.get("not_estimated", "")
-
-
-BLOWS = [
-    pytest.param("four_bar", (), 16.0, "coupler.A", 0.2, id="seed"),
-    pytest.param("four_bar", ("coupling", "geometric-stiffness"), 29.0, "coupler.B", 0.1, id="seed, resonance"),
-    pytest.param("slider_crank", ("coupling", "geometric-stiffness"), 90.0, "rod.B", 0.1, id="slider-crank"),
-    pytest.param("stephenson", ("coupling",), 25.0, "coupler.B", 0.1, id="six-bar"),
-]
-
-
-@pytest.mark.long
-@pytest.mark.slow
-@pytest.mark.parametrize(("demo", "effects", "speed", "at", "size"), BLOWS)
-def test_blows_in_time_against_exact_strains(demo, effects, speed, at, size):
-    """Both theories by finer steps; true errors of the strain 14 to 70 %, of blows that raise it by 10 to 500 %."""
-    analysis = {"method": "transient", "cycles": 1, "sub_intervals": 120, "time_tolerance": 1e-4}
-    blow = {"hit": {"at": at, "impulse": [0.6 * size, size], "angle": 1.0}}
-    scene = load(DEMOS / f"{demo}.toml").changed(effects=effects, drive__speed=speed, analysis=analysis, **ALL)
-    scene = scene.changed(impulses=blow)
-    for share in shares_told(scene, scene.changed(analysis__time_tolerance=1e-6)).values():
-        assert (share > 0.8).all()  # 0.88 to 1.03: fast vibration has other phases by finer steps
-        assert (share < 1.1).all()
-
-
-def test_blows_in_time_on_members_of_few_coordinates_are_said_not_to_be_estimated(seed):
-    blow = {"hit": {"at": "coupler.A", "impulse": [0.0, 0.02], "angle": 1.0}}
-    in_time = {"method": "transient", "cycles": 1, "time_tolerance": 0.02, "allow_coarse": True, "allow_large": True}
-    scene = seed.changed(effects=(), impulses=blow, analysis=in_time | {"reduction": "craig-bampton"})
-    assert "what the theory leaves out" in analyse(scene).data.attrs["not_estimated"]
 
 
 def test_a_motion_that_exact_strains_do_not_have_is_all_wrong():

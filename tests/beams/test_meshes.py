@@ -9,11 +9,10 @@ from fenics_mech.beams.export import plane_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import refined
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import nodes_of
-from tests.common import DEMOS, scene_modes
+from tests.common import DEMOS, modes_of
 
 UNIFORM, GRADED, UNEVEN = {"elements": 3}, {"elements": 4, "grading": 1.7}, {"stations": (0, 0.07, 0.5, 0.55, 1)}
 MESHES = {"uniform": UNIFORM, "graded": GRADED, "uneven": UNEVEN}
@@ -95,7 +94,7 @@ def test_quasi_static_strains_do_not_depend_on_the_mesh(make):
 def test_frequencies_of_a_frame_fall_with_refinement():
     # Rayleigh-Ritz: the finer space holds the coarser one, so that no frequency can rise
     scene = load(DEMOS / "stephenson.toml").changed(analysis__sub_intervals=8)
-    before, after = (scene_modes(s, mechanism(s)).frequency for s in (scene, refined(scene, 1)))
+    before, after = (modes_of(s).frequency for s in (scene, refined(scene, 1)))
     lowest, finer = np.sort(before, axis=1)[:, :4], np.sort(after, axis=1)[:, :4]
     assert (finer <= lowest * (1 + 1e-12)).all()
     assert (finer < lowest * (1 - 1e-6)).any()

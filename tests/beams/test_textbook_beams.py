@@ -7,15 +7,15 @@ the determinant of the end conditions of exact solutions in every member.
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import mechanism
 from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
 from fenics_mech.analysis import analyse
-from fenics_mech.eigenmodes import simply_supported_frequencies
+from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, Weld
-from tests.common import scene_modes
+from tests.common import modes_of
 
 E, RHO, LENGTH = 210e9, 7850.0, 0.8
 THICK, THIN = (0.02, 0.004), (0.02, 0.003)  # width and height (m)
@@ -230,7 +230,7 @@ CASES = {  # a scene by its number of elements per member, and exact frequencies
 
 
 def omega(scene):
-    return np.sort(scene_modes(scene, mechanism(scene)).omega[0])
+    return np.sort(modes_of(scene).modes.omega[0])
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -37,7 +37,6 @@ WORDS = {  # what chance puts in the place of a word, by its key
     "shape": ("rectangle", "round", "tube", "ellipse", "i", "custom", "laminate", "taper"),
     "effects": ("auto", ["coupling"], ["large-rotations"], ["geometric-stiffness"], ["shear"], []),
     "start": ("rigid", "static", "smooth", "periodic", "result.nc"),
-    "reduction": ("none", "craig-bampton"),
 }
 SMALL = {"sub_intervals": 24, "stations": 5, "harmonics": 5, "cycles": 2}
 COMMANDS = (  # after `check`, which all scenes go through

@@ -7,10 +7,6 @@ import pytest
 from scipy.optimize import brentq
 
 from fenics_mech import SolverError, load
-from fenics_mech.kinematics.run_up import solve_motion_in_time
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism, moved
-from fenics_mech.response.transient.coefficients import Coefficients
 from fenics_mech.scene import Scene
 from fenics_mech.views.judgements import judgements, verdict
 from tests.cases.elastica import cantilever_with_arm
@@ -109,17 +105,6 @@ def test_small_arms_and_turns_are_not_warned_of(arm, force):
     level, said = verdict(judgements(analysed(cantilever(arm, force))))
     assert level == "good"
     assert "inside the theory" in said
-
-
-def test_matrices_of_a_link_on_the_ground_are_known_at_any_time():
-    """What its P changes by is rounding, and had been called too fast to be interpolated."""
-    scene = turned_in_time(0.3).changed(effects=("large-rotations",))
-    system = mechanism(scene)
-    known = Coefficients(
-        lambda time: Equation(moved(scene, system, solve_motion_in_time(scene, time))), scene.period, 0.0, 0.0, 1e-7
-    )
-    exact = known.equation_at(np.array([0.0123])).linear.load[0] / known.weight
-    np.testing.assert_allclose(known.at(0.0123)[3], exact, atol=1e-7 * np.abs(exact).max())
 
 
 @pytest.mark.slow

@@ -86,9 +86,11 @@ def test_the_reference_is_that_of_the_case():
     ],
 )
 def test_short_tubes(length, supports):
-    """There are twenty elements, of which the mesh error is told: up to 0.8 % of the fourth mode."""
+    """There are twenty elements, of which the mesh error is told: up to 0.5 % of the third mode, as of order 2."""
     found, data = bending(tube(length, supports), 3)
-    assert found == pytest.approx(timoshenko(length, *supports, 3), rel=4e-3)
+    told = data["frequency_error"].to_numpy()[np.isin(data["frequency"].to_numpy(), found)]
+    assert found / (1 + told) == pytest.approx(timoshenko(length, *supports, 3), rel=4e-4)
+    assert told.max() < 6e-3
     assert set(data.attrs["decisions"].split(" act here")[0].split(" and ")) == {"shear", "rotary-inertia"}
     assert not data["theory_error"].any()
 
@@ -134,7 +136,7 @@ def test_a_four_bar_of_short_links():
     thick = demo.changed({"sections": dict.fromkeys(demo.sections, bar), "materials.aluminium.poisson": 0.33})
     thick = thick.changed({"drive.speed": 5.0})  # at which their share of the strains is small
     found = modes(thick)
-    assert found.decisions == ("shear and rotary-inertia act here: they change these frequencies by up to 5.1 %",)
+    assert found.decisions == ("shear and rotary-inertia act here: they change these frequencies by up to 4.4 %",)
     both = modes(thick.changed(effects=("shear", "rotary-inertia"))).data["frequency"]
     assert found.data["frequency"].to_numpy() == pytest.approx(both.to_numpy(), rel=1e-9)
     assert modes(thick.changed(effects=())).data["frequency"].min() > 1.01 * both.min()

@@ -208,7 +208,6 @@ def test_poses_differ_by_what_the_truncated_equation_leaves_out():
         ({"springs.s": {"between": ("ground.O", "coupler.B"), "stiffness": 10.0}}, "springs"),
         ({"loads.pull": {"at": "crank.A", "force": (0, 1.0), "follows": True}}, "loads"),
         ({"damping.material": 1e-4}, "damping"),
-        ({"analysis.reduction": "craig-bampton"}, "analysis.reduction"),
         ({"links.coupler.members.AB.offset": 0.001}, "links"),
         ({"sections": {"crank": BAR, "bar": BAR, "tip": {**BAR, "height": "1 mm"}, "strip": TAPER}}, "sections"),
     ],

@@ -15,7 +15,6 @@ from fenics_mech.response.setup import mechanism
 from tests.common import DEMOS, response_of, scene_modes
 from tests.demos.machines import crane
 
-REDUCED = {"analysis__reduction": "craig-bampton", "mesh__elements": 8}
 SPRINGS = {
     "line": {"between": ("coupler.B", "ground.O"), "stiffness": 40.0, "length": 0.2},
     "hinge": {"joint": "C", "stiffness": 0.2},

@@ -2,13 +2,13 @@
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import scene_modes
+from tests.common import modes_of
 
 E, RHO, LENGTH, AREA, INERTIA = 71e9, 2714.0, 0.4, 4e-5, 8.7e-12
 SIMPLY = {"A": {"connect": ("ground.A", "beam.A")}, "C": {"kind": "slot", "connect": ("ground.C", "beam.C")}}
@@ -36,7 +36,7 @@ def beam(elements, section=STRIP, effects=("lumped-mass",)):
 
 
 def omega(scene):
-    return np.sort(scene_modes(scene, mechanism(scene)).omega[0])
+    return np.sort(modes_of(scene).modes.omega[0])
 
 
 def of_lumps(elements, count=3):

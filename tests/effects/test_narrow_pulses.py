@@ -4,13 +4,13 @@ import time
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import CommonParts
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
+from fenics_mech.planning.cycle_steps import Steps, loads_act_like_impulses
 from fenics_mech.planning.meet_tolerance import _start
-from fenics_mech.response.periodic.steps import Steps, loads_act_like_impulses
-from fenics_mech.response.sampling_checks import refuse_undersampled
-from fenics_mech.response.setup import CommonParts
+from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.formulas.expression import Formula, Jet

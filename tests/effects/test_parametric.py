@@ -96,8 +96,9 @@ def test_damping_cuts_the_tip_of_the_region(column):
 def test_a_motion_in_time_grows_at_the_rate_of_the_multiplier(column):
     few = column.changed(mesh__elements=2, analysis__allow_coarse=True, analysis__allow_large=True)
     scene = few.changed(drive__speed=195.0, analysis__method="transient", analysis__start="static")
-    scene = scene.changed(analysis__settled=0.0, analysis__time_tolerance=1e-2)
-    bent = np.abs(response_of(scene.changed(analysis__cycles=32)).data["deflection"].sel(component="x"))
+    scene = scene.changed(analysis__settled=0.0, analysis__time_tolerance=1e-4, loads__push__line=(1e-5, 0.0))
+    scene = scene.changed(analysis__error_estimates=False, analysis__cycles=32)  # it stays small: exact strains hold it
+    bent = np.abs(analyse(scene).data["deflection"].sel(component="x"))
     peaks = [bent.isel(theta=slice(cycles * scene.analysis.sub_intervals + 1)).max().item() for cycles in (24, 32)]
     multiplier, rate = leading(few, 195.0)
     assert multiplier.real < -1  # it changes sides in every cycle: its period is twice that of the force

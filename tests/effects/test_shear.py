@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.accuracy.frequency_errors import frequency_error
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import load
-from tests.common import DEMOS, bending, scene_modes
+from tests.common import DEMOS, bending, modes_of
 
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
@@ -116,9 +114,7 @@ def timoshenko(slenderness, count=3):
 def frequencies(elements, slenderness, effects=("rotary-inertia", "shear")):
     """Frequencies (rad/s) of the three first modes without axial displacement, so that thick beams show bending."""
     scene = beam(elements, rectangle(slenderness), SIMPLY, effects=effects).changed(analysis__modes="all")
-    system = mechanism(scene)
-    modes = scene_modes(scene, system)
-    return np.sort(modes.omega[0, bending(system, modes)])[:3]
+    return np.sort(bending(modes_of(scene)))[:3]
 
 
 @pytest.mark.parametrize("slenderness", [1e3, 1e5])
@@ -141,20 +137,6 @@ def test_frequencies_of_thick_beams_converge_with_two_rates():
     assert np.all(np.abs(np.log2(coarse / fine) - 4) < 0.2)
     assert np.all(np.abs(fine) < 0.05 * whole[1])
     assert np.all(whole[1] < 4e-3)
-
-
-@pytest.mark.parametrize("slenderness", [10, 40])
-def test_by_how_much_elements_have_sheared_frequencies_wrong(slenderness):
-    """Against Timoshenko's. Measured 1.00 to 1.11."""
-    scene = beam(6, rectangle(slenderness), SIMPLY, effects=("rotary-inertia", "shear"))
-    scene = scene.changed(analysis__modes="all")
-    system = mechanism(scene)
-    modes = scene_modes(scene, system)
-    slowest = bending(system, modes)[:3]
-    omega = modes.omega[0, slowest]
-    along = omega**2 * RHO * (LENGTH / 6) ** 2 / (24 * E)  # which is told of elements that stretch, and bending has not
-    error = omega / timoshenko(slenderness) - 1
-    assert np.all(np.abs((frequency_error(system, modes)[slowest] - along) / error - 1.1) < 0.2)
 
 
 def test_timoshenkos_frequencies_are_those_of_bernoulli_and_euler_for_thin_beams():

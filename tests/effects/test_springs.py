@@ -6,14 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import scene_modes
+from tests.common import modes_of
 
 EI, EA, L, MASS = 3.0, 1e6, 0.5, 0.8  # of the beam below
 STRETCHED = {"between": ("coupler.B", "ground.O"), "stiffness": 200.0, "length": 0.1}
@@ -97,7 +97,7 @@ def test_mass_on_a_beam_and_a_spring():
     spring = {"s": {"between": ("ground.P", "beam.B"), "stiffness": "40 N/m", "length": "0.2 m"}}
     scene = beam(CLAMPED, {"P": (L, -0.2)}, springs=spring)
     expected = np.sqrt((3 * EI / L**3 + 40) / MASS) / (2 * np.pi)
-    assert scene_modes(scene, mechanism(scene)).frequency[0, 0] == pytest.approx(expected, rel=1e-6)  # beam's own mass
+    assert modes_of(scene).frequency[0, 0] == pytest.approx(expected, rel=1e-6)  # beam's own mass
 
 
 def test_tension_over_length_is_a_stiffness_across_the_spring():
@@ -105,7 +105,7 @@ def test_tension_over_length_is_a_stiffness_across_the_spring():
     spring = {"s": {"between": ("beam.B", "ground.P"), "stiffness": "300 N/m", "length": "0.1 m"}}
     scene = beam(CLAMPED, {"P": (L + 0.2, 0)}, springs=spring)
     expected = np.sqrt((3 * EI / L**3 + 30 / 0.2) / MASS) / (2 * np.pi)
-    assert scene_modes(scene, mechanism(scene)).frequency[0, 0] == pytest.approx(expected, rel=1e-6)
+    assert modes_of(scene).frequency[0, 0] == pytest.approx(expected, rel=1e-6)
 
 
 def test_beam_with_a_spring_under_its_end_shares_the_load():

@@ -192,10 +192,9 @@ def from_chords(scene, data):
     return np.stack(found, axis=-1)
 
 
-@pytest.mark.parametrize(("elements", "changes"), [(4, {}), (8, {"analysis__reduction": "craig-bampton"})])
-def test_a_machine_agrees_with_geometrically_exact_beams(elements, changes):
+def test_a_machine_agrees_with_geometrically_exact_beams():
     exact = pd.read_csv("tests/data/turned_exact.csv", comment="#")
-    scene = four_bar(elements=elements, **changes)
+    scene = four_bar(elements=4)
     data = analyse(scene).data
     assert data["rotation"].max() > 0.4
     found = np.column_stack(

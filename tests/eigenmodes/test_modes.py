@@ -6,7 +6,8 @@ import scipy.linalg
 
 from benchmarks import scaling
 from fenics_mech._petsc import to_scipy
-from fenics_mech.eigenmodes import simply_supported_frequencies, solve_modes
+from fenics_mech.beams.simply_supported import simply_supported_frequencies
+from fenics_mech.eigenmodes import solve_modes
 from fenics_mech.eigenmodes.eigen import _solve_among
 from fenics_mech.eigenmodes.tracking import track
 from fenics_mech.errors import SolverError

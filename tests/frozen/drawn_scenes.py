@@ -12,8 +12,7 @@ import numpy as np
 
 from fenics_mech import Scene, analyse, load, write_scene
 from fenics_mech.errors import AssemblyError
-from fenics_mech.response.setup import mechanism
-from tests.common import DEMOS, scene_modes
+from tests.common import DEMOS, modes_of
 from tests.machine import drawn_linkages as linkages
 
 Tables = dict[str, Any]
@@ -92,7 +91,7 @@ def with_speed(rng: np.random.Generator, tables: Tables) -> None:
     quasi_static = {"method": "quasi-static", "sub_intervals": 24, "error_estimates": False, "allow_coarse": True}
     bare = {"drive": {"joint": "O", "speed": 1.0}, "effects": (), "tolerance": None, "analysis": quasi_static}
     scene = Scene.read(tables | bare)
-    lowest = 2 * math.pi * float(scene_modes(scene, mechanism(scene)).frequency.min())
+    lowest = 2 * math.pi * float(modes_of(scene).frequency.min())
     speed = min((10 ** rng.uniform(-4, -3) / float(np.abs(analyse(scene).data["strain"]).max())) ** 0.5, lowest / 3)
     if rng.random() < 0.2:
         speed = lowest / math.ceil(lowest / speed)
@@ -270,10 +269,9 @@ def laws(rng: np.random.Generator, method: str) -> Tables:
     return (drive_laws, joint_laws)[rng.integers(2)](rng, method)
 
 
-def reductions(rng: np.random.Generator, method: str) -> Tables:
-    """Reduce the members of a linkage to their ends and lowest clamped modes."""
+def meshes(rng: np.random.Generator, method: str) -> Tables:
+    """Cut the members of a linkage into more elements."""
     tables = machine(rng, LINKAGES[rng.integers(len(LINKAGES))], method)
-    tables["analysis"]["reduction"] = "craig-bampton"
     tables["mesh"] = {"elements": int(rng.integers(3, 8))}
     return tables
 
@@ -290,7 +288,7 @@ KINDS = {
     "springs": springs,
     "motors": motors,
     "laws": laws,
-    "reductions": reductions,
+    "meshes": meshes,
 }
 
 

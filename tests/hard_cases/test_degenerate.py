@@ -91,18 +91,6 @@ def test_meshes_graded_by_a_million_are_refused(mesh):
         seed({}, mesh=mesh)
 
 
-@pytest.mark.parametrize("stations", [(0, 1e-6, 0.5, 1), (0, 0.5, 0.5 + 1e-6, 1), (0, 0.5, 1 - 1e-9, 1)])
-def test_reduced_members_do_not_mind_the_grading(stations):
-    """A chain of compliances: rounding of 1e-13. A node more moves the vibration by its element's length only."""
-    chosen = {"reduction": "craig-bampton", "cutoff": "2 kHz", "sub_intervals": 48, "allow_coarse": True}
-    chosen["solver"] = "collocation"
-    even, graded = (analyse(seed(chosen, mesh={"stations": s}, **BY_MATERIAL)).data for s in ((0, 0.5, 1), stations))
-    for name in ("strain", "joint_force"):
-        assert np.abs(graded[name] - even[name]).max() < 1e-6 * np.abs(even[name]).max()
-    with pytest.raises(SceneError, match=r"mesh.*longest element"):
-        seed(chosen, mesh={"stations": (0, 1e-11, 0.5, 1)})
-
-
 @pytest.mark.parametrize("damping", [{"material": 1e-4}, {"ratio": 0.02}])
 def test_multipliers_of_what_has_no_mass_are_refused_and_the_motion_is_right(damping):
     """They were said to be at a resonance, at 108 to 154 Hz."""

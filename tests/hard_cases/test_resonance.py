@@ -9,13 +9,13 @@ import re
 
 import numpy as np
 import pytest
+from fenics_mech.response.periodic.cyclic import BlockCyclic
 
 from fenics_mech import analyse
 from fenics_mech.by_sub_intervals import ByModes
 from fenics_mech.classical import joining
+from fenics_mech.classical.resonance import magnification, refuse_magnified
 from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic.cyclic import BlockCyclic
-from fenics_mech.response.stability.resonance import magnification, refuse_magnified
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of, too_coarse
 from tests.hard_cases.hard import arm, by_modes, natural

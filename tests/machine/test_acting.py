@@ -33,7 +33,7 @@ ACTING = {
 
 def loaded(**acting):
     exact = {"effects": ("coupling", "large-rotations"), "damping": {"material": 1e-4}}
-    numbers = {"analysis.sub_intervals": 120, "analysis.reduction": "none", "analysis.stations": 21}
+    numbers = {"analysis.sub_intervals": 120, "analysis.stations": 21}
     return fm.load(DEMOS / "slider_crank.toml").changed(exact | numbers | acting)
 
 

@@ -11,7 +11,7 @@ from tests.cases.test_rigid_arms import EA, EI, LENGTH, cantilever, cantilever_w
 
 def held(scene):
     """Give the machine of a scene at rest, its coordinates and its multipliers."""
-    made = machine_of(scene.changed({"analysis.reduction": "none"}))
+    made = machine_of(scene)
     q, a = equilibrium(made.machine)
     return made, q, a
 

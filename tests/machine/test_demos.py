@@ -27,7 +27,7 @@ DRIVEN = [
 @pytest.mark.parametrize("demo", DRIVEN)
 def test_the_rigid_motion_of_demos_is_that_of_the_loop_equations(demo):
     """The unloaded equilibria of the machine, at 16 positions of the cycle."""
-    scene = fm.load(DEMOS / f"{demo}.toml").changed({"effects": (), "analysis.reduction": "none"})
+    scene = fm.load(DEMOS / f"{demo}.toml").changed({"effects": ()})
     made = machine_of(scene)
     chart = rigid_cycle(made.machine, scene.period, 16)
     motion = solve_motion(scene, scene.cycle_rate * scene.period * np.arange(16) / 16)
@@ -45,7 +45,7 @@ FINE = 240  # positions of the linkage
 )
 def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo, steps):
     exact = {"effects": ("coupling", "large-rotations"), "damping": {"material": 1e-4}}
-    numbers = {"analysis.sub_intervals": FINE, "analysis.reduction": "none", "analysis.stations": 21}
+    numbers = {"analysis.sub_intervals": FINE, "analysis.stations": 21}
     scene = fm.load(DEMOS / f"{demo}.toml").changed(exact | numbers)
     made = machine_of(scene)
     machine, mesh = made.machine, made.links.mesh
@@ -78,6 +78,6 @@ def test_moments_torque_and_multipliers_of_demos_are_those_of_linkages(demo, ste
 
 @pytest.mark.parametrize("demo", DRIVEN)
 def test_the_drives_of_demos_lead_all_of_their_freedoms(demo):
-    scene = fm.load(DEMOS / f"{demo}.toml").changed({"effects": (), "analysis.reduction": "none", "mesh.elements": 1})
+    scene = fm.load(DEMOS / f"{demo}.toml").changed({"effects": (), "mesh.elements": 1})
     found = mobility(machine_of(scene).machine)
     assert (found.freedoms, len(found.idle), found.surplus) == (len(scene.drives), 0, 0)

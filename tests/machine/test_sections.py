@@ -42,7 +42,7 @@ CASES = {
 @pytest.mark.parametrize("case", CASES)
 def test_moments_of_other_sections_are_those_of_link_frames(case):
     """0.2 % of the largest: 3 elements a member differ by it without any of these, and each moves it by 5 % or more."""
-    numbers = {"analysis.sub_intervals": FINE, "analysis.reduction": "none", "analysis.stations": 21}
+    numbers = {"analysis.sub_intervals": FINE, "analysis.stations": 21}
     exact = {"effects": ("coupling", "large-rotations"), "damping": {"material": 1e-4}}
     scene = fm.load(DEMOS / "four_bar.toml").changed(exact | numbers | CASES[case])
     made = machine_of(scene)

@@ -2,15 +2,15 @@
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import freedoms_in_words, mechanism
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
 from fenics_mech.mechanism import RigidModes
-from fenics_mech.response.setup import freedoms_in_words, mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import scene_modes
+from tests.common import modes_of, scene_modes
 
 E, RHO, WIDTH, HEIGHT, L, G = 200e9, 7800.0, 0.02, 0.002, 0.5, 9.81
 EI, LINE = E * WIDTH * HEIGHT**3 / 12, RHO * WIDTH * HEIGHT
@@ -46,7 +46,7 @@ def four_bar(**rest):
 
 
 def frequencies(case):
-    return scene_modes(case, mechanism(case)).frequency[0]
+    return modes_of(case).frequency[0]
 
 
 def beam_frequencies(roots):
@@ -95,31 +95,29 @@ def test_pendulum_swings_by_its_weight():
     assert axial == pytest.approx(LINE * G * L * (1 - np.linspace(0, 1, 21)), abs=1e-9)
 
 
-def rigid_as(modulus, elements, reduction, **rest):
+def rigid_as(modulus, elements, **rest):
     """Parts of a scene whose bars are of a modulus, in so many elements."""
     return rest | {
         "materials": {"steel": {"modulus": modulus, "density": RHO}},
         "mesh": {"elements": elements},
-        "analysis": {"method": "static", "modes": 3, "reduction": reduction},
+        "analysis": {"method": "static", "modes": 3},
     }
 
 
-@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
 @pytest.mark.parametrize("elements", [1, 300])
 @pytest.mark.parametrize("modulus", [E, 1e18])
-def test_pendulum_swings_however_stiff_it_is_beside_its_weight(modulus, elements, reduction):
+def test_pendulum_swings_however_stiff_it_is_beside_its_weight(modulus, elements):
     """The links' stiffness is up to 1e18 of what holds it, and is no measure of whether anything does."""
     joints = {"O": {"connect": ("ground.O", "bar.A")}}
-    rest = rigid_as(modulus, elements, reduction, gravity=(0, -G), effects=("geometric-stiffness",))
+    rest = rigid_as(modulus, elements, gravity=(0, -G), effects=("geometric-stiffness",))
     found = 2 * np.pi * frequencies(scene({"bar": bar(-np.pi / 2)}, joints, **rest))[0]
     # its bending lowers it by 1.7e7 Pa/E, and by 1.1e8 Pa/E where one element has one mean axial force
     assert found == pytest.approx(np.sqrt(1.5 * G / L), rel=1.2e8 / modulus + 1e-10)
 
 
-@pytest.mark.parametrize("reduction", ["none", "craig-bampton"])
 @pytest.mark.parametrize("elements", [1, 300])
 @pytest.mark.parametrize("modulus", [E, 1e12, 1e18])
-def test_two_masses_on_springs_vibrate_however_stiff_they_are(modulus, elements, reduction):
+def test_two_masses_on_springs_vibrate_however_stiff_they_are(modulus, elements):
     """Bars that slide: K = ((3, -2), (-2, 2)) N/m. Their stretching under their inertia takes 2e-8 for steel."""
     ends = {"A": ("ground.O", "first.A"), "B": ("ground.P", "second.A")}
     joints = {name: {"kind": "prismatic", "connect": pair, "angle": 0.0} for name, pair in ends.items()}
@@ -128,7 +126,7 @@ def test_two_masses_on_springs_vibrate_however_stiff_they_are(modulus, elements,
         "two": {"between": ("first.B", "second.A"), "stiffness": 2.0},
     }
     ground = {"points": {"O": (0, 0), "P": (0.6, 0), "Q": (-0.2, 0)}}
-    rest = rigid_as(modulus, elements, reduction, ground=ground, springs=springs)
+    rest = rigid_as(modulus, elements, ground=ground, springs=springs)
     found = 2 * np.pi * frequencies(scene({"first": bar(), "second": bar()}, joints, **rest))[:2]
     expected = np.sqrt(np.linalg.eigvalsh(np.array([[3, -2], [-2, 2]]) / (LINE * L)))
     assert found == pytest.approx(expected, rel=8e3 / modulus + 1e-12)
@@ -140,7 +138,7 @@ def test_only_what_nothing_holds_is_rigid_beside_what_a_spring_holds():
     springs = {"k": {"between": ("ground.Q", "b.A"), "stiffness": 1e-3}}
     ground = {"points": {"O": (0, 0), "Q": (-0.2, 0)}}
     for elements in (1, 20):
-        rest = rigid_as(E, elements, "none", ground=ground, springs=springs)
+        rest = rigid_as(E, elements, ground=ground, springs=springs)
         found = 2 * np.pi * frequencies(scene({"a": bar(), "b": bar()}, joints, **rest))
         assert found[0] == 0
         assert found[1] == pytest.approx(np.sqrt(1e-3 / (LINE * L)), rel=1e-9)

@@ -6,15 +6,14 @@ is their integral. Nothing of it shares the recovery's inertia, or knows of damp
 
 import numpy as np
 import pytest
+from fenics_mech.kinematics.run_up import solve_motion_in_time
 from scipy.integrate import simpson
 
 from fenics_mech import analyse, load
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.kinematics.run_up import solve_motion_in_time
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import DEMOS, response_of, scene_modes
+from tests.common import DEMOS, modes_of, response_of
 
 WAVES = 100  # harmonics of the drive that the accelerations are made of; above them there is rounding alone
 SHAFT = {"stiffness": 60.0, "damping": 0.05, "inertia": 2e-3}
@@ -180,7 +179,7 @@ def test_ratios_that_rise_with_the_frequency_are_damping_by_the_material(effects
     # stress E (strain + tau rate) gives C = tau K, which is M Phi 2 zeta omega Phi^T M with 2 zeta = tau omega
     tau = 3e-5
     scene = arm(effects=effects)
-    omega = scene_modes(scene, mechanism(scene)).omega[0]
+    omega = modes_of(scene).modes.omega[0]
     ratios = response_of(
         arm(effects=effects, damping={"ratio": tuple(tau * omega / 2)}).changed(analysis__solver="collocation")
     )

@@ -4,15 +4,15 @@ import re
 
 import numpy as np
 import pytest
-
-from fenics_mech import analyse
 from fenics_mech.accuracy.periodic_errors import corrected
-from fenics_mech.errors import SolverError
-from fenics_mech.response.periodic import newton
 from fenics_mech.response.periodic.collocation import between, solve_collocation
 from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.steps import Steps
 from fenics_mech.response.periodic.tableau import Tableau
+
+from fenics_mech import analyse
+from fenics_mech.errors import SolverError
+from fenics_mech.planning.cycle_steps import Steps
+from fenics_mech.response.periodic import newton
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of, too_coarse
 from tests.response.synthetic import PERIOD, Duffing, Manufactured, arm, oscillators, places, plain

@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
+from fenics_mech.forces.virtual_work import Forces
+from fenics_mech.response.setup import mechanism
+from fenics_mech.response.transient.free_motion import start_of
+from fenics_mech.response.transient.free_state import FreeState
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import fenics_mech as fm
-from fenics_mech.forces.virtual_work import Forces
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.recovery.balance import stored_energy
-from fenics_mech.response.setup import mechanism
-from fenics_mech.response.transient.free_motion import start_of
-from fenics_mech.response.transient.free_state import FreeState
 
 STILL_MOTOR = {"kind": "dc-motor", "stall_torque": 1, "no_load_speed": 0}
 G, LENGTH, STIFF = 9.81, 1.0, 2e16  # m/s^2, m, Pa: bars as good as rigid
@@ -81,7 +81,7 @@ def test_a_load_that_begins_late_moves_links_at_rest():
     data = fm.analyse(scene.changed({"materials.stiff.modulus": 2e11})).data
     inertia, time = 7850 * 2e-4 * LENGTH**3 / 3, data["time"].to_numpy()
     np.testing.assert_allclose(data["freedom_rate"][:, 0], time**2 / inertia, rtol=1e-6)
-    assert data.attrs["time_steps"] <= 20  # the longest there are
+    assert data.attrs["time_steps"] <= 25  # 20 of the longest there are, after short ones from the start
 
 
 @pytest.mark.long

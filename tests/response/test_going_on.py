@@ -103,11 +103,8 @@ def test_what_cannot_be_gone_on_from_is_one_clear_error(tmp_path):
 
 def test_a_motion_without_freedoms_does_not_go_on():
     led = slider_crank(drive={"joint": "O", "speed": 60.0}).changed({"analysis.method": "transient"})
-    law = {"rub": {"kind": "friction", "joint": "B", "coefficient": 0.1, "radius": "5 mm"}}
-    bends = fm.load("demos/four_bar.toml").changed({"joint_laws": law, "effects": (), "analysis.method": "transient"})
-    for scene in (led, bends):
-        with pytest.raises(fm.SceneError, match="goes on from no result"):
-            fm.analyse(scene.changed({"analysis.start": "one.nc"}))
+    with pytest.raises(fm.SceneError, match="goes on from no result"):
+        fm.analyse(led.changed({"analysis.start": "one.nc"}))
 
 
 def test_a_motion_does_not_go_on_while_bodies_touch(tmp_path):

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 import fenics_mech as fm
-from fenics_mech.response.transient.shooting import ANGLE, ELASTIC, STROKE, sizes_of
+from fenics_mech.solve.repeated import ANGLE, STROKE, sizes_of
 from tests.joints.scenes import G, block
 from tests.response.rigid_programs import SliderCrank
 from tests.response.test_rigid_motion import slider_crank
@@ -43,7 +43,7 @@ def multipliers(data) -> np.ndarray:
 
 def test_a_cycle_closes_in_each_kind_of_coordinates():
     time = np.linspace(0, 2 * np.pi, 41)[:, None]
-    ways, kinds = np.array([1e-4, 2e-4, 3.0, 0.05, 0.0]), np.array([ELASTIC, ELASTIC, ANGLE, STROKE, 7])
+    ways, kinds = np.array([1e-4, 2e-4, 3.0, 0.05, 0.0]), np.array([2, 2, ANGLE, STROKE, 7])
     place, rate = ways * np.sin(time), ways * np.cos(time)
     wanted = np.array([2e-4, 2e-4, 3.0, 0.05, 3e-6])  # what does not move counts by a part of what moves most
     np.testing.assert_allclose(sizes_of(place, rate, kinds), np.append(2 * wanted, wanted), rtol=1e-12)

@@ -224,13 +224,13 @@ def test_distance_from_resonance_is_that_of_the_multipliers():
 
 
 def test_what_has_no_critical_speeds(monkeypatch):
-    def fails(scene):
+    def fails(*_):
         raise AssertionError
 
     seed = seed_four_bar(analysis={"sub_intervals": 24, "modes": 2})
     still = seed.changed(analysis__method="static")
     assert not mode_speeds(still).variables
-    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.mechanism", fails)
+    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.over_cycle", fails)
     off = seed.changed({"analysis.method": "quasi-static", "analysis.critical_speeds": False})
     result = analysed(off)
     assert critical_speeds(result) == speeds_to_avoid(result) == []
@@ -242,7 +242,7 @@ def test_speeds_that_cannot_be_found_do_not_end_the_analysis(monkeypatch):
     def fails(*_):
         raise SolverError("mode 1 buckles")
 
-    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.solve_modes", fails)
+    monkeypatch.setattr("fenics_mech.recovery.mode_speeds.over_cycle", fails)
     result = analyse(seed_four_bar(analysis={"sub_intervals": 24, "method": "quasi-static"}))
     assert "not known: mode 1 buckles" in str(summary(result))
     assert critical_speeds(result) == []

@@ -12,10 +12,9 @@ from fenics_mech.beams.export import plane_mesh, write_mesh
 from fenics_mech.beams.mesh import mesh_scene
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene, parse, schema
 from fenics_mech.scene.drawing import completed
-from tests.common import DEMOS, scene_modes
+from tests.common import DEMOS, modes_of
 
 MESHES = Path(__file__).parents[2] / "meshes"
 PAIRS = {
@@ -90,7 +89,7 @@ def test_exported_mesh_is_a_drawing_with_the_same_frequencies(demo, tmp_path):
         data["joints"] = {"B": {"kind": "slot", "connect": ("ground.G", "rod.B")}}
     again = Scene.read(completed(data, tmp_path))
     assert set(again.members()) == set(scene.members())
-    first, second = (scene_modes(s, mechanism(s)).frequency for s in (scene, again))
+    first, second = (modes_of(s).frequency for s in (scene, again))
     assert np.abs(first - second).max() < 1e-9 * first.max()
 
 

@@ -22,7 +22,7 @@ def differences(name, elements, steps):
     """Give those of places over the largest deflection of each, and those of force and torque over their largest."""
     table = pd.read_csv(DATA / "inverted_exact.csv", comment="#")
     known = table[table["machine"] == name].dropna(axis=1)
-    scene = fm.load(SCENES[name]).changed({"mesh.elements": elements, "analysis.reduction": "none"})
+    scene = fm.load(SCENES[name]).changed({"mesh.elements": elements})
     made = machine_of(scene)
     machine = made.machine
     machine.chart = rigid_cycle(machine, scene.period)

@@ -17,7 +17,7 @@ def test_frequency_of_a_turning_beam_with_a_rigid_tip(speed, right, steps):
 
     The principal values are within half of the speed, 10 to 60 rad/s.
     """
-    scene = turning(speed).changed({"analysis.reduction": "none"})
+    scene = turning(speed)
     machine = machine_of(scene).machine
     machine.chart = rigid_cycle(machine, scene.period, 16)
     rates = running_modes(periodic(machine, scene.period, steps), 4).rates

@@ -5,6 +5,9 @@ import weakref
 
 import numpy as np
 import pytest
+from fenics_mech.mechanism.modal_forces import ModalForces
+from fenics_mech.response.periodic.flow import Flow
+from fenics_mech.response.setup import CommonParts
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse, solved
@@ -12,11 +15,8 @@ from fenics_mech.beams.mesh import mesh_depends_on
 from fenics_mech.kinematics import Linkage
 from fenics_mech.kinematics.linkage import Path
 from fenics_mech.mechanism import beam_links
-from fenics_mech.mechanism.modal_forces import ModalForces
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.response import setup
-from fenics_mech.response.periodic.flow import Flow
-from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.response.setup import CommonParts
 from tests.common import DEMOS
 
 COARSE = {"analysis.sub_intervals": 36, "analysis.allow_coarse": True, "analysis.allow_ringing": True}
@@ -37,11 +37,6 @@ CASES = {  # demo, what is stated, what changes
         {"springs.s.stiffness": (50, 80), "drive.speed": (20, 30)},
     ),
     "sizes": ("four_bar", {}, {"sections.strip.inertia": (8.67e-12, 8e-12), "links.coupler.points.B.0": (0.27, 0.28)}),
-    "reduction": (
-        "slider_crank",
-        {"effects": ["coupling"], "analysis.reduction": "craig-bampton"},
-        {"drive.speed": (20, 30)},
-    ),
     "quasi-static": ("quick_return", {"analysis.method": "quasi-static"}, {"drive.speed": (5, 8), "gravity.1": (0, 9)}),
 }
 

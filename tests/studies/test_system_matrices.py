@@ -11,6 +11,7 @@ from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, response_of
 
 LINEAR = {"sub_intervals": 12, "modes": 4, "allow_coarse": True, "stability": False, "solver": "collocation"}
+BY_POSES = {"effects": ["coupling"], "analysis.solver": "poses"}
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +40,11 @@ def test_their_eigenvalues_are_the_frequencies_of_the_result(scene, undamped):
 
 def test_damping_of_the_ratio_is_that_of_each_mode(found, undamped):
     squares, shapes = eigh(undamped["stiffness"][3].to_numpy(), undamped["mass"][3].to_numpy())
-    rates = np.einsum("nm,nk,km->m", shapes, found["damping"][3].to_numpy(), shapes)
-    assert rates == pytest.approx(2 * 0.02 * np.sqrt(squares), rel=1e-6)
+    rates = np.einsum("nm,nk,km->m", shapes, found["damping"][3].to_numpy(), shapes) / (2 * np.sqrt(squares))
+    slow = squares < 400 * squares[0]  # faster ones follow their loads, from 32 times the slowest
+    assert slow.sum() == 8
+    assert rates[slow] == pytest.approx(0.02, rel=1e-3)
+    assert rates[-1] == pytest.approx(0, abs=1e-9)
 
 
 def test_the_static_answer_bends_the_members_as_the_quasi_static_run(scene, found):
@@ -68,10 +72,11 @@ def test_coordinates_move_the_axes_of_sections_beside_their_neutral_line(scene):
 
 def test_modes_share_the_strain_energy(scene):
     """All modes have all of it, but for the loads inside elements; under large rotations few have nearly all, too."""
-    every = participation(scene.changed({"analysis.modes": 27, "analysis.sub_intervals": 60}))
+    every = participation(scene.changed(BY_POSES | {"analysis.modes": 27, "analysis.sub_intervals": 60}))
     shares = every["energy_share"].to_numpy()
     assert shares.sum() == pytest.approx(1, abs=0.03)
-    exact = participation(scene.changed({"effects": ["coupling", "large-rotations"], "analysis.sub_intervals": 60}))
+    both = {"effects": ["coupling", "large-rotations"], "analysis.sub_intervals": 60}
+    exact = participation(scene.changed(BY_POSES | both))
     assert 0.8 < float(exact["energy_share"].sum()) < 1.05
     assert exact["modal_coordinate"].attrs["units"] == "m kg^0.5"
 
@@ -84,7 +89,7 @@ def test_what_has_no_such_matrices_is_refused(scene):
 
 
 def test_they_are_exported(scene, tmp_path):
-    response_of(scene).save(tmp_path / "result.nc")
+    response_of(scene.changed(BY_POSES)).save(tmp_path / "result.nc")
     words = ["export", str(tmp_path / "result.nc"), str(tmp_path / "energy_share.csv")]
     assert CliRunner().invoke(app, [*words, "--matrices", str(tmp_path / "m.nc")]).exit_code == 0
     assert SystemMatrices.load(tmp_path / "m.nc").data["mass"].shape == (12, 27, 27)

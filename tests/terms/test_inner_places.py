@@ -236,7 +236,7 @@ OFFSET = {"links.coupler.members.AB.offset": "2 mm", "drive.speed": "20 rad/s"}
 
 def along_scene(changes, elements, inner):
     """Give moments along the members of the seed's scene at the ends of steps."""
-    numbers = {"analysis.reduction": "none", "damping": {"material": 1e-4}, "mesh.elements": elements}
+    numbers = {"damping": {"material": 1e-4}, "mesh.elements": elements}
     scene = fm.load(DEMOS / "four_bar.toml").changed(
         {"effects": ("coupling", "large-rotations", "rotary-inertia")} | numbers | changes
     )
@@ -286,6 +286,6 @@ def test_what_has_no_places_inside_is_refused():
         space.groups  # noqa: B018
     members = ("crank.members.OA", "coupler.members.AB", "follower.members.CB")
     deep = {"sections.deep": RECTANGLE | {"height": "20 mm"}, **{f"links.{name}.section": "deep" for name in members}}
-    deep |= {"effects": ("shear",), "analysis.reduction": "none"}
+    deep |= {"effects": ("shear",)}
     with pytest.raises(SceneError, match="neither shear"):
         machine_of(fm.load(DEMOS / "four_bar.toml").changed(deep), 1)

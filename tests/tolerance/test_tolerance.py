@@ -6,6 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from fenics_mech.planning.effect_choice import rungs
+from fenics_mech.response.setup import CommonParts
 
 import fenics_mech.accuracy.estimate
 import fenics_mech.analysis
@@ -14,12 +16,10 @@ import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError, percent
 from fenics_mech.kinematics import missed_corner, solve_motion
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.planning.discretisation import Discretisation, Trial
-from fenics_mech.planning.effect_choice import rungs
 from fenics_mech.planning.meet_tolerance import _next, within
 from fenics_mech.recovery.peaks import between_positions, doubts
-from fenics_mech.response.periodic.steps import Steps
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar, seed_four_bar
 from fenics_mech.scene.meshing import with_elements
@@ -48,8 +48,6 @@ def true_error(result):
     finer = with_elements(scene, 2 * scene.mesh.elements).changed(
         tolerance=None, analysis__sub_intervals=times * scene.analysis.sub_intervals, analysis__stability=False
     )
-    if scene.analysis.reduction != "none":
-        finer = finer.changed(analysis__cutoff=3 * scene.analysis.cutoff)
     best = response_of(finer).data["strain"].to_numpy()[::times]
     largest = np.abs(best).max(axis=(0, 2, 3))
     error = np.abs(result.data["strain"].to_numpy() - best).max(axis=(0, 2, 3))
@@ -89,11 +87,6 @@ def test_peaks_between_positions_are_certain_too():
     )
     force = [np.hypot(*data["joint_force"].transpose("component", "theta", "joint")).max() for data in (coarse, best)]
     assert abs(float(force[0] / force[1]) - 1) > 5e-3
-
-
-@pytest.mark.parametrize("name", [pytest.param("seed", marks=pytest.mark.slow), "slider_crank"])
-def test_all_nodes_are_kept(name):
-    assert analysed(scene_of(name).changed(tolerance=1e-2)).scene.analysis.reduction == "none"
 
 
 def test_static_answers_need_no_mesh():
@@ -299,9 +292,8 @@ def test_a_corner_of_the_motion_is_not_missed():
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("solver", "harmonic-balance"), ("solver", "sub-intervals"), ("scheme", "gauss"), ("stages", 2),
-     ("reduction", "craig-bampton")],
-)  # fmt: skip
+    [("solver", "harmonic-balance"), ("solver", "sub-intervals"), ("scheme", "gauss"), ("stages", 2)],
+)
 def test_what_contradicts_a_tolerance_is_refused(name, value):
     with pytest.raises(SceneError, match=f"analysis.{name}: .* beside a tolerance"):
         analyse(seed_four_bar(tolerance=1e-2, **{f"analysis__{name}": value}))

@@ -6,14 +6,17 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from fenics_mech.mechanism.equation import Equation
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
-from fenics_mech.eigenmodes import solve_modes
+from fenics_mech.classical.bodies import Bodies
+from fenics_mech.classical.response import SubIntervals
+from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.mechanism import System
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
+from fenics_mech.solved_by_poses import instants_of
 from tests.validation.reference.mecqbar import compare_appendix_g, mecqbar
 from tests.validation.reference.nine_element import NineElementModel
 from tests.validation.reference.periodic_motion import periodic_response
@@ -105,9 +108,11 @@ def coupling(system: System) -> tuple[Array, Array]:
 
 def frequencies() -> list[Finding]:
     """All natural frequencies against the hand-coded model's."""
-    modes = solve_modes(mechanism(seed_four_bar(analysis={"sub_intervals": POSITIONS})), "all")
-    expected = NineElementModel().frequencies(modes.theta)
-    ratio = np.sort(modes.frequency, axis=1) / expected
+    scene = seed_four_bar(effects=(), analysis={"sub_intervals": POSITIONS, "modes": "all"})
+    made, times = machine_of(scene), instants_of(scene)
+    made.machine.chart = Bodies(made)
+    omega = SubIntervals.of(scene, made, times, times).modes.omega
+    ratio = np.sort(omega, axis=1) / (2 * np.pi) / NineElementModel().frequencies(scene.cycle_rate * times)
     return [_difference("27 natural frequencies", ratio, np.ones_like(ratio), 1e-9)]
 
 

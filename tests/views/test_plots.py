@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from fenics_mech.eigenmodes import simply_supported_frequencies
+from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import SceneError, ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.measured import read_measurement

@@ -19,7 +19,6 @@ from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
 from fenics_mech.by_poses import answered
 from fenics_mech.recovery import Result
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.solved_by_poses import AtRest as AnswersAtRest
 from fenics_mech.solved_by_poses import Solved
@@ -103,12 +102,11 @@ class Trials:
     quantities: tuple[ResultNumbers, ...]
     folder: Path | None = None
     workers: Workers | None = field(default=None, compare=False, repr=False)
-    common: CommonParts = field(default_factory=CommonParts, compare=False, repr=False)
     _last: dict[tuple[float, ...], Answer] = field(default_factory=dict, compare=False, repr=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Give what other processes get: nothing that a solver works with."""
-        return self.__dict__ | {"workers": None, "common": CommonParts(), "_last": {}}
+        return self.__dict__ | {"workers": None, "_last": {}}
 
     @classmethod
     def of(
@@ -239,7 +237,7 @@ class Trials:
     def _analysed(self, scene: Scene, point: tuple[float, ...]) -> Result:
         """Analyse the scene of a trial, and keep its solution where derivatives may be asked for."""
         if not self.linearised:
-            return analyse(scene, common=self.common)
+            return analyse(scene)
         self._last.clear()  # its memory is needed
         with guarded():
             self._last[point], result = answered(scene, self.variables)

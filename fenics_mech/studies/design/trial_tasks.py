@@ -7,7 +7,6 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -18,7 +17,6 @@ from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SceneError
 from fenics_mech.recovery import Result
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Target
 from fenics_mech.studies.design.result_curves import ResultNumbers
@@ -156,17 +154,14 @@ def write(path: Path | None, record: Record) -> None:
         write_whole(path, lambda temporary: temporary.write_text(text))
 
 
-_common_here = cache(CommonParts)
-
-
 def run_here(task: Task) -> None:
     """Run one of the trials of a worker process."""
-    run_task(task, lambda scene, _: analyse(scene, common=_common_here()))
+    run_task(task, lambda scene, _: analyse(scene))
 
 
 def run_there(task: Task) -> Record:
     """Run one of the trials of a process that another one leads, which keeps it."""
-    return run_task(replace(task, path=None), lambda scene, _: analyse(scene, common=_common_here()))
+    return run_task(replace(task, path=None), lambda scene, _: analyse(scene))
 
 
 def give_up(task: Task) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.effects.gravity import EFFECT as GRAVITY
+from fenics_mech.effects.known import GRAVITY
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.rigid_places import between_ends

@@ -1,1 +1,0 @@
-"""Forces of a motion: on the ends of elements, in sections, at joints and at drives."""

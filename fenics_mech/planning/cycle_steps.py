@@ -1,0 +1,218 @@
+"""Steps of a cycle: equal ones, cut where an impulse acts, a load jumps, or a load's factor has hidden corners."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech._constants import TURN
+from fenics_mech.errors import SceneError
+from fenics_mech.scene import Scene
+from fenics_mech.scene.applied_loads import FactorHarmonics, Varying, factor_pieces
+from fenics_mech.scene.sampling import SAMPLING, gauss_points
+from fenics_mech.solve.stages import Tableau, radau
+
+
+@dataclass(frozen=True)
+class CutLimits:
+    """When a step of a cycle is cut."""
+
+    hidden: float = 1e-4  # of the largest mean of a step, by which another's may lie outside the values at its points
+    missed: float = 1e-2  # of that mean, that points of a step may miss where corners show where to cut
+    most_corners: int = 5000  # of the loads in a cycle, at which steps are cut
+
+
+CUTS = CutLimits()
+
+
+@dataclass(frozen=True)
+class Steps:
+    """Steps of a cycle, in the order of time; arrays of shape ``(steps,)``.
+
+    Parameters
+    ----------
+    start
+        Drive angle (rad) at which each begins.
+    duration
+        How long it takes (s).
+    rate
+        Rate of the drive coordinate (rad/s), with its sign.
+    regular
+        Whether it begins where one of the equal steps does.
+    struck
+        The step at whose start each impulse of the scene acts, ``(impulses,)``.
+    jumps
+        Whether a load jumps at the end of a step.
+    """
+
+    start: Array
+    duration: Array
+    rate: float
+    regular: NDArray[np.bool_]
+    struck: Index
+    jumps: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, scene: Scene) -> Steps:
+        """Cut the cycle of a scene.
+
+        Parameters
+        ----------
+        scene
+            The scene.
+
+        Raises
+        ------
+        SceneError
+            When its loads have too many corners that the points of the steps do not show.
+        """
+        return cls._cut_at(scene, corners_to_cut(scene))
+
+    @classmethod
+    def _cut_at(cls, scene: Scene, corners: Array) -> Steps:
+        """Cut the cycle where impulses act and loads jump, and at corners of their factors (rad)."""
+        rate = scene.cycle_rate
+        equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
+        impulses = _turned(rate, [impulse.angle or 0.0 for impulse in scene.impulses.values()])
+        jumps = _turned(rate, _load_jumps(scene))
+        turned = equal
+        for angle in (*impulses, *jumps, *_turned(rate, corners)):
+            if _differences(np.array([angle]), turned).min() > SAMPLING.same:
+                turned = np.sort(np.append(turned, angle))
+        jumping = _differences(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
+        return cls(
+            start=math.copysign(1, rate) * turned,
+            duration=np.diff(turned, append=TURN) / abs(rate),
+            rate=rate,
+            regular=np.isin(turned, equal),
+            struck=_differences(impulses, turned).argmin(axis=1),
+            jumps=np.roll(jumping, -1),
+        )
+
+    def angles(self, places: Array) -> Array:
+        """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``.
+
+        The end of a step at which a load jumps is taken just before the jump.
+
+        Parameters
+        ----------
+        places
+            Shares of a step, ``(places,)``.
+        """
+        turned = np.diff(np.abs(self.start), append=TURN)  # the rate times the duration, but the same at all rates
+        angles = self.start[:, None] + math.copysign(1, self.rate) * turned[:, None] * places
+        before = math.copysign(2 * SAMPLING.same, self.rate) * (self.jumps[:, None] & (places > 1 - SAMPLING.same))
+        return (angles - before).ravel()
+
+
+def corners_to_cut(scene: Scene) -> Array:
+    """Give the corners of loads' factors in sub-intervals whose points do not show what a factor does there.
+
+    In such a sub-interval the mean by the quadrature of the points is off by more than `CutLimits.missed`. Or the mean
+    is not between the values at the points. In a step that is cut there the factor is a polynomial.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+
+    Returns
+    -------
+    numpy.ndarray
+        Drive angles (rad), ``(corners,)``.
+
+    Raises
+    ------
+    SceneError
+        When there are more than `CUTS.most_corners` of them.
+    """
+    steps, tableau, found = Steps._cut_at(scene, np.zeros(0)), radau(scene.analysis.stages), [np.zeros(0)]
+    for name, load in scene.loads.items():
+        if load.factor is None or not load.factor.corners:
+            continue
+        means = _Means.of(load, steps, tableau)
+        wrong = means.outside | (np.abs(means.quadrature - means.exact) > CUTS.missed * means.largest)
+        corners = np.unique(_turned(steps.rate, load.factor.corners))
+        found.append(corners[wrong[np.searchsorted(np.abs(steps.start), corners, side="right") - 1]])
+        if len(found[-1]) > CUTS.most_corners:
+            raise SceneError(
+                f"the factor changes at {len(found[-1])} angles between the points of {len(steps.start)} steps, and "
+                f"steps are cut at {CUTS.most_corners} of them at most",
+                place=f"loads.{name}.factor",
+                hint="Take more sub_intervals, or fewer and smoother values",
+            )
+    return math.copysign(1, steps.rate) * np.unique(np.concatenate(found))
+
+
+def loads_with_hidden_peaks(scene: Scene) -> list[str]:
+    """Name the loads whose factor has a peak in a step that none of its values at the points shows.
+
+    Harmonics have none where their points are as many as `enough_angles`.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    steps, tableau = Steps.of(scene), radau(scene.analysis.stages)
+    return [
+        name
+        for name, load in scene.loads.items()
+        if not (load.over_cycle is None or isinstance(load.factor, FactorHarmonics))
+        and _Means.of(load, steps, tableau).outside.any()
+    ]
+
+
+@dataclass(frozen=True)
+class _Means:
+    """Means of a load's factor over steps; arrays of shape ``(steps,)``.
+
+    Parameters
+    ----------
+    exact, quadrature
+        The mean, and what the points of the step make of it.
+    outside
+        Whether the mean is not between the values at the points of the step and at those next to it.
+    largest
+        The largest mean of the factor's magnitude.
+    """
+
+    exact: Array
+    quadrature: Array
+    outside: NDArray[np.bool_]
+    largest: float
+
+    @classmethod
+    def of(cls, load: Varying, steps: Steps, tableau: Tableau) -> _Means:
+        """Integrate a load's factor over steps."""
+        assert load.over_cycle is not None
+        sense, begin = math.copysign(1, steps.rate), np.abs(steps.start)
+        pieces = _turned(steps.rate, factor_pieces(load.over_cycle))
+        angles, weights = gauss_points(np.unique(np.concatenate([begin, pieces, [TURN]])))
+        values, step = load.factor_at(sense * angles), np.searchsorted(begin, angles, side="right") - 1
+        width = np.bincount(step, weights, len(begin))
+        mean, size = (np.bincount(step, weights * part, len(begin)) / width for part in (values, np.abs(values)))
+        seen = load.factor_at(steps.angles(tableau.c)).reshape(len(begin), -1)
+        around = np.column_stack([np.roll(seen[:, -1], 1), seen, np.roll(seen[:, 0], -1)])
+        largest = float(size.max())
+        outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > CUTS.hidden * largest
+        return cls(mean, seen @ tableau.A[-1], outside, largest)
+
+
+def _load_jumps(scene: Scene) -> list[float]:
+    """Drive angles (rad) at which loads jump."""
+    return [angle for load in scene.loads.values() for angle in load.jumps]
+
+
+def _turned(rate: float, angles: ArrayLike) -> Array:
+    """Give by how much (0 to 2 pi) the drive has turned at drive angles (rad), in the sense of its rate."""
+    return np.asarray(np.mod(math.copysign(1, rate) * np.asarray(angles, dtype=float), TURN))
+
+
+def _differences(turned: Array, others: Array) -> Array:
+    """Differences of angles around the cycle, ``(angles, others)``."""
+    return np.abs(np.mod(turned[:, None] - others + math.pi, TURN) - math.pi)

@@ -1,0 +1,266 @@
+"""Motions with freedoms that repeat, by the equation of poses: limit cycles, and machines that a motor or weight turns.
+
+The search is that of `solve.repeated`. Here is what scenes ask of it, and how links that bend are followed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fenics_mech._arrays import Array, Index
+from fenics_mech.by_poses import planned
+from fenics_mech.errors import SceneError
+from fenics_mech.geometry import PLANE
+from fenics_mech.in_time_by_poses import InTime, collected, estimated, going_on, start_of, times_of
+from fenics_mech.machine import Machine
+from fenics_mech.machine.assembly import closed
+from fenics_mech.machine.from_scene import SceneMachine, machine_of
+from fenics_mech.machine.motion import coordinates
+from fenics_mech.machine.rigid_from_scene import driven
+from fenics_mech.planning.start_state import GoneOn
+from fenics_mech.recovery.result import Result
+from fenics_mech.scene import Scene
+from fenics_mech.scene.analysis_options import refuse_rough
+from fenics_mech.solve import Step
+from fenics_mech.solve.disturbances import Transition, allowed
+from fenics_mech.solve.repeated import (
+    ANGLE,
+    SHOOTING,
+    STROKE,
+    History,
+    Lap,
+    RepeatedMotion,
+    Runner,
+    Search,
+    State,
+    repeated_motion,
+    sizes_of,
+)
+
+OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
+SAME = 1e-9  # of the accelerations, up to which they are the same at another time
+
+
+def repeated_by_poses(scene: Scene) -> Result:
+    """Find the motion of freedoms and links that bend which repeats, and give one cycle of it.
+
+    Parameters
+    ----------
+    scene
+        The scene, with a freedom for all that its drives leave free.
+
+    Raises
+    ------
+    SceneError
+        When it has what no term or joint of poses states yet.
+    SolverError
+        When no motion beside that of the scene repeats, or it is not stable.
+    UnresolvedError
+        When an error is too large.
+    """
+    refuse_rough(scene.analysis)
+    if np.any(scene.damping.ratio):
+        raise SceneError(
+            "a motion that repeats has no modes to damp, as its freedoms move on",
+            place="damping.ratio",
+            hint="Give damping.material in its place",
+        )
+    runner = BendingRunner(planned(scene))
+    cycle, found = repeated_in(runner.scene, runner)
+    start = runner.going_on(found.start)
+    whole = InTime.of(cycle, times_of(cycle, start), start=start)
+    if scene.analysis.repeats == 1:
+        whole = replace(whole, change=found.change)
+    errors = estimated(whole, start) if scene.analysis.error_estimates else None
+    return collected(whole, errors, found)
+
+
+def repeated_in(scene: Scene, runner: Runner) -> tuple[Scene, RepeatedMotion]:
+    """Find the motion of a scene that repeats.
+
+    Parameters
+    ----------
+    scene
+        The scene, with freedoms, whose `analysis.start` is "periodic".
+    runner
+        Integrates it.
+
+    Returns
+    -------
+    tuple
+        The scene of one cycle, and the motion.
+
+    Raises
+    ------
+    SceneError
+        When it is to repeat after several cycles, and has a period of its own.
+    SolverError
+        When no motion beside that of the scene repeats, or it is not stable.
+    """
+    analysis, is_driven = scene.analysis, bool(scene.drives)
+    tolerance = SHOOTING.closed * analysis.time_tolerance
+    search = Search(scene.period, is_driven, analysis.cycles, analysis.repeats, analysis.settled, tolerance)
+    found = repeated_motion(search, runner)
+    if not analysis.allow_unstable:
+        found.refuse_unstable(analysis.repeats)
+    cycle = {"cycles": analysis.repeats} if is_driven else {"duration": found.period}
+    return scene.changed({f"analysis.{key}": value for key, value in cycle.items()}), found
+
+
+@dataclass(frozen=True)
+class BendingRunner:
+    """Integrates the motion of links that bend, for the search of one that repeats.
+
+    Coordinates are places and turns of all poses. Measures of all terms tell whole turns.
+
+    Parameters
+    ----------
+    scene
+        The scene, with its effects chosen.
+    """
+
+    scene: Scene
+
+    @cached_property
+    def made(self) -> SceneMachine:
+        """The machine."""
+        return machine_of(self.scene)
+
+    @cached_property
+    def kinds(self) -> Index:
+        """Kind of each coordinate, ``(coordinates,)``."""
+        machine = self.made.machine
+        turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
+        return np.where(turns, ANGLE, STROKE)
+
+    def begin(self) -> State:
+        """Give the state that the freedoms state, on the slow motion, which does not vibrate."""
+        v = start_of(self.made)
+        return self._here(0.0, v[: self.made.machine.n], None)
+
+    def run(self, start: State, duration: float, samples: int) -> tuple[State, History]:
+        """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
+        return _seen(self._whole(start, duration, samples))
+
+    def lap(self, start: State, duration: float) -> Lap:
+        """Give the motion from a state on, with all disturbances of it."""
+        machine = self._at(start)
+        disturbed, _ = allowed(machine, start.time, start.velocity)
+        carried, seconds = Transition(disturbed), list[Array]()
+
+        def take(step: Step) -> None:
+            if not seconds:
+                seconds.append(step.acceleration_at_start())
+            seconds[1:] = [step.at(np.ones(1))[2][0]]
+            carried.take(step)
+
+        whole = self._whole(start, duration, SHOOTING.samples, take)
+        end, (_, place, rate) = _seen(whole)
+        sizes = sizes_of(place, rate, self.kinds)
+        ends = np.array(seconds)[:, : machine.n]
+        return Lap(start, end, ends, sizes, disturbed, carried.states, whole.closings > 0)
+
+    def moved(self, start: State, change: Array) -> State:
+        """Give a state beside another one, by the change of coordinates and rates; rows of joints stay fulfilled."""
+        machine, t = self._at(start), np.array([start.time])
+        n, rows = machine.n, slice(machine.n, machine.n + machine.held)
+        zero = np.zeros((1, machine.size))
+        way = zero.copy()
+        way[0, :n] = change[:n]
+        q = closed(machine, start.time, way)[0]
+        angles = machine.turned(start.known, q)
+        machine.rebase(q[0], zero[0], zero[0])
+        v = start.velocity + change[n:]
+        demanded = np.zeros(machine.held)
+        demanded[self.made.driven] = driven(self.made, t)[1][0]
+        by_place = machine.pattern.dense(machine.residual(t, zero, zero, zero, loads=0.0, moving=False).K)[0, rows, :n]
+        v = v - allowed(machine, start.time, v)[1] @ (by_place @ v - demanded)
+        return self._here(start.time, v, angles)
+
+    def depends_on_time(self, start: State) -> bool:
+        """Whether the equation at a state is another one at other times."""
+        machine = self._at(start)
+        times = start.time + self.scene.period * np.append(0.0, OTHER_TIMES)
+        states = np.zeros((2, len(times), machine.size))
+        states[1, :, : machine.n] = start.velocity
+        angles = None if start.known is None else [np.repeat(x, len(times), axis=0) for x in start.known]
+        force = machine.residual(times, states[0], states[1], states[0], angles=angles).force[:, : machine.n]
+        return differs(force[0], force[1:])
+
+    def going_on(self, state: State) -> GoneOn:
+        """Give a state as one from which a motion goes on."""
+        at = np.array([state.displacement, state.velocity])
+        return GoneOn(state.time, at, np.zeros((2, 0)), state.known or [])
+
+    def _at(self, state: State) -> Machine:
+        """Let the chart of the machine rest at a state."""
+        going_on(self.made, np.array([state.displacement, state.velocity]))
+        return self.made.machine
+
+    def _here(self, time: float, v: Array, angles: Sequence[Array] | None) -> State:
+        """Give the state where the chart of the machine rests, with rates."""
+        machine, motion = self.made.machine, self.made.machine.known.at(np.array([time]))
+        place = coordinates(machine, motion.r, PLANE.vector(motion.R))[0, : machine.n]
+        return State(time, place, v, angles)
+
+    def _whole(self, start: State, duration: float, samples: int, also: Callable[[Step], None] | None = None) -> InTime:
+        """Give the motion from a state on; `also` is called with every step."""
+        scene, begin = lasting(self.scene, duration, samples), self.going_on(start)
+        return InTime.of(scene, times_of(scene, begin), settled=0.0, start=begin, also=also)
+
+
+def _seen(whole: InTime) -> tuple[State, History]:
+    """Give the end of a motion, and coordinates and rates at its positions, whose angles count turns."""
+    motion = whole.positions.motion
+    machine, poses = motion.machine, motion.poses
+    turns = np.unwrap(PLANE.vector(poses.R), axis=0)
+    place = coordinates(machine, poses.r, turns)[:, : machine.n]
+    rate = coordinates(machine, poses.v, poses.w)[:, : machine.n]
+    assert motion.angles is not None
+    angles = [x[-1:] for x in motion.angles]
+    return State(float(motion.t[-1]), place[-1], rate[-1], angles), (motion.t, place, rate)
+
+
+def kinds_of(scene: Scene) -> Index:
+    """Give the kind of each freedom, ``(freedoms,)``.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    """
+    return np.array([ANGLE if scene.joints[name].kind == "revolute" else STROKE for name in scene.freedoms], dtype=int)
+
+
+def lasting(scene: Scene, duration: float, samples: int) -> Scene:
+    """Give the scene of a motion that goes on for so long, without what else is wanted to be known of it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    duration
+        How long (s): of drives, whole cycles.
+    samples
+        Steps at whose ends the motion is given.
+    """
+    cycles = round(duration / scene.period) if scene.drives else 1
+    changes: dict[str, Any] = {"cycles": cycles} if scene.drives else {"duration": duration}
+    changes |= {"sub_intervals": max(4, samples // cycles), "lyapunov": False, "poincare": None}
+    return scene.model_copy(update={"analysis": scene.analysis.model_copy(update=changes)})
+
+
+def differs(here: Array, others: Array) -> bool:
+    """Whether accelerations or forces at other times are others.
+
+    Parameters
+    ----------
+    here, others
+        ``(coordinates,)`` and ``(times, coordinates)``.
+    """
+    return bool(np.abs(others - here).max() > SAME * max(float(np.abs(here).max()), float(np.abs(others).max())))

@@ -1,1 +1,0 @@
-"""Periodic response: sub-intervals, collocation and harmonic balance."""

@@ -1,1 +1,0 @@
-"""Whether small disturbances of a periodic motion decay."""

@@ -1,1 +1,0 @@
-"""Response in time from a given state."""
