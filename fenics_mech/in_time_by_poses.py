@@ -256,6 +256,7 @@ class InTime:
         settled: float | None = None,
         start: GoneOn | None = None,
         also: Callable[[Step], None] | None = None,
+        ends: Array | None = None,
     ) -> InTime:
         """Follow the motion of a scene from its start.
 
@@ -273,6 +274,8 @@ class InTime:
             The end of another result, from which it goes on; None where it begins as the scene states.
         also
             Is called with every step.
+        ends
+            Its start, and instants at which its steps end, with the positions (s); None where they are chosen.
         """
         angles = None if start is None else start.angles
         made, tolerance, damped = _built(_freed_where(scene, start.freedoms) if start and angles is None else scene)
@@ -287,7 +290,9 @@ class InTime:
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
         chosen["shapes"] = partial(_shapes, made, allowed)
-        stops = _stops(scene, times)
+        stops = _stops(scene, times) if ends is None else ends
+        if ends is not None:
+            chosen |= {"h": float(np.ptp(ends)), "longest": math.inf}
         struck = _Struck.of(made, stops) if scene.impulses else None
         beside = Beside.of_poses(made, times, v)
         taken = _Taken(made, times, analysis.settled if settled is None else settled, struck)

@@ -147,23 +147,25 @@ class BendingRunner:
         """Let the motion go on from a state for so long (s); give its end, and what it was at equal steps of time."""
         return _seen(self._whole(start, duration, samples))
 
-    def lap(self, start: State, duration: float) -> Lap:
+    def lap(self, start: State, duration: float, shares: Array | None = None) -> Lap:
         """Give the motion from a state on, with all disturbances of it."""
         machine = self._at(start)
         disturbed, _ = allowed(machine, start.time, start.velocity)
-        carried, seconds = Transition(disturbed), list[Array]()
+        carried, seconds, ends = Transition(disturbed), list[Array](), [start.time]
 
         def take(step: Step) -> None:
             if not seconds:
                 seconds.append(step.acceleration_at_start())
             seconds[1:] = [step.at(np.ones(1))[2][0]]
+            ends.append(step.t + step.h)
             carried.take(step)
 
-        whole = self._whole(start, duration, SHOOTING.samples, take)
+        whole = self._whole(start, duration, SHOOTING.samples, take, shares)
         end, (_, place, rate) = _seen(whole)
         sizes = sizes_of(place, rate, self.kinds)
-        ends = np.array(seconds)[:, : machine.n]
-        return Lap(start, end, ends, sizes, disturbed, carried.states, whole.closings > 0)
+        accelerations, passed = np.array(seconds)[:, : machine.n], np.array(ends) - start.time
+        rough = whole.closings > 0 or carried.rough
+        return Lap(start, end, accelerations, sizes, disturbed, carried.states, rough, passed / passed[-1])
 
     def moved(self, start: State, change: Array) -> State:
         """Give a state beside another one, by the change of coordinates and rates; rows of joints stay fulfilled."""
@@ -208,10 +210,18 @@ class BendingRunner:
         place = coordinates(machine, motion.r, PLANE.vector(motion.R))[0, : machine.n]
         return State(time, place, v, angles)
 
-    def _whole(self, start: State, duration: float, samples: int, also: Callable[[Step], None] | None = None) -> InTime:
-        """Give the motion from a state on; `also` is called with every step."""
+    def _whole(
+        self,
+        start: State,
+        duration: float,
+        samples: int,
+        also: Callable[[Step], None] | None = None,
+        shares: Array | None = None,
+    ) -> InTime:
+        """Give the motion from a state on; `also` is called with every step, and these end at shares of it."""
         scene, begin = lasting(self.scene, duration, samples), self.going_on(start)
-        return InTime.of(scene, times_of(scene, begin), settled=0.0, start=begin, also=also)
+        ends = None if shares is None else start.time + duration * shares
+        return InTime.of(scene, times_of(scene, begin), settled=0.0, start=begin, also=also, ends=ends)
 
 
 def _seen(whole: InTime) -> tuple[State, History]:

@@ -6,6 +6,7 @@ freedoms there.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from copy import copy
 from dataclasses import dataclass, field, replace
@@ -226,6 +227,7 @@ class Course:
         start: StartState | None = None,
         sharper: float = 1.0,
         also: Callable[[Step], None] | None = None,
+        shares: Array | None = None,
     ) -> Course:
         """Follow a motion from its start.
 
@@ -239,6 +241,8 @@ class Course:
             Factor on the tolerance of its steps.
         also
             Is called with every step.
+        shares
+            Where steps end, of the motion, with 0; None where they are chosen.
 
         Raises
         ------
@@ -253,7 +257,9 @@ class Course:
         share = sharper * BOUNCED * analysis.time_tolerance
         allowed = sharper * max(MISSED * analysis.time_tolerance, LEAST) * np.where(strokes, freed.extent, 1.0)
         stages = max(analysis.stages, STAGES)
-        ends, struck = times[[0, -1]], None
+        ends, struck, longest = times[[0, -1]], None, scene.period * LONGEST[0 if scene.drives else 1]
+        if shares is not None:
+            ends, longest = times[0] + (times[-1] - times[0]) * shares, math.inf
         if scene.impulses:
             due = {strike.time: strike for strike in strikes_between(scene, start.time, float(times[-1]))}
             struck = _Struck(scene, freed, due)
@@ -261,7 +267,7 @@ class Course:
         freed.freely(freed.stages, start.velocity[None])  # which says where a freedom moves no mass
         n, growth = freed.n, None
         if analysis.lyapunov:
-            growth = Growth(np.eye(2 * n), np.ones(n), times_of_growth(times))
+            growth = Growth(np.eye(2 * n), lambda step, shares, states: states, times_of_growth(times))
         beside = Beside.of(scene, _freedoms_in, growth)
         taken = _Taken(freed, times, start.velocity)
         steps = steps_in_time(
@@ -271,7 +277,8 @@ class Course:
             tolerance=allowed,
             share=share,
             stages=stages,
-            longest=scene.period * LONGEST[0 if scene.drives else 1],
+            longest=longest,
+            h=None if shares is None else float(np.ptp(ends)),
             struck=struck,
         )
         try:
@@ -486,15 +493,22 @@ class Runner:
         course = Course.of(lasting(self.scene, duration, samples), _start_of(start))
         return _end_of(course), (course.at.t, course.at.r, course.rate)
 
-    def lap(self, start: State, duration: float) -> Lap:
+    def lap(self, start: State, duration: float, shares: Array | None = None) -> Lap:
         """Give the motion from a state on, with all disturbances of it."""
-        every = np.eye(2 * len(start.velocity))
-        carried = Transition(every)
-        course = Course.of(lasting(self.scene, duration, SHOOTING.samples), _start_of(start), also=carried.take)
+        every, ends = np.eye(2 * len(start.velocity)), [start.time]
+        carried, scene = Transition(every), lasting(self.scene, duration, SHOOTING.samples)
+
+        def take(step: Step) -> None:
+            ends.append(step.t + step.h)
+            carried.take(step)
+
+        course = Course.of(scene, _start_of(start), also=take, shares=shares)
         end = _end_of(course)
         seconds = np.stack([self._second(state, state.time) for state in (start, end)])
         sizes = sizes_of(course.at.r, course.rate, self.kinds)
-        return Lap(start, end, seconds, sizes, every, carried.states, course.closings > 0)
+        passed = np.array(ends) - start.time
+        rough = course.closings > 0 or carried.rough
+        return Lap(start, end, seconds, sizes, every, carried.states, rough, passed / passed[-1])
 
     def moved(self, start: State, change: Array) -> State:
         """Give a state beside another one, by the change of places and rates of the freedoms."""

@@ -14,6 +14,7 @@ from fenics_mech.scene import Friction
 from fenics_mech.terms import Measure, Response, Term
 from fenics_mech.terms.term import diagonal
 
+SLIDES = 2.0  # widths, at which friction is within 4 % of its limit
 STEP = 1e-4  # of Stribeck's speed, for the slope of its fall
 
 
@@ -45,6 +46,19 @@ class Rubbing(Term):
     def near(self, t: Array) -> Array:
         """Give the angle at the start: steps in time count whole turns from it."""
         return np.full((len(t), 1, 1), self.start)
+
+    def turned_unseen(self, rate: Array) -> bool:
+        """Say whether sliding turned round between instants, none of which shows how friction changed ``(instants,)``.
+
+        Parameters
+        ----------
+        rate
+            Rates of its measure.
+        """
+        scaled = ((self.stated.radius or 1.0) * rate - self.stated.belt_speed) / self.stated.width
+        return bool(
+            ((scaled[1:] * scaled[:-1] < 0) & (np.abs(scaled[1:]) > SLIDES) & (np.abs(scaled[:-1]) > SLIDES)).any()
+        )
 
     def respond(
         self, t: Array, x: Array, v: Array, pulls: Array | None = None, predicted: Array | None = None

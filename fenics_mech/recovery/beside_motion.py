@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,6 @@ from fenics_mech.solve.disturbances import Growth, allowed, quarters_of
 from fenics_mech.solve.repeated import RepeatedMotion
 
 APART = 1e-5  # rad, or m, by which the motion of rigid links is differentiated
-NO_MASS = 1e-3  # of the largest weight, which a turn without inertia has
 
 
 @dataclass(frozen=True)
@@ -67,22 +67,24 @@ class Beside:
         v
             Rates at the start ``(size,)``.
         """
-        machine, n, growth = made.machine, made.machine.n, None
+        machine, growth = made.machine, None
         if not made.scene.freedoms:
             return cls()
         terms = [machine.terms.index(made.acting[f"freedoms.{name}"]) for name in made.scene.freedoms]
 
         def freedoms(step: Step, shares: Array) -> tuple[Array, Array]:
-            found = [step.measured(k, shares) for k in terms]
-            return tuple(np.stack([getattr(x, what)[:, 0, 0] for x in found], axis=1) for what in ("x", "rate"))  # type: ignore[return-value]
+            place, rate = np.swapaxes(
+                [[x.x[:, 0, 0], x.rate[:, 0, 0]] for x in (step.measured(k, shares) for k in terms)], 0, 1
+            )
+            return place.T, rate.T
 
         if made.scene.analysis.lyapunov:
-            zero, at = np.zeros((1, machine.size)), times[:1]
-            found = machine.residual(at, zero, v[None], zero)
-            weight = np.sqrt(np.maximum(np.diagonal(machine.pattern.dense(found.M)[0, :n, :n]), 0.0))
-            weight = np.maximum(weight, NO_MASS * weight.max())
-            places = np.array([[getattr(found.terms[k], what)[0, 0, 0] for k in terms] for what in ("x", "rate")])
-            growth = Growth(_of_freedoms(made, at, v, places), weight, times_of_growth(times))
+            zero = np.zeros((1, machine.size))
+            at = machine.moved(times[:1], zero, v[None], zero)
+            found = [machine.groups[k].measure(at, machine.terms[k].near(times[:1])) for k in terms]
+            places = np.array([[x.x[0, 0, 0] for x in found], [x.rate[0, 0, 0] for x in found]])
+            seen = partial(_seen, terms)
+            growth = Growth(_of_freedoms(made, times[:1], v, places), seen, times_of_growth(times))
         return cls.of(made.scene, freedoms, growth)
 
     def take(self, step: Step) -> None:
@@ -90,6 +92,20 @@ class Beside:
         for part in (self.section, self.growth):
             if part is not None:
                 part.take(step)
+
+
+def _seen(terms: list[int], step: Step, shares: Array, states: Array) -> Array:
+    """Give what disturbances are at the freedoms: places, then rates, ``(shares, 2 freedoms, disturbances)``."""
+    n, columns = step.machine.n, []
+    for k in terms:
+        found, group = step.measured(k, shares), step.machine.groups[k]
+        gradient, turned = found.gradient[:, 0, 0], found.rate_by_variables[:, 0, 0]
+        for one in np.moveaxis(states, 2, 0):
+            way, faster = (group.variables(x)[:, 0] for x in (one[:, :n], one[:, n:]))
+            place = np.sum(gradient * way, axis=1)
+            columns.append([place, np.sum(gradient * faster + turned * way, axis=1)])
+    found_of_all = np.array(columns).reshape(len(terms), states.shape[2], 2, len(shares))
+    return np.moveaxis(found_of_all, (3, 2, 0, 1), (0, 1, 2, 3)).reshape(len(shares), -1, states.shape[2])
 
 
 def _of_freedoms(made: SceneMachine, t: Array, v: Array, places: Array) -> Array:

@@ -11,12 +11,14 @@ Algorithms for Chaotic Systems (1989), chapters 3 and 4.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TINY
+from fenics_mech.joints.rubbing import Rubbing
 from fenics_mech.machine import Machine
 from fenics_mech.solve.sparse import Factors, blocks_of
 from fenics_mech.solve.stages import stage_matrix
@@ -34,12 +36,19 @@ class Transition:
     ----------
     states
         Disturbances of coordinates and rates, one a column, ``(2 n, disturbances)``.
+    rough
+        Whether dry friction turned round between the stages of a step, which do not show how.
     """
 
     states: Array
+    rough: bool = False
 
     def take(self, step: Step) -> None:
         """Carry the disturbances through a step that is solved."""
+        shares = np.append(0.0, step.tableau.c)
+        for k, term in enumerate(step.machine.terms):
+            if isinstance(term, Rubbing) and not self.rough:
+                self.rough = term.turned_unseen(step.measured(k, shares).rate[:, 0, 0])
         self.states = inside(step, self.states, _seconds(step, self.states), np.ones(1))[0]
 
 
@@ -51,8 +60,9 @@ class Growth:
     ----------
     states
         As of `Transition`.
-    weight
-        Of the coordinates and of their rates in the size of a disturbance ``(n,)``.
+    seen
+        Gives, by a step, shares of it, and disturbances there ``(shares, 2 n, disturbances)``, by what their size is
+        told: as many numbers as there are disturbances ``(shares, disturbances, disturbances)``.
     times
         Instants at which the growth is wanted too: it is no straight line between the ends of steps ``(times,)`` (s).
     of_each
@@ -60,25 +70,28 @@ class Growth:
     """
 
     states: Array
-    weight: Array
+    seen: Callable[[Step, Array, Array], Array]
     times: Array
     of_each: list[tuple[float, Array]] = field(default_factory=list)
 
-    def __post_init__(self) -> None:
-        """Make them orthogonal at first, so that each counts by what it grows."""
-        self.weight = np.tile(self.weight, 2)[:, None]
-        self.states = np.linalg.qr(self.weight * self.states)[0] / self.weight
-
     def take(self, step: Step) -> None:
-        """Carry the disturbances through a step that is solved, and make them orthogonal."""
+        """Carry the disturbances through a step that is solved, and make what is seen of them orthogonal."""
+        if not self.of_each:
+            self._begin(np.linalg.qr(self.seen(step, np.zeros(1), self.states[None])[0])[1])
         second, end = _seconds(step, self.states), step.t + step.h
         before = self.of_each[-1][1] if self.of_each else 0.0
         due = self.times[(self.times > step.t) & (self.times < end)]
-        at = inside(step, self.states, second, np.append((due - step.t) / step.h, 1.0))
-        orthogonal, triangle = np.linalg.qr(self.weight * at)
-        grown = np.log(np.maximum(np.abs(np.diagonal(triangle, axis1=1, axis2=2)), TINY))
+        shares = np.append((due - step.t) / step.h, 1.0)
+        at = inside(step, self.states, second, shares)
+        triangles = np.linalg.qr(self.seen(step, shares, at))[1]
+        grown = np.log(np.maximum(np.abs(np.diagonal(triangles, axis1=1, axis2=2)), TINY))
         self.of_each += [(float(t), before + growth) for t, growth in zip([*due, end], grown)]
-        self.states = orthogonal[-1] / self.weight
+        self.states = at[-1]
+        self._begin(triangles[-1])
+
+    def _begin(self, triangle: Array) -> None:
+        """Make disturbances those that are orthogonal and of size 1 where they are seen."""
+        self.states = np.linalg.solve(triangle.T, self.states.T).T
 
 
 def _seconds(step: Step, states: Array) -> Array:

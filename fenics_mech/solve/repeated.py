@@ -4,7 +4,8 @@ The motion first goes on by itself for some cycles. Newton's method then looks f
 brings back, with the transition of small disturbances through the cycle, whose eigenvalues are the Floquet
 multipliers. Where nothing depends on time the period is unknown too, and the state moves across the motion only.
 Angles may come back whole turns later. That forces come back with them is seen at the accelerations. Disturbances are
-those that rows of joints allow: others are none.
+those that rows of joints allow: others are none. While Newton's method goes on, steps end at the same shares of the
+cycle, so that the end is a smooth function of the start. Then they are chosen anew.
 
 Source: Parker and Chua, Practical Numerical Algorithms for Chaotic Systems (1989), chapters 3 and 5.
 """
@@ -39,6 +40,9 @@ class ShootingLimits:
     halvings: int = 4  # of its steps
     closed: float = 10.0  # times the tolerance of a time step, down to which a cycle has to close
     rounding: float = 1e-9  # of a cycle that needs no further step of Newton's method
+    nearly: float = 1e-6  # the same, below which a step of Newton's method is not worth a second try
+    most_choices: int = 3  # of the steps in time
+    by_chance: float = 10.0  # times what a cycle may miss by: other steps over kinks of friction differ by as much
     forces: float = 1e-3  # of the largest acceleration, by which it may have changed after a cycle
     beside: float = 0.2  # of the largest distance of two states, below which one comes near to the other again
     away: float = 0.3  # of it, that the motion has to go away before
@@ -89,8 +93,10 @@ class Lap:
         ``(2 coordinates, disturbances)``.
     transition
         What becomes of them, as large.
-    touched
-        Whether bodies touched: disturbances of such a motion are known roughly only.
+    rough
+        Whether bodies touched, or dry friction turned round: disturbances of such a motion are known roughly only.
+    shares
+        Where its steps end, of its duration, with 0 ``(steps + 1,)``.
     """
 
     start: State
@@ -99,7 +105,8 @@ class Lap:
     sizes: Array
     disturbed: Array
     transition: Array
-    touched: bool
+    rough: bool
+    shares: Array
 
     @property
     def duration(self) -> float:
@@ -108,8 +115,8 @@ class Lap:
 
     @property
     def multipliers(self) -> NDArray[np.complex128]:
-        """Eigenvalues of the transition, largest magnitude first; none where bodies touched."""
-        if self.touched:
+        """Eigenvalues of the transition, largest magnitude first; none where they are known roughly."""
+        if self.rough:
             return np.zeros(0, dtype=complex)
         start, end = (x / self.sizes[:, None] for x in (self.disturbed, self.transition))
         values = np.linalg.eigvals(np.linalg.lstsq(start, end, rcond=None)[0]).astype(complex)
@@ -123,8 +130,8 @@ class Runner(Protocol):
     def kinds(self) -> Index:
         """Kind of each coordinate, ``(coordinates,)``: `ANGLE` or `STROKE`."""
 
-    def lap(self, start: State, duration: float) -> Lap:
-        """Give the motion from a state on for so long (s)."""
+    def lap(self, start: State, duration: float, shares: Array | None = None) -> Lap:
+        """Give the motion from a state on for so long (s), by steps that end at shares of it, or are chosen."""
 
     def begin(self) -> State:
         """Give the state that the motion goes on from at first."""
@@ -176,7 +183,7 @@ class RepeatedMotion:
     start
         The state that comes back.
     multipliers
-        Floquet multipliers, largest magnitude first; none where bodies touch in the cycle.
+        Floquet multipliers, largest magnitude first; none where bodies touch, or dry friction turns round.
     period
         Time after which it repeats (s).
     change
@@ -333,22 +340,38 @@ def _closed(runner: Runner, start: State, period: float, own: bool, search: Sear
     """Close a cycle beside a start by Newton's method."""
     lap = runner.lap(start, period)
     first = change = _change(lap, runner.kinds)
-    for _ in range(SHOOTING.most_iterations):
-        logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
-        if change <= search.tolerance:
-            better = _nearer(runner, lap, change, own, tries=1) if change > SHOOTING.rounding else None
-            return lap if better is None else better[0]
-        found = _nearer(runner, lap, change, own, tries=SHOOTING.halvings)
-        if found is None:
+    for _ in range(SHOOTING.most_choices):
+        better = _by_newton(runner, lap, own)
+        if better is None:
             break
-        lap, change = found
-    if lap.touched and change <= max(search.settled, search.tolerance):  # disturbances are known roughly there
+        lap = runner.lap(better.start, better.duration)
+        change = _change(lap, runner.kinds)
+        logger.info("by other steps it misses its start by %.3g", change)
+        if change <= search.tolerance:
+            return lap
+    if better is not None and change <= SHOOTING.by_chance * search.tolerance:
+        return better
+    if lap.rough and change <= max(search.settled, search.tolerance):  # disturbances are known roughly there
         return lap
     raise SolverError(
         f"the motion does not repeat: it misses its state by {first:.2%} after {period:.6g} s, and Newton's method "
         f"leaves {change:.2g} of that size. Let it go on for more analysis.cycles before, or try another "
         "analysis.repeats. Where no cycle repeats, take another start, with analysis.lyapunov and analysis.poincare"
     )
+
+
+def _by_newton(runner: Runner, lap: Lap, own: bool) -> Lap | None:
+    """Close a cycle as well as steps at the same shares of it do; None where that brings it no nearer."""
+    first = change = _change(lap, runner.kinds)
+    for _ in range(SHOOTING.most_iterations):
+        logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
+        if change <= SHOOTING.rounding:
+            return lap
+        found = _nearer(runner, lap, change, own, tries=1 if change < SHOOTING.nearly else SHOOTING.halvings)
+        if found is None:
+            break
+        lap, change = found
+    return lap if change < first else None
 
 
 def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> tuple[Lap, float] | None:
@@ -372,7 +395,7 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> t
         if max(np.abs(step).max(), abs(longer)) > SHOOTING.farthest or 1 + longer < SHOOTING.shortest:
             continue
         try:
-            trial = runner.lap(runner.moved(lap.start, step * lap.sizes), lap.duration * (1 + longer))
+            trial = runner.lap(runner.moved(lap.start, step * lap.sizes), lap.duration * (1 + longer), lap.shares)
         except (SolverError, AssemblyError) as error:
             logger.info("a trial of a cycle failed: %s", error)
             continue

@@ -138,7 +138,7 @@ class Step:
         return replace(self, a=a, measures=measures, tangents=tangents, stresses=stresses)
 
     def tangents_there(self) -> tuple[Array, Array, Array]:
-        """Give M, C and K at its stages ``(stages, entries)`` each. Those of friction change as Newton goes on."""
+        """Give M, C and K at its stages ``(stages, entries)`` each, by the law of friction."""
         q, v, a = self.at(self.tableau.c)
         t, angles = self.t + self.h * self.tableau.c, self.machine.turned(self.angles, q)
         found = self.machine.residual(t, q, v, a, predicted=self.stresses, angles=angles)
