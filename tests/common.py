@@ -86,6 +86,13 @@ def scene_modes(scene: Scene, system: System) -> Modes:
     return solve_modes(system, scene.analysis.modes, scene.petsc)
 
 
+def links_of(scene: Scene) -> Any:
+    """Give the matrices of the links of a scene that bend."""
+    from fenics_mech.machine.from_scene import machine_of
+
+    return machine_of(scene).links
+
+
 def bending(held: HeldMachine) -> Any:
     """Give the frequencies (rad/s) that bend a straight member along X, which is free to stretch."""
     machine, squares = held.made.machine, held.modes.shapes[0] ** 2

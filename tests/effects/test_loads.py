@@ -4,10 +4,8 @@ import math
 
 import numpy as np
 import pytest
-from fenics_mech.effects.terms import in_links
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism
 from fenics_mech.effects import active, loads_at_nodes
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
@@ -16,7 +14,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import member_nodes
-from tests.common import response_of
+from tests.common import links_of, response_of
 from tests.effects.strips import INERTIA, RHO, STATIC, A, E, L, beam
 
 EI = E * INERTIA
@@ -124,7 +122,7 @@ def test_load_inside_a_member():
 
 def test_place_of_a_load_takes_a_node_of_its_own():
     scene = cantilever(mesh={"elements": 4}, loads={"p": {"at": "beam@0.5004"}, "q": {"at": "beam@0.1"}})
-    names = mechanism(scene).beams.mesh.node_name
+    names = links_of(scene).mesh.node_name
     assert names == ("beam.O", "beam@0.1", "beam@0.25", "beam@0.5004", "beam@0.75", "beam.B")
 
 
@@ -174,31 +172,6 @@ def test_loads_and_masses_at_a_weld_that_moves_go_through_it(effects):
     for name in ("joint_force", "joint_moment"):
         there = known[name]
         assert np.abs(found[name] - there).max() < 2e-2 * np.abs(there).max()  # by theory: arms turn by 0.01
-
-
-@pytest.mark.parametrize("rigid", [False, True])
-def test_stiffness_of_a_load_that_follows_is_the_derivative_of_the_exact_load(rigid):
-    # the load's work over a virtual displacement, with the point's body turned by a finite angle
-    crank = {"rigid": {"mass": 0.1, "centre": (0.03, 0.01)}, "points": {"O": (0, 0), "A": (0.10795, 0)}}
-    scene = seed_four_bar(masses={}, **({"links__crank": crank} if rigid else {}))
-    at, arm = ("crank.A", np.array([0.10795 - 0.03, -0.01])) if rigid else ("coupler.B", np.zeros(2))
-    force = np.array([2.0, -5.0])
-    system = mechanism(
-        scene.changed(analysis=STATIC, loads={"p": {"at": at, "force": tuple(force), "moment": 0.3, "follows": True}})
-    )
-    (stiffness,) = system.terms.matrices.follower
-    dofs = 3 * system.beams.mesh.node("crank.centre" if rigid else at) + np.arange(3)
-
-    def exact(phi):
-        turn = np.array([[math.cos(phi), -math.sin(phi)], [math.sin(phi), math.cos(phi)]])
-        f, a = turn @ force, turn @ arm
-        return np.array([*f, a[0] * f[1] - a[1] * f[0] + 0.3])
-
-    step = 1e-5  # central difference: error phi^2/6, 2e-11
-    tangent = -(exact(step) - exact(-step)) / (2 * step)
-    assert system.terms.loads.force[0, dofs] == pytest.approx(exact(0.0), rel=1e-14)
-    assert stiffness.dense(len(system.terms.loads.force[0]))[0][dofs, dofs[2]] == pytest.approx(tangent, abs=1e-9)
-    assert np.abs(stiffness.values).sum() == pytest.approx(7.0)  # and nothing else
 
 
 @pytest.mark.parametrize("ratio", [0.3, 1.0, 1.9])

@@ -2,13 +2,12 @@
 
 import numpy as np
 import pytest
-from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import modes_of
+from tests.common import links_of, modes_of
 
 E, RHO, LENGTH, AREA, INERTIA = 71e9, 2714.0, 0.4, 4e-5, 8.7e-12
 SIMPLY = {"A": {"connect": ("ground.A", "beam.A")}, "C": {"kind": "slot", "connect": ("ground.C", "beam.C")}}
@@ -67,7 +66,7 @@ def test_frequencies_converge_from_below_with_the_square_of_the_element_size():
 
 
 def test_mass_is_diagonal_and_half_an_elements_is_at_each_of_its_nodes():
-    beams = mechanism(beam(4)).beams
+    beams = links_of(beam(4))
     mass, h = beams.mass.toarray(), LENGTH / 4
     assert np.array_equal(mass, np.diag(np.diag(mass)))
     at = mass.diagonal().reshape(-1, 3)[np.argsort(beams.mesh.node_xy[:, 0])] / (RHO * AREA * h)
@@ -77,14 +76,14 @@ def test_mass_is_diagonal_and_half_an_elements_is_at_each_of_its_nodes():
 
 def test_lumps_of_a_taper_keep_its_mass_and_its_centre():
     section = {"shape": "variable", "area": f"{AREA}*(1-s/2)", "inertia": INERTIA, "fibre": 8e-4}
-    beams = mechanism(beam(3, section)).beams
+    beams = links_of(beam(3, section))
     at = beams.mass.toarray().diagonal().reshape(-1, 3)[:, 0]
     assert at.sum() == pytest.approx(RHO * AREA * LENGTH * 0.75, rel=1e-12)
     assert at @ beams.mesh.node_xy[:, 0] == pytest.approx(RHO * AREA * LENGTH**2 / 3, rel=1e-12)
 
 
 def test_gyroscopic_matrix_is_that_of_the_lumps():
-    beams = mechanism(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4})).beams
+    beams = links_of(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4}))
     mass, s = beams.mass.toarray(), beams.gyroscopic.toarray()
     translation = np.diag(mass).reshape(-1, 3)[:, 0]
     expected = np.zeros_like(s)
@@ -128,7 +127,7 @@ def test_collocation_takes_lumps_and_sections_that_turn():
 
 def test_lumps_come_beside_point_masses():
     plain, more = (
-        mechanism(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4}, **masses)).beams
+        links_of(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4}, **masses))
         for masses in ({"masses": {}}, {})
     )
     change = (more.mass - plain.mass).diagonal()
@@ -137,6 +136,6 @@ def test_lumps_come_beside_point_masses():
 
 
 def test_without_the_effect_mass_is_consistent():
-    beams = mechanism(beam(2, effects=())).beams
+    beams = links_of(beam(2, effects=()))
     assert not beams.inertia.bodies
     assert beams.element_mass[0, 0, 3] == pytest.approx(RHO * AREA * LENGTH / 12, rel=1e-12)  # (7.1)

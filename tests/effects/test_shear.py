@@ -7,7 +7,7 @@ from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import load
-from tests.common import DEMOS, bending, modes_of
+from tests.common import DEMOS, bending, links_of, modes_of
 
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
@@ -61,7 +61,7 @@ def test_stiffness_of_an_element_is_the_exact_one(slenderness):
     row += [[-12, -6 * h, 12, -6 * h], [6 * h, (2 - n) * h**2, -6 * h, (4 + n) * h**2]]
     expected = ei / ((1 + n) * h**3) * np.array(row)  # Przemieniecki (1968), eq. (5.116)
     bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    for found in mechanism(beam(2, section, WELD)).beams.element_stiffness:
+    for found in links_of(beam(2, section, WELD)).element_stiffness:
         assert np.allclose(found[bending], expected, rtol=0, atol=1e-12 * expected.max())
 
 
@@ -226,9 +226,9 @@ def test_tip_of_a_wedge_converges():
     ],
 )
 def test_what_is_missing_is_said(section, steel, place):
-    mechanism(beam(1, section, WELD, steel=steel, effects=()))
+    links_of(beam(1, section, WELD, steel=steel, effects=()))
     with pytest.raises(SceneError, match=place):
-        mechanism(beam(1, section, WELD, steel=steel))
+        links_of(beam(1, section, WELD, steel=steel))
 
 
 def test_a_taper_needs_shear_factors_at_both_ends_or_none():
@@ -243,11 +243,11 @@ def test_a_taper_needs_shear_factors_at_both_ends_or_none():
 def test_pins_along_members_are_refused():
     quick_return = load(DEMOS / "quick_return.toml")
     with pytest.raises(SceneError, match="where pins travel along members"):
-        mechanism(quick_return.changed(effects=("shear",)))
+        links_of(quick_return.changed(effects=("shear",)))
 
 
 def test_without_the_effect_nothing_is_tied_or_assembled():
-    beams = mechanism(beam(2, rectangle(10), WELD, effects=())).beams
+    beams = links_of(beam(2, rectangle(10), WELD, effects=()))
     assert beams.rigidity.shear is beams.layout.shear_angle is None
-    plain = mechanism(beam(2, rectangle(10), WELD, effects=(), steel={"modulus": E, "density": RHO})).beams
+    plain = links_of(beam(2, rectangle(10), WELD, effects=(), steel={"modulus": E, "density": RHO}))
     assert np.array_equal(beams.element_stiffness, plain.element_stiffness)
