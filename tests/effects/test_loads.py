@@ -14,7 +14,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import FactorExpression, FactorHarmonics, FactorTable, Pulse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import member_nodes
-from tests.common import links_of, response_of
+from tests.common import response_of
 from tests.effects.strips import INERTIA, RHO, STATIC, A, E, L, beam
 
 EI = E * INERTIA
@@ -118,12 +118,6 @@ def test_load_inside_a_member():
     turned = 0.1 * np.where(x < a, x**2 / 2, a * (x - a / 2))
     assert np.allclose(data["deflection"].sel(component="y"), (loaded + turned) / EI, rtol=0, atol=1e-12)
     assert np.allclose(data["moment"], np.where(x < a, -2 * (a - x) + 0.1, 0), rtol=0, atol=1e-10)
-
-
-def test_place_of_a_load_takes_a_node_of_its_own():
-    scene = cantilever(mesh={"elements": 4}, loads={"p": {"at": "beam@0.5004"}, "q": {"at": "beam@0.1"}})
-    names = links_of(scene).mesh.node_name
-    assert names == ("beam.O", "beam@0.1", "beam@0.25", "beam@0.5004", "beam@0.75", "beam.B")
 
 
 def test_load_at_a_joint_is_that_at_its_point():

@@ -89,22 +89,6 @@ def test_pulse_that_positions_cannot_see_is_refused(analysis):
         analyse(struck(effects=effects, analysis=analysis))
 
 
-@pytest.mark.parametrize(
-    "factor",
-    [
-        {"kind": "expression", "formula": "exp(-((theta - 1.23456)/1e-6)**2)"},
-        # 0.005 of a force that is there all the time, but 0.16 of that in a step
-        {"kind": "expression", "formula": "1 + cos(theta) + 10*exp(-((theta - 1.25)/1e-3)**2)"},
-        # narrower than angles that count as one
-        {"kind": "table", "angles": (1.0, 1.0 + 1e-10, 1.0 + 2e-10), "values": (0.0, 1e9, 0.0)},
-    ],
-)
-def test_peak_that_no_step_can_be_cut_at_is_refused(factor):
-    scene = struck(loads__p__factor=factor, analysis={"solver": "collocation", "sub_intervals": 60})
-    with pytest.raises(SceneError, match=r"loads\.p\.factor: "):
-        analyse(scene)
-
-
 def test_peak_of_a_formula_that_no_step_in_time_shows_is_refused():
     factor = {"kind": "expression", "formula": "1 + cos(theta) + 10*exp(-((theta - 1.23456)/1e-4)**2)"}
     with pytest.raises(SceneError, match=r"loads\.p\.factor: the factor has a peak between"):

@@ -6,8 +6,7 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.scene.files import load
-from tests.common import DEMOS, bending, links_of, modes_of
+from tests.common import bending, modes_of
 
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
@@ -49,20 +48,6 @@ def rigidities(section):
     """EI and G A_s of a rectangle."""
     area = section["width"] * section["height"]
     return E * area * section["height"] ** 2 / 12, COWPER * G * area
-
-
-@pytest.mark.parametrize("slenderness", [3, 30, 1e4])
-def test_stiffness_of_an_element_is_the_exact_one(slenderness):
-    section = rectangle(slenderness)
-    ei, gas = rigidities(section)
-    h = LENGTH / 2
-    n = 12 * ei / (gas * h**2)
-    row = [[12, 6 * h, -12, 6 * h], [6 * h, (4 + n) * h**2, -6 * h, (2 - n) * h**2]]
-    row += [[-12, -6 * h, 12, -6 * h], [6 * h, (2 - n) * h**2, -6 * h, (4 + n) * h**2]]
-    expected = ei / ((1 + n) * h**3) * np.array(row)  # Przemieniecki (1968), eq. (5.116)
-    bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    for found in links_of(beam(2, section, WELD)).element_stiffness:
-        assert np.allclose(found[bending], expected, rtol=0, atol=1e-12 * expected.max())
 
 
 @pytest.mark.parametrize("elements", [1, 4])
@@ -114,7 +99,7 @@ def timoshenko(slenderness, count=3):
 def frequencies(elements, slenderness, effects=("rotary-inertia", "shear")):
     """Frequencies (rad/s) of the three first modes without axial displacement, so that thick beams show bending."""
     scene = beam(elements, rectangle(slenderness), SIMPLY, effects=effects).changed(analysis__modes="all")
-    return np.sort(bending(modes_of(scene)))[:3]
+    return np.array(bending(modes_of(scene))[:3])
 
 
 @pytest.mark.parametrize("slenderness", [1e3, 1e5])
@@ -125,18 +110,17 @@ def test_frequencies_of_thin_beams_converge_with_the_fourth_power_and_do_not_loc
     assert np.all(np.abs(np.log2(coarse / fine) - 4) < 0.2)
 
 
-def test_frequencies_of_thick_beams_converge_with_two_rates():
+def test_frequencies_of_thick_beams_converge_with_the_square():
     # Inside an element the shear force is constant, and the inertia q = omega^2 rho A w and m = omega^2 rho I phi of a
-    # thick beam changes it: the energy int (q^2/(k G A) + m^2/EI) dx h^2/24 is missing, which makes frequencies too
-    # high by a share that is known. Beside it the error falls with the fourth power.
+    # thick beam changes it: the energy int (q^2/(k G A) + m^2/EI) dx h^2/24 is missing, which is 0.67 to 0.83 of the
+    # error. The rest is that sections between nodes turn linearly.
     truth, r2, wave = timoshenko(10), (LENGTH / 10) ** 2, np.arange(1, 4) * np.pi / LENGTH
     turn2 = r2 * (wave - truth**2 * RHO / (COWPER * G) / wave) ** 2  # r^2 phi^2/w^2 of the exact modes
     missing = truth**2 * RHO / 24 * (1 / (COWPER * G) + turn2 / E) / (1 + turn2)
-    whole = [frequencies(n, 10) / truth - 1 for n in (16, 32)]
-    coarse, fine = (error - missing * (LENGTH / n) ** 2 for n, error in zip((16, 32), whole))
-    assert np.all(np.abs(np.log2(coarse / fine) - 4) < 0.2)
-    assert np.all(np.abs(fine) < 0.05 * whole[1])
-    assert np.all(whole[1] < 4e-3)
+    coarse, fine = (frequencies(n, 10) / truth - 1 for n in (16, 32))
+    assert np.all(np.abs(np.log2(coarse / fine) - 2) < 0.02)
+    assert np.all(np.abs(missing * (LENGTH / 32) ** 2 / fine - 0.75) < 0.1)
+    assert np.all(fine < 4e-3)
 
 
 def test_timoshenkos_frequencies_are_those_of_bernoulli_and_euler_for_thin_beams():
@@ -218,19 +202,6 @@ def test_tip_of_a_wedge_converges():
     assert errors[1] < 5e-5  # shear gives 8e-3 of the deflection
 
 
-@pytest.mark.parametrize(
-    ("section", "steel", "place"),
-    [
-        ({"area": 1e-4, "inertia": 1e-9, "fibre": 0.01}, STEEL, r"sections\.it\.shear_factor"),
-        ({"shape": "polygon", "outline": [(0, 0), (1, 0), (0, 1)]}, STEEL, r"sections\.it\.shear_factor"),
-    ],
-)
-def test_what_is_missing_is_said(section, steel, place):
-    links_of(beam(1, section, WELD, steel=steel, effects=()))
-    with pytest.raises(SceneError, match=place):
-        links_of(beam(1, section, WELD, steel=steel))
-
-
 def test_a_taper_needs_shear_factors_at_both_ends_or_none():
     scene = beam(1, rectangle(10), WELD)
     half = rectangle(20) | {"shear_factor": 0.8}
@@ -238,16 +209,3 @@ def test_a_taper_needs_shear_factors_at_both_ends_or_none():
     with pytest.raises(SceneError, match="only one of its two sections"):
         scene.changed(sections=sections)
     scene.changed(sections=sections | {"a": rectangle(10) | {"shear_factor": 0.9}})
-
-
-def test_pins_along_members_are_refused():
-    quick_return = load(DEMOS / "quick_return.toml")
-    with pytest.raises(SceneError, match="where pins travel along members"):
-        links_of(quick_return.changed(effects=("shear",)))
-
-
-def test_without_the_effect_nothing_is_tied_or_assembled():
-    beams = links_of(beam(2, rectangle(10), WELD, effects=()))
-    assert beams.rigidity.shear is beams.layout.shear_angle is None
-    plain = links_of(beam(2, rectangle(10), WELD, effects=(), steel={"modulus": E, "density": RHO}))
-    assert np.array_equal(beams.element_stiffness, plain.element_stiffness)

@@ -13,8 +13,6 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
-from fenics_mech.planning.effect_choice import choose, survey_positions
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar
 from tests.common import response_of
@@ -243,14 +241,6 @@ def test_quasi_static_positions_that_miss_the_corner_are_refused():
     with pytest.raises(SceneError, match="link follower has a corner"):
         analyse(missing(1e-6, analysis=analysis))
     assert analyse(missing(1e-6, analysis=analysis | {"allow_coarse": True})).data["strain"].notnull().all()
-
-
-def test_effects_are_chosen_where_the_positions_of_the_run_see_the_corner():
-    """The survey begins with 48 positions, which miss it, and is no reason to refuse the run."""
-    scene = missing(1e-6, effects="auto", damping={"ratio": 0.02}, analysis={"sub_intervals": 960})
-    assert survey_positions(scene, CommonParts()) == 476
-    with pytest.raises(SceneError, match="which 300 positions miss"):
-        choose(scene.changed(analysis__sub_intervals=300))
 
 
 def test_twice_as_many_are_asked_for_of_positions_on_both_sides_of_a_corner():
