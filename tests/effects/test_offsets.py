@@ -263,8 +263,3 @@ def test_lumps_do_not_know_offsets(axis):
     words = r"sections\.strip: .*centre of mass .* m, beside .*'lumped-mass' does not know"
     with pytest.raises(SceneError, match=words):
         analyse(scene)
-
-
-def test_a_strip_that_cannot_stretch_bends_by_its_weight_all_the_same():
-    moment = of_beam(strip("neutral", {"A": WELD}, gravity=(GRAVITY, 0.0), effects=["inextensible"]))[2]
-    assert moment[0] == pytest.approx(-ARM * LINE * GRAVITY * L, rel=1e-10)
