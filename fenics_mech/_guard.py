@@ -13,7 +13,7 @@ from fenics_mech.errors import SolverError, TooLargeError
 
 ADVICE = (
     "Look for numbers of very different size in the scene: a very stiff spring or damper, a tiny mass, a wrong unit. "
-    "What is to be rigid is better a weld or an inextensible member"
+    "What is to be rigid is better a weld or a rigid link"
 )
 OF_CONTAINER = (Path("/sys/fs/cgroup/memory.max"), Path("/sys/fs/cgroup/memory/memory.limit_in_bytes"))
 

@@ -212,9 +212,6 @@ def planned(scene: Scene) -> Scene:
     return scene
 
 
-LINEAR = (STIFFENED, "inextensible")  # effects that exact strains make needless
-
-
 def with_exact_strains(scene: Scene) -> Scene:
     """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists.
 
@@ -225,7 +222,7 @@ def with_exact_strains(scene: Scene) -> Scene:
     """
     if scene.effects == "auto" or EXACT in scene.named_effects:
         return scene
-    kept = (name for name in scene.named_effects if name not in (*LINEAR, COUPLED, EXACT))
+    kept = (name for name in scene.named_effects if name not in (STIFFENED, COUPLED, EXACT))
     return scene.changed(effects=(COUPLED, EXACT, *kept))
 
 

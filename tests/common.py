@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -72,6 +72,13 @@ def modes_of(scene: Scene) -> HeldMachine:
     from fenics_mech.solved_by_poses import with_effects
 
     return HeldMachine.of(at_rest(with_effects(scene)))
+
+
+def bending(held: HeldMachine) -> Any:
+    """Give the frequencies (rad/s) that bend a straight member along X, which is free to stretch, from the lowest."""
+    machine, squares = held.made.machine, held.modes.shapes[0] ** 2
+    along = [k for k in machine.places[:, 0] if k >= 0]
+    return sorted(held.modes.omega[0, squares[along].sum(axis=0) < squares.sum(axis=0) / 2])
 
 
 def _no_errors(solution: Solved | AtRest | InTime, *_: object) -> Errors:

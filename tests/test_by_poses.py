@@ -9,6 +9,7 @@ import fenics_mech as fm
 from fenics_mech import Scene
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.solved_by_poses import Solved
 from tests.common import DEMOS
 from tests.frozen.freeze import SCENES as FROZEN
@@ -75,11 +76,27 @@ def test_joint_forces_of_a_support_are_its_force_on_the_frame():
     np.testing.assert_allclose(data["support_force"].sel(support="O").to_numpy(), -bearing, rtol=1e-12)
 
 
-@pytest.mark.parametrize("effect", ["inextensible"])
-def test_effects_that_poses_do_not_have_are_refused(effect):
-    scene = fm.load(DEMOS / "slider_crank.toml").changed({"analysis.solver": "poses", "effects": (effect,)})
-    with pytest.raises(SceneError, match=f"does not have {effect} yet"):
+def test_members_that_cannot_stretch_are_told_what_to_write_instead():
+    scene = fm.load(DEMOS / "four_bar.toml").changed({"effects": ("coupling", "inextensible")})
+    with pytest.raises(SceneError, match=r"'inextensible' is no effect any more.*100 times the `area`"):
         fm.analyse(scene)
+
+
+def test_moments_of_stiff_members_have_a_limit_by_one_over_their_stiffness():
+    """Areas grow and densities fall, so that masses and bending stay: what is advised instead of `inextensible`."""
+    options = {"sub_intervals": 60, "stability": False, "error_estimates": False}
+    found = []
+    for factor in (1, 10, 100, 1e4):
+        data = seed_four_bar(effects=("coupling",), analysis=options, damping={"material": 2e-4}).model_dump()
+        for material in data["materials"].values():
+            material["density"] /= factor
+        for section in data["sections"].values():
+            section["area"] *= factor
+        found.append(fm.analyse(Scene.read(data)).data["moment"].to_numpy())
+    *off, _ = (np.abs(x - found[-1]).max() / np.abs(found[-1]).max() for x in found)
+    assert off[0] < 5e-3
+    assert off[0] / off[1] == pytest.approx(10, rel=0.1)
+    assert off[1] / off[2] == pytest.approx(10, rel=0.1)
 
 
 @pytest.mark.slow

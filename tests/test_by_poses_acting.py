@@ -197,26 +197,6 @@ def test_drives_and_damping_meet_impulses_as_in_closed_form(check, monkeypatch):
     check()
 
 
-# ---- what is refused ----
-@pytest.mark.parametrize(
-    ("demo", "changes", "place"),
-    [
-        (
-            "slider_crank",
-            {"effects": ("coupling", "inextensible")},
-            "effects: no term states the effect 'inextensible' yet",
-        ),
-    ],
-)
-def test_what_poses_do_not_have_is_named(demo, changes, place):
-    """Nothing that a scene states is left out in silence."""
-    method = "periodic" if "drive" in changes else "transient"
-    scene = fm.load(DEMOS / f"{demo}.toml").changed({"analysis.method": method, **changes})
-    with pytest.raises(SceneError) as error:
-        machine_of(scene)
-    assert str(error.value).startswith(place)
-
-
 def test_a_load_over_the_state_of_a_joint_damps_and_pulls_back():
     """M = -k place - c rate on a bar at a pin: a damped oscillator, J x'' + c x' + k x = 0, without weight."""
     load = {

@@ -81,7 +81,7 @@ def _lines(rigidity: Rigidities, label: str) -> tuple[float, float]:
     return float(here.neutral[0]), float(here.mass_centre[0])
 
 
-def refuse_offsets(rigidity: Rigidities, members: Members, effect: str, neutral_only: bool = False) -> None:
+def refuse_offsets(rigidity: Rigidities, members: Members, effect: str) -> None:
     """Raise `SceneError` where a section has offsets that an effect does not know.
 
     Parameters
@@ -90,17 +90,15 @@ def refuse_offsets(rigidity: Rigidities, members: Members, effect: str, neutral_
         As `Scene.rigidity` and `Scene.members` give them.
     effect
         Name of the effect.
-    neutral_only
-        Whether it knows a centre of mass beside the neutral line, and does not know pins beside it.
     """
     for label, (link, member) in members.items():
         neutral, centre = _lines(rigidity, label)
-        if neutral or (centre and not neutral_only):
+        if neutral or centre:
             raise SceneError(
                 f"the neutral line of section {member.section!r} is {neutral:.4g} m, and its centre of mass "
                 f"{centre:.4g} m, beside the axis of member {label}. The effect {effect!r} does not know that",
                 place=f"links.{link}.members" if member.offset else f"sections.{member.section}",
-                hint=f"Leave the effect out, or {_remedy(member, neutral_only)}",
+                hint=f"Leave the effect out, or {_remedy(member, neutral_only=False)}",
             )
 
 

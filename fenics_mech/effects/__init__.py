@@ -77,6 +77,13 @@ def active(scene: Scene) -> tuple[Effect, ...]:
         When it names one that is not known, one that it does not state, or two that exclude each other.
     """
     for name in scene.named_effects:
+        if name == "inextensible":
+            raise SceneError(
+                "'inextensible' is no effect any more: members stretch, which takes no more time",
+                place="effects",
+                hint="Leave it out. Members as stiff along as need be have sections of 100 times the `area` with the "
+                "same `inertia`, of a material of 1/100 of the density",
+            )
         if name not in EFFECTS:
             near = "".join(f"Did you mean {other!r}? " for other in get_close_matches(name, EFFECTS, n=1))
             raise SceneError(f"there is no effect {name!r}", place="effects", hint=f"{near}Known: {', '.join(EFFECTS)}")

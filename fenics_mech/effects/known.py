@@ -59,13 +59,6 @@ KNOWN = (
         stated_by="[impulses]",
     ),
     Effect(
-        name="inextensible",
-        meaning="members that bend but do not stretch",
-        source="(7.2) with EA without bound",
-        refuses=(EXACT_STRAINS,),
-        loads_at_nodes=True,
-    ),
-    Effect(
         name=EXACT_STRAINS,
         meaning="exact strains: bending shortens a member, axial forces act on its bent axis",
         source="Reissner (1972); Simo and Vu-Quoc, J. Appl. Mech. 53 (1986) 849",

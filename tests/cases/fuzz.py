@@ -35,7 +35,7 @@ WORDS = {  # what chance puts in the place of a word, by its key
     "solver": ("auto", "sub-intervals", "collocation", "harmonic-balance"),
     "kind": ("revolute", "prismatic", "slot", "weld", "friction", "clearance", "stop", "pulse", "table", "bushing"),
     "shape": ("rectangle", "round", "tube", "ellipse", "i", "custom", "laminate", "taper"),
-    "effects": ("auto", ["coupling"], ["large-rotations"], ["geometric-stiffness"], ["shear"], ["inextensible"], []),
+    "effects": ("auto", ["coupling"], ["large-rotations"], ["geometric-stiffness"], ["shear"], []),
     "start": ("rigid", "static", "smooth", "periodic", "result.nc"),
 }
 SMALL = {"sub_intervals": 24, "stations": 5, "harmonics": 5, "cycles": 2}

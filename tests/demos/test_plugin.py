@@ -200,7 +200,7 @@ def re_search(pattern, text):
         ("turntable.py", "speed ** [][0]", "speed ** 2", "'turntable' of .* failed in acting: IndexError"),
         ("turntable.py", "place[7] + place, by", "place, by", "'turntable' of .* failed in respond: IndexError"),
         ("turntable.py", 'found["members"] = 3  # ', 'found["members"] = ', "must give terms of `fenics_mech.terms`"),
-        ("turntable.py", "terms=", "acting=", "must state by `acting` the terms of poses that it adds"),
+        ("turntable.py", "", "    acting=acting,\n", "must state by `acting` the terms of poses that it adds"),
         ("turntable.py", '"gravity",\n    meaning', '"turntable",\n    meaning', "must have that name in its record"),
         ("ellipse.py", SECTION, None, "'ellipse' of .* needs a field `shape: Literal"),
         ("ellipse.py", "self.height / {}", "self.height / 2", "'ellipse' of .* failed in rigidity: TypeError"),

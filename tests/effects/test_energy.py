@@ -86,7 +86,6 @@ def test_modal_damping_takes_out_what_the_drive_puts_in(seed):
             {"effects": ("coupling", "large-rotations"), "drive__motor": SHAFT, "analysis__sub_intervals": 80},
             8e-3,
         ),
-        ("four_bar", {"effects": ("coupling", "inextensible"), "loads": PUSH, "gravity": (0.0, -9.81)}, 4e-3),
         ("manipulator", {"effects": ("coupling", "large-rotations")}, 4e-3),
         ("slider_crank", {"effects": ("coupling", "large-rotations"), "damping__relative": 0.5}, 4e-3),
         ("quick_return", {"effects": ("coupling", "large-rotations"), "analysis__allow_coarse": True}, 4e-3),

@@ -123,6 +123,18 @@ def _moved(scene, system, by):
     return replace(system, motion=solve_motion(scene, system.motion.theta + by, near=system.motion))
 
 
+def test_drive_does_the_work_that_the_springs_store():
+    # virtual work: torque d theta is the change of the springs' energy F^2/(2 k); here with links that hardly bend
+    springs = {"line": STRETCHED, "hinge": ANGLE}
+    analysis = {"method": "quasi-static", "sub_intervals": 96}
+    plain, sprung = (analyse(stiff(1e7, analysis=analysis, springs=some)).data for some in ({}, springs))
+    torque = sprung["input_torque"].to_numpy() - plain["input_torque"].to_numpy()
+    stiffness = np.array([springs[name]["stiffness"] for name in sprung["spring"].to_numpy()])
+    stored = (sprung["spring_force"].to_numpy() ** 2 / (2 * stiffness)).sum(axis=1)
+    slope = np.fft.irfft(1j * np.arange(49) * np.fft.rfft(stored))
+    assert np.abs(torque - slope).max() < 1e-6 * np.abs(slope).max()
+
+
 def test_springs_take_no_power_over_a_cycle():
     # in collocation with all terms of the linear equation, on stiff links: the time steps leave 4e-7 of the torque
     springs = {"line": {"between": ("coupler.B", "ground.O"), "stiffness": 20.0}, "hinge": ANGLE}

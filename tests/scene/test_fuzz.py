@@ -28,7 +28,7 @@ RUNS = max(FILES // 20, 30)
 PATIENCE = 60  # seconds for a file: beyond it the program hangs
 TEXTS = scenes()
 SMALL = [name for name in TEXTS if name != "jansen"]  # which takes most of the time
-EFFECTS = ((), ("coupling",), ("large-rotations",), ("geometric-stiffness",), ("inextensible",), ("lumped-mass",))
+EFFECTS = ((), ("coupling",), ("large-rotations",), ("geometric-stiffness",), ("lumped-mass",))
 
 
 @contextmanager

@@ -89,5 +89,4 @@ EFFECT = Effect(
     acting=acting,
     stated=lambda scene: "turntable" in scene.plugins,
     stated_by="[plugins.turntable]",
-    without={"plugins.turntable": None},
 )
