@@ -23,7 +23,6 @@ from fenics_mech.scene.drives import Drive, Harmonics
 from fenics_mech.solve import BESIDE, FollowedModes, about_motion, followed_modes, forces_about
 from fenics_mech.solved_by_poses import STIFFENED, built, instants_of, moves_of, with_effects
 
-ELEMENTS = 48  # of a member whose scene reduces it: six modes have an error of 1e-6 by them
 LARGEST_KNOWN = 0.2  # error of a frequency by the mesh, which means that or more
 LITTLE = 1e-6  # of the machine's extent, by which shapes move it: squares of it are rounding
 IDLE = 1e-12  # of what the stiffness resists: a load below it is rounding of drawn places

@@ -24,6 +24,7 @@ ROUNDING = float(np.finfo(float).eps)
 DENSE = 250  # coordinates up to which all modes are found: in few positions the slowest by SLEPc take as long
 FOLLOWED = 60  # modes at least, so that those of interest do not leave or enter what is followed
 SPARE = 10  # vectors of a Krylov space beside two for each mode: it then restarts few times
+TINY = 1e-6  # rad/s, for 0
 MASSLESS = 1e149  # rad/s of what has no mass
 GIVES_WAY = (
     "the stiffness is not positive there, and the mechanism buckles or gives way. Lower the loads or the speed, hold "
@@ -152,11 +153,15 @@ class FollowedModes:
         Of unit mass ``(positions, coordinates, modes)``.
     momenta
         The mass times them.
+    assurance
+        How far each mode is that of the next position, in axes that turn with the chart's poses, 0..1
+        ``(positions, modes)``; the last: which of the first it is most.
     """
 
     omega: Array
     shapes: Array
     momenta: Array
+    assurance: Array
 
     def only(self, those: Index) -> FollowedModes:
         """Give some of the modes.
@@ -166,15 +171,8 @@ class FollowedModes:
         those
             Their numbers ``(modes,)``.
         """
-        return FollowedModes(self.omega[:, those], self.shapes[..., those], self.momenta[..., those])
-
-    @property
-    def assurance(self) -> Array:
-        """How far each mode is that of the next position, 0..1 ``(positions, modes)``; the last: which it is most."""
-        back = np.einsum("knm,knl->kml", self.momenta, np.roll(self.shapes, -1, axis=0)) ** 2
-        found = np.einsum("kmm->km", back).copy()
-        found[-1] = back[-1].max(axis=0)
-        return found
+        shapes, momenta = self.shapes[..., those], self.momenta[..., those]
+        return FollowedModes(self.omega[:, those], shapes, momenta, self.assurance[:, those])
 
 
 def followed_modes(
@@ -211,23 +209,37 @@ def followed_modes(
     omegas: list[Array] = []
     shapes: list[Array] = []
     momenta: list[Array] = []
+    assurance: list[Array] = []
     if count is None or machine.n <= DENSE:
         found: Iterator[tuple[Array, Array, Array | sp.csr_matrix]] = _each_held(machine, times, about, loose)
     else:
         found = _each_slowest(machine, times, about, loose, count, options or {})
-    for held, stiff, mass in found:
+    axes, d = machine.known.at(times).R, machine.geometry.d
+    poses = np.unique(machine.places[:, 0], return_index=True)[1]  # of those that share a place the first
+    poses = poses[machine.places[poses, 0] >= 0]
+    place = machine.places[poses, :d]
+    first = last = np.zeros((machine.n, 0))
+    for R, (held, stiff, mass) in zip(axes[:, poses], found):
         few = slice(None) if count is None else slice(min(max(count, FOLLOWED), int((held < MASSLESS).sum())))
         omega, shape = held[few], (np.where(held > 0, held, 1.0) * stiff[: machine.n])[:, few]
         momentum = mass @ shape
+        carried, pushed = shape.copy(), momentum.copy()  # in axes that turn with the poses
+        for x in (carried, pushed):
+            x[place] = np.swapaxes(R, -1, -2) @ x[place]
         if shapes:
-            alike = shapes[-1].T @ momentum
-            order = linear_sum_assignment(-np.abs(alike))[1]
+            alike = last.T @ pushed
+            apart = np.log(np.maximum(omega, TINY) / np.maximum(omegas[-1], TINY)[:, None])
+            order = linear_sum_assignment(-(alike**2) / (1 + apart**2))[1]  # frequencies change little in a step
             signs = np.where(alike[np.arange(len(order)), order] < 0, -1.0, 1.0)
-            omega, shape, momentum = omega[order], shape[:, order] * signs, momentum[:, order] * signs
+            omega, shape, momentum, carried = omega[order], *(x[:, order] * signs for x in (shape, momentum, carried))
+            assurance.append(np.minimum(alike[np.arange(len(order)), order] ** 2, 1.0))
+        last = carried
+        first = first if shapes else pushed
         omegas.append(omega)
         shapes.append(shape)
         momenta.append(momentum)
-    return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta))
+    assurance.append(np.minimum((last.T @ first) ** 2, 1.0).max(axis=1))
+    return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta), np.array(assurance))
 
 
 def _each_slowest(
@@ -256,6 +268,8 @@ def _each_slowest(
 def _left_by(rows: Array) -> sp.csr_matrix:
     """Give coordinates that rows ``(rows, n)`` leave, and by them all ``(n, left)``."""
     n = rows.shape[1]
+    if not len(rows):
+        return sp.identity(n, format="csr")
     among = np.flatnonzero(rows.any(axis=0))
     r, order = scipy.linalg.qr(rows[:, among], mode="r", pivoting=True)
     size = np.abs(np.diag(r))

@@ -9,12 +9,12 @@ that names drive angle and links.
 import mpmath
 import numpy as np
 import pytest
+from fenics_mech.planning.effect_choice import choose, survey_positions
+from fenics_mech.response.setup import CommonParts
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
-from fenics_mech.planning.effect_choice import choose, survey_positions
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import four_bar
 from tests.common import response_of

@@ -5,9 +5,9 @@ Right: as many elements as leave four digits, and more are an error.
 
 import numpy as np
 import pytest
+from fenics_mech.response.setup import mechanism
 
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import scene_modes
 
