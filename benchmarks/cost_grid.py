@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from fenics_mech.planning.effect_choice import choose
-
+from fenics_mech.by_poses import planned
 from fenics_mech.effects.known import COUPLING
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
@@ -78,7 +77,7 @@ def equations_of(scene: Scene) -> dict[str, Scene]:
         raise SceneError(
             "the cost of accuracy cannot be measured with a motor, which has one solver only", place="drive"
         )
-    wanted = scene.named_effects or choose(scene.changed(effects="auto"))[0].named_effects
+    wanted = scene.named_effects or planned(scene.changed(effects="auto")).named_effects
     effects = sorted(wanted, key=lambda name: name != COUPLING)
     lenient = {"analysis__stability": False, "analysis__allow_coarse": True, "analysis__allow_large": True}
     plain = scene.changed(effects=(), tolerance=None, analysis__error_estimates=True, **lenient)

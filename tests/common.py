@@ -8,13 +8,9 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from fenics_mech.response.solution import Solution
-
     from fenics_mech import Result, Scene
     from fenics_mech.accuracy.estimate import Errors
-    from fenics_mech.eigenmodes import Modes
     from fenics_mech.in_time_by_poses import InTime
-    from fenics_mech.mechanism import System
     from fenics_mech.modes_by_poses import HeldMachine
     from fenics_mech.solved_by_poses import AtRest, Solved
 
@@ -64,7 +60,6 @@ def response_of(scene: Scene) -> Result:
     content = _content(scene)
     if content not in _references:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("fenics_mech.recovery.labelled.estimate", _no_errors)
             for module in ("by_poses", "in_time_by_poses"):
                 patch.setattr(f"fenics_mech.{module}.estimated", _no_errors)
             _references[content] = Result(analyse(scene).data.drop_dims("source"))
@@ -79,14 +74,7 @@ def modes_of(scene: Scene) -> HeldMachine:
     return HeldMachine.of(at_rest(with_effects(scene)))
 
 
-def scene_modes(scene: Scene, system: System) -> Modes:
-    """Give the modes of a mechanism that its scene keeps."""
-    from fenics_mech.eigenmodes import solve_modes
-
-    return solve_modes(system, scene.analysis.modes, scene.petsc)
-
-
-def _no_errors(solution: Solution | Solved | AtRest | InTime, *_: object) -> Errors:
+def _no_errors(solution: Solved | AtRest | InTime, *_: object) -> Errors:
     """Take all errors for 0."""
     import numpy as np
 

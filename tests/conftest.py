@@ -48,14 +48,6 @@ def seed():
     return seed_four_bar(analysis={"sub_intervals": 24})
 
 
-@pytest.fixture(scope="session")
-def seed_system(seed):
-    """Its mechanism at 24 angles."""
-    from fenics_mech.response.setup import mechanism
-
-    return mechanism(seed)
-
-
 @pytest.fixture
 def rng():
     """Random numbers that are the same in every run."""

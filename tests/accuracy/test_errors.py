@@ -9,10 +9,8 @@ import pytest
 from fenics_mech import load
 from fenics_mech.accuracy.accepted_errors import advice
 from fenics_mech.accuracy.at_stations import between_stations
-from fenics_mech.accuracy.estimate import Errors, left_out
+from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import places_of
-from fenics_mech.effects import EFFECTS
-from fenics_mech.effects.effect import Choice
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
@@ -456,15 +454,6 @@ def test_strain_between_stations():
     s = np.linspace(0, 1, 5)
     strain = np.stack([(1 - (s - 0.45) ** 2), s])[None, :, :, None]
     assert between_stations(strain) == pytest.approx([0.05**2, 0], abs=1e-12)
-
-
-def test_sizes_of_what_is_left_out_add_up():
-    effects = list(EFFECTS.values())
-    inside = next(effect for effect in effects if effect.replaces)
-    rest = [effect for effect in effects if effect.name not in (inside.name, inside.replaces)][:2]
-    choices = [Choice(inside, 0.3, True), Choice(EFFECTS[inside.replaces], 0.2, False)]
-    assert left_out([*choices, Choice(rest[0], 0.003, False), Choice(rest[1], None, False)]) == pytest.approx(0.003)
-    assert left_out([Choice(rest[0], None, True)]) is None
 
 
 @pytest.mark.parametrize("elements", [3, 12])

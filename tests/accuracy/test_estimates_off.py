@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-import fenics_mech.recovery.labelled
 from fenics_mech import analyse, summary
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.factories import seed_four_bar
@@ -24,7 +23,8 @@ def seed(effects=("coupling",), **analysis):
 def test_the_answer_is_the_same(method, monkeypatch):
     scene = seed(method=method, sub_intervals=90, cycles=1, allow_coarse=True)
     whole = analyse(scene).data
-    monkeypatch.setattr(fenics_mech.recovery.labelled, "estimate", None)  # is not called
+    for module in ("by_poses", "in_time_by_poses"):
+        monkeypatch.setattr(f"fenics_mech.{module}.estimated", None)  # is not called
     data = analyse(scene.changed(OFF)).data
     for name in data.variables:
         if data[name].dtype.kind == "f":
@@ -44,11 +44,6 @@ def test_a_coarse_answer_is_told_only_where_it_is_estimated():
     coarse = seed(sub_intervals=12, solver="collocation", stages=1)
     assert "sub_intervals" in too_coarse(coarse)
     assert not too_coarse(coarse.changed(OFF))
-
-
-def test_effects_are_chosen_by_the_survey():
-    result = analyse(seed("auto", sub_intervals=90, allow_coarse=True).changed(OFF))
-    assert "effects" in result.data.attrs
 
 
 def test_a_tolerance_needs_estimates():

@@ -7,7 +7,6 @@ the determinant of the end conditions of exact solutions in every member.
 
 import numpy as np
 import pytest
-from fenics_mech.response.setup import mechanism
 from scipy.optimize import brentq
 from scipy.special import iv, jv, kv, yv
 
@@ -265,15 +264,6 @@ def test_two_like_members_in_line_are_one_span():
     assert np.allclose(of_two_members((THICK, THICK), LENGTHS), CASES["cantilever"][1](), rtol=1e-10)
 
 
-def test_a_taper_to_the_same_section_is_none():
-    plain, tapered = (mechanism(uniform(4, A=WELD, section=section)) for section in ("thick", "no-taper"))
-    for name in ("element_mass", "element_stiffness"):
-        expected = getattr(plain.beams, name)
-        assert np.allclose(getattr(tapered.beams, name), expected, rtol=0, atol=1e-14 * np.abs(expected).max())
-    same = [omega(uniform(3, A=WELD, section=section)) for section in ("thick", "no-taper")]
-    assert np.allclose(*same, rtol=1e-12)
-
-
 def test_ritz_method_gives_the_frequencies_of_a_simply_supported_taper():
     scene = uniform(24, A=PIN, C=ROLLER, section="taper")
     found = 2 * np.pi * simply_supported_frequencies(scene, MODES)["beam"]
@@ -333,15 +323,6 @@ def test_deflection_of_a_swinging_taper_converges():
         errors.append(abs(np.hypot(*along) / abs(tip) - 1))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(4, abs=0.15)
     assert errors[1] < 1e-6
-
-
-def test_a_section_that_varies_too_fast_for_its_elements_is_refused():
-    jump = [1e-4, 1e-4, 1e-4, 1e-8, 1e-8, 1e-8]
-    scene = uniform(1, A=WELD, section="wedge").changed(
-        sections__wedge={"shape": "variable", "area": jump, "inertia": 1e-9, "fibre": 1e-3}
-    )
-    with pytest.raises(SceneError, match="varies too fast for the element at 0"):
-        mechanism(scene)
 
 
 def test_a_structure_at_rest_carries_nothing():

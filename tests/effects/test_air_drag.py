@@ -4,11 +4,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.effects import Situation
-from fenics_mech.effects.air_drag import AirFlow
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 
 LENGTH, WIDTH, HEIGHT, SPEED = 0.5, 0.02, 0.005, 20.0
@@ -130,18 +127,6 @@ def test_four_bar_needs_the_power_that_the_air_takes(effects):
     assert float(data["mean_power"].sel(cause="drive")) == pytest.approx(power, rel=1e-5)
     assert float(data["mean_power"].sel(cause="air drag")) == pytest.approx(-power, rel=1e-5)
     assert data.attrs["power_balance_error"] < 1e-5
-
-
-def test_drag_changes_its_side_inside_an_element():
-    # int |V| V dxi = (|b|^3 - |a|^3) / (3 (b - a)) of V linear from a to b
-    scene = four_bar(mesh={"elements": 1})
-    system = mechanism(scene, lambda step: None)
-    flow = AirFlow.of(Situation(scene, system.beams, system.motion))
-    a, b = np.moveaxis(flow.speed, -1, 0)
-    assert (a * b < -1e-3).any()
-    force = DRAG * system.beams.mesh.cell_length * (np.abs(b) ** 3 - np.abs(a) ** 3) / (3 * (b - a))
-    found = flow.linearised()[0][..., [1, 4]].sum(axis=-1)
-    assert found == pytest.approx(-force, abs=1e-9 * np.abs(force).max())
 
 
 def test_vibration_in_cross_flow_is_damped_by_its_velocity():

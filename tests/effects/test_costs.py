@@ -2,38 +2,11 @@
 
 import pytest
 
-from fenics_mech.analysis import analyse, solve
+from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.response.setup import mechanism
-from fenics_mech.studies.effect_costs import added_one_by_one, counted, largest_difference
+from fenics_mech.studies.effect_costs import added_one_by_one, largest_difference
 
 EFFECTS = {"coupling": 1, "geometric-stiffness": 3, "large-rotations": 3}  # forms beside stiffness and mass
-
-
-def forms_of(scene):
-    """Forms that the response takes; what effects leave out is estimated with the forms of all."""
-    with counted() as count:
-        solve(scene, mechanism(scene))
-    return count.forms
-
-
-def test_a_scene_without_effects_compiles_two_forms(seed):
-    assert (
-        forms_of(seed.changed(analysis__sub_intervals=24, analysis__allow_ringing=True, analysis__allow_coarse=True))
-        == 2
-    )
-
-
-@pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_compiles_its_own_forms_once(seed, name):
-    scene = seed.changed(
-        analysis__sub_intervals=24,
-        analysis__allow_ringing=True,
-        analysis__allow_coarse=True,
-        effects=(name,),
-        damping__ratio=0.1,
-    )
-    assert forms_of(scene) == 2 + EFFECTS[name]
 
 
 @pytest.mark.long

@@ -1,18 +1,11 @@
 """Energy: what the drive puts into the mechanism in a cycle, damping takes out."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from fenics_mech import load
 from fenics_mech.analysis import analyse
-from fenics_mech.forces.impulse_work import ImpulseWork
-from fenics_mech.forces.virtual_work import Forces
-from fenics_mech.recovery.balance import stored_energy
-from fenics_mech.response.periodic.steady_state import by_collocation
-from fenics_mech.response.setup import mechanism
-from tests.common import DEMOS, response_of, scene_modes
+from tests.common import DEMOS, response_of
 from tests.demos.machines import crane
 
 SPRINGS = {
@@ -125,23 +118,6 @@ def test_energy_balances_where_forces_jump(changes, largest):
     changes |= {"analysis__stability": False, "analysis__sub_intervals": 120, "analysis__stations": 3}
     scene = load(DEMOS / "four_bar.toml").changed(analysis__scheme="gauss", analysis__allow_coarse=True, **changes)
     assert imbalance(scene) < largest
-
-
-@pytest.mark.parametrize("more", [("lumped-mass", "rotary-inertia"), ("geometric-stiffness",)])
-def test_kinetic_energy_jumps_by_what_impulses_and_drive_give(more):
-    blows = {name: BLOWS[name] for name in ("one", "turning")}  # at two angles
-    coarse = {"analysis__sub_intervals": 60, "analysis__stability": False, "analysis__allow_coarse": True}
-    scene = load(DEMOS / "four_bar.toml").changed(effects=("coupling", *more), impulses=blows, **coarse)
-    system = mechanism(scene)
-    solution = by_collocation(scene, system, scene_modes(scene, system))
-    struck = solution.points.impulses
-    half = struck.system.to_links(struck.jump) / 2
-    before, after = (
-        stored_energy(Forces(scene, struck.system, replace(struck.response, velocity=struck.response.velocity + part)))
-        for part in (-half, half)
-    )
-    found = ImpulseWork(scene, struck)
-    assert found.by_impulses + found.by_drives == pytest.approx(after - before, rel=1e-9)
 
 
 def test_dampers_do_their_work_on_the_shortening_of_bent_links():

@@ -1,16 +1,12 @@
 """Loads at points and along members, constant, changing and following, against closed forms and virtual work."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
-from fenics_mech.effects.terms import in_links
 
 from fenics_mech import analyse
-from fenics_mech.analysis import mechanism
-from fenics_mech.beams.element_dofs import member_rotation
-from fenics_mech.effects import EFFECTS, Effect, Loads, Terms, active, loads_at_nodes
+from fenics_mech.effects import active, loads_at_nodes
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.planning.sampling_checks import refuse_undersampled
@@ -124,12 +120,6 @@ def test_load_inside_a_member():
     assert np.allclose(data["moment"], np.where(x < a, -2 * (a - x) + 0.1, 0), rtol=0, atol=1e-10)
 
 
-def test_place_of_a_load_takes_a_node_of_its_own():
-    scene = cantilever(mesh={"elements": 4}, loads={"p": {"at": "beam@0.5004"}, "q": {"at": "beam@0.1"}})
-    names = mechanism(scene).beams.mesh.node_name
-    assert names == ("beam.O", "beam@0.1", "beam@0.25", "beam@0.5004", "beam@0.75", "beam.B")
-
-
 def test_load_at_a_joint_is_that_at_its_point():
     held = {"method": "static", "position": 1.0}
     at_joint, at_link = (
@@ -176,31 +166,6 @@ def test_loads_and_masses_at_a_weld_that_moves_go_through_it(effects):
     for name in ("joint_force", "joint_moment"):
         there = known[name]
         assert np.abs(found[name] - there).max() < 2e-2 * np.abs(there).max()  # by theory: arms turn by 0.01
-
-
-@pytest.mark.parametrize("rigid", [False, True])
-def test_stiffness_of_a_load_that_follows_is_the_derivative_of_the_exact_load(rigid):
-    # the load's work over a virtual displacement, with the point's body turned by a finite angle
-    crank = {"rigid": {"mass": 0.1, "centre": (0.03, 0.01)}, "points": {"O": (0, 0), "A": (0.10795, 0)}}
-    scene = seed_four_bar(masses={}, **({"links__crank": crank} if rigid else {}))
-    at, arm = ("crank.A", np.array([0.10795 - 0.03, -0.01])) if rigid else ("coupler.B", np.zeros(2))
-    force = np.array([2.0, -5.0])
-    system = mechanism(
-        scene.changed(analysis=STATIC, loads={"p": {"at": at, "force": tuple(force), "moment": 0.3, "follows": True}})
-    )
-    (stiffness,) = system.terms.matrices.follower
-    dofs = 3 * system.beams.mesh.node("crank.centre" if rigid else at) + np.arange(3)
-
-    def exact(phi):
-        turn = np.array([[math.cos(phi), -math.sin(phi)], [math.sin(phi), math.cos(phi)]])
-        f, a = turn @ force, turn @ arm
-        return np.array([*f, a[0] * f[1] - a[1] * f[0] + 0.3])
-
-    step = 1e-5  # central difference: error phi^2/6, 2e-11
-    tangent = -(exact(step) - exact(-step)) / (2 * step)
-    assert system.terms.loads.force[0, dofs] == pytest.approx(exact(0.0), rel=1e-14)
-    assert stiffness.dense(len(system.terms.loads.force[0]))[0][dofs, dofs[2]] == pytest.approx(tangent, abs=1e-9)
-    assert np.abs(stiffness.values).sum() == pytest.approx(7.0)  # and nothing else
 
 
 @pytest.mark.parametrize("ratio", [0.3, 1.0, 1.9])
@@ -453,31 +418,6 @@ def test_what_needs_a_node_gets_one():
         assert len(member_nodes(scene, "beam", loads_at_nodes(active(scene)))) == nodes
     moving = seed_four_bar(loads={"P": {"at": "coupler@0.34", "force": (0, -2.0)}})
     assert len(member_nodes(moving, "coupler", loads_at_nodes(active(moving)))) == 5
-
-
-def pull_along_members(situation):
-    """A constant pull along +Y on all members (30 N/m)."""
-    mesh = situation.beams.mesh
-    force = in_links(situation.motion, np.array([0.0, 30.0]))[:, mesh.member_link[mesh.cell_member]]
-    along = np.einsum("eij,aej->aei", member_rotation(mesh)[:, :2, :2], force)
-    return Terms(loads=Loads(line=np.repeat(along, 2, axis=-1)))
-
-
-def test_another_effect_that_gives_loads_does_their_work(monkeypatch):
-    """Against the same loads stated as such; without `work` the effect is refused."""
-    effect = Effect("pull", "a pull", "(4.39)", terms=pull_along_members, stated=lambda scene: scene.name == "pulled")
-    analysis = {"sub_intervals": 60, "solver": "collocation", "modes": 3, "allow_coarse": True, "stability": False}
-    # the equation of poses knows no effects of others, and no members that cannot stretch
-    scene = seed_four_bar(analysis=analysis, effects=("coupling", "inextensible"), drive__speed=20.0)
-    loads = {name: {"member": name, "line": (0.0, 30.0)} for name in scene.members()}
-    monkeypatch.setitem(EFFECTS, "pull", effect)
-    with pytest.raises(TypeError, match="'pull' gives loads"):
-        analyse(scene.changed(name="pulled"))
-    monkeypatch.setitem(EFFECTS, "pull", replace(effect, work="as load"))
-    found, expected = (analyse(one).data for one in (scene.changed(name="pulled"), scene.changed(loads=loads)))
-    for name in ("strain", "joint_force", "input_torque"):
-        assert np.abs(found[name] - expected[name]).max() < 1e-9 * np.abs(expected[name]).max()
-    assert found.attrs["power_balance_error"] == pytest.approx(expected.attrs["power_balance_error"], rel=1e-6)
 
 
 @pytest.mark.parametrize("effects", [(), ("coupling", "large-rotations")])

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.kinematics import solve_motion
@@ -66,33 +65,6 @@ def test_frequencies_converge_from_below_with_the_square_of_the_element_size():
     assert np.allclose(fine, -((np.arange(1, 4) * np.pi / LENGTH) ** 2) * h**2 / 78, rtol=0.03)  # -(k r)^2/2
 
 
-def test_mass_is_diagonal_and_half_an_elements_is_at_each_of_its_nodes():
-    beams = mechanism(beam(4)).beams
-    mass, h = beams.mass.toarray(), LENGTH / 4
-    assert np.array_equal(mass, np.diag(np.diag(mass)))
-    at = mass.diagonal().reshape(-1, 3)[np.argsort(beams.mesh.node_xy[:, 0])] / (RHO * AREA * h)
-    assert np.allclose(at[:, :2], np.array([0.5, 1, 1, 1, 0.5])[:, None], rtol=1e-12)
-    assert np.allclose(at[:, 2], np.array([0.5, 1, 1, 1, 0.5]) * h**2 / 39, rtol=1e-12)
-
-
-def test_lumps_of_a_taper_keep_its_mass_and_its_centre():
-    section = {"shape": "variable", "area": f"{AREA}*(1-s/2)", "inertia": INERTIA, "fibre": 8e-4}
-    beams = mechanism(beam(3, section)).beams
-    at = beams.mass.toarray().diagonal().reshape(-1, 3)[:, 0]
-    assert at.sum() == pytest.approx(RHO * AREA * LENGTH * 0.75, rel=1e-12)
-    assert at @ beams.mesh.node_xy[:, 0] == pytest.approx(RHO * AREA * LENGTH**2 / 3, rel=1e-12)
-
-
-def test_gyroscopic_matrix_is_that_of_the_lumps():
-    beams = mechanism(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4})).beams
-    mass, s = beams.mass.toarray(), beams.gyroscopic.toarray()
-    translation = np.diag(mass).reshape(-1, 3)[:, 0]
-    expected = np.zeros_like(s)
-    nodes = 3 * np.arange(len(translation))
-    expected[nodes, nodes + 1], expected[nodes + 1, nodes] = -translation, translation
-    assert np.allclose(s, expected, rtol=0, atol=1e-14)
-
-
 def test_rigid_inertia_and_section_forces_are_those_of_the_lumps():
     analysis = {"method": "quasi-static", "sub_intervals": 12, "stations": 49, "allow_coarse": True}
     consistent = analyse(seed_four_bar(analysis=analysis))
@@ -124,19 +96,3 @@ def test_collocation_takes_lumps_and_sections_that_turn():
     consistent = analyse(seed_four_bar(analysis=analysis, **given | {"effects": ("coupling", "rotary-inertia")}))
     peak = float(np.abs(consistent.data["moment"]).max())
     assert np.abs(lumped.data["moment"] - consistent.data["moment"]).max() < 0.05 * peak  # as near as 8 lumps come
-
-
-def test_lumps_come_beside_point_masses():
-    plain, more = (
-        mechanism(seed_four_bar(effects=("lumped-mass",), analysis={"sub_intervals": 4}, **masses)).beams
-        for masses in ({"masses": {}}, {})
-    )
-    change = (more.mass - plain.mass).diagonal()
-    point = {name: mass.mass for name, mass in seed_four_bar().masses.items()}
-    assert change.sum() == pytest.approx(2 * sum(point.values()), rel=1e-12)
-
-
-def test_without_the_effect_mass_is_consistent():
-    beams = mechanism(beam(2, effects=())).beams
-    assert not beams.inertia.bodies
-    assert beams.element_mass[0, 0, 3] == pytest.approx(RHO * AREA * LENGTH / 12, rel=1e-12)  # (7.1)

@@ -6,13 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
 from fenics_mech import analyse, load
-from fenics_mech.analysis import mechanism, solve
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.modal_damping import modal_damping
-from fenics_mech.response.motor_response import MotorCycle
-from fenics_mech.response.setup import moved
-from fenics_mech.response.solution import MotorSolution
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import DEMOS, response_of
@@ -107,40 +102,6 @@ def test_crank_turns_as_that_of_the_rigid_linkage():
     assert np.abs(data["drive_rate"] - rate).max() < 2e-4 * np.ptp(rate)
 
 
-def test_equation_is_lagranges():
-    # of L = x' M x'/2 + x' G x + ...: M symmetric, C + C^T = 2 M', K - K^T = (C - C^T)'/2; rows and columns of the
-    # twist come from different formulas. Dampers aside, which have no L.
-    scene = with_motor(
-        SHAFT | {"damping": 0.0},
-        effects=("coupling",),
-        gravity=(1.0, -9.81),
-        analysis={"sub_intervals": 12},
-        **{name: ACTING[name] for name in ("loads", "springs")},
-    )
-    system, theta, h = mechanism(scene), np.linspace(0, 6, 5), 1e-3
-    cycle = MotorCycle(scene.changed(damping__ratio=0.0), system)
-    near = [cycle.about_twist(theta + i * h, np.zeros((3, 5))).linear for i in (-2, -1, 0, 1, 2)]
-
-    def rate(values):
-        return (values[0] - 8 * values[1] + 8 * values[3] - values[4]) / (12 * h) * scene.cycle_rate
-
-    def turned(matrices):
-        return matrices.transpose(0, 2, 1)
-
-    masses, dampings, stiffnesses = zip(*(equation.full for equation in near))
-    mass, damping, stiffness = masses[2], dampings[2], stiffnesses[2]
-    checks = (
-        (mass - turned(mass), mass),
-        (damping + turned(damping) - 2 * rate(masses), damping),
-        (
-            stiffness - turned(stiffness) - rate([(part - turned(part)) / 2 for part in dampings]),
-            stiffness - turned(stiffness),
-        ),
-    )
-    for lack, size in checks:  # differences of loads: 1e-8 of their largest derivative
-        assert np.abs(lack[:, -1]).max() < 1e-7 * np.abs(size[:, -1]).max()
-
-
 def test_stiff_shaft_is_an_ideal_drive():
     analysis = {"sub_intervals": 60, "stability": False, "allow_coarse": True}
     ideal = response_of(seed_four_bar(effects=("coupling", "large-rotations"), analysis=analysis)).data["strain"]
@@ -152,23 +113,6 @@ def test_stiff_shaft_is_an_ideal_drive():
         errors.append(float(np.abs(strain - ideal).max() / np.abs(ideal).max()))
     assert errors[0] < 0.02
     assert errors[1] == pytest.approx(errors[0] / 10, rel=0.1)  # the twist goes with 1/stiffness
-
-
-def test_modes_are_damped_at_the_cranks_own_angle():
-    """At the drive's angle, from which the crank is 0.06 rad ahead, strains were 1.3 % off."""
-    soft = SHAFT | {"stiffness": 8.0}
-    scene = with_motor(soft, analysis={"sub_intervals": 36, "stability": False, "allow_coarse": True})
-    system = mechanism(scene)
-    solution, _ = solve(scene, system)
-    ahead = solution.twist[0]
-    assert np.abs(ahead).max() > 0.03
-    there = solve_motion(scene, system.motion.theta + ahead, near=system.motion)
-    expected, found = modal_damping(0.02, moved(scene, system, there)), solution.equation.modal_damping
-    of_drive = modal_damping(0.02, system)
-    damping, right, wrong = (part.values.transpose(0, 2, 1) @ part.values for part in (found, expected, of_drive))
-    size = np.abs(right).max()
-    assert np.abs(damping - right).max() < 1e-8 * size
-    assert np.abs(wrong - right).max() > 1e-2 * size
 
 
 def test_mirrored_linkage_twists_the_other_way():
@@ -237,28 +181,6 @@ def test_motors_that_are_refused(changes, words):
     scene = with_motor(SHAFT)
     with pytest.raises(SceneError, match=words):
         scene.changed(**changes)
-
-
-@pytest.mark.parametrize(
-    "effects",
-    [("coupling", "geometric-stiffness"), pytest.param(("coupling", "large-rotations"), marks=pytest.mark.slow)],
-)
-def test_the_crank_accelerates_as_the_steps_say_where_the_motor_has_no_inertia(effects):
-    """A Radau point at the end of each step has the acceleration that the equation demands there.
-
-    With four elements the shaft alone turns next to nothing: iterated, the acceleration was 200 times too large.
-    """
-    scene = load(DEMOS / "slider_crank.toml").changed(
-        effects=effects,
-        drive__motor={"stiffness": 40.0, "damping": 0.02},
-        mesh__elements=4,
-        analysis={"solver": "collocation", "sub_intervals": 60, "stability": False},
-    )
-    solution, _ = solve(scene, mechanism(scene))
-    assert isinstance(solution, MotorSolution)
-    at_ends = solution.orbit.acceleration[scene.analysis.stages - 1 :: scene.analysis.stages, -1]
-    # differences of loads leave 1e-6, over the little inertia of the shaft alone
-    assert np.allclose(solution.twist[2], np.roll(at_ends, 1), rtol=0, atol=1e-4 * np.abs(at_ends).max())
 
 
 def test_the_motion_under_a_motor_without_inertia_does_not_depend_on_the_mesh_of_the_crank():

@@ -4,12 +4,10 @@ import time
 
 import numpy as np
 import pytest
-from fenics_mech.response.setup import CommonParts
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.planning.cycle_steps import Steps, loads_act_like_impulses
-from fenics_mech.planning.meet_tolerance import _start
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.scene.applied_loads import FactorHarmonics, Varying
 from fenics_mech.scene.factories import seed_four_bar
@@ -91,51 +89,10 @@ def test_pulse_that_positions_cannot_see_is_refused(analysis):
         analyse(struck(effects=effects, analysis=analysis))
 
 
-@pytest.mark.parametrize(
-    "factor",
-    [
-        {"kind": "expression", "formula": "exp(-((theta - 1.23456)/1e-6)**2)"},
-        # 0.005 of a force that is there all the time, but 0.16 of that in a step
-        {"kind": "expression", "formula": "1 + cos(theta) + 10*exp(-((theta - 1.25)/1e-3)**2)"},
-        # narrower than angles that count as one
-        {"kind": "table", "angles": (1.0, 1.0 + 1e-10, 1.0 + 2e-10), "values": (0.0, 1e9, 0.0)},
-    ],
-)
-def test_peak_that_no_step_can_be_cut_at_is_refused(factor):
-    scene = struck(loads__p__factor=factor, analysis={"solver": "collocation", "sub_intervals": 60})
-    with pytest.raises(SceneError, match=r"loads\.p\.factor: "):
-        analyse(scene)
-    with pytest.raises(SceneError, match=r"loads\.p\.factor: "):
-        _start(scene.changed(tolerance=0.02), CommonParts())
-
-
 def test_peak_of_a_formula_that_no_step_in_time_shows_is_refused():
     factor = {"kind": "expression", "formula": "1 + cos(theta) + 10*exp(-((theta - 1.23456)/1e-4)**2)"}
     with pytest.raises(SceneError, match=r"loads\.p\.factor: the factor has a peak between"):
         analyse(struck(loads__p__factor=factor, analysis=IN_TIME | {"allow_coarse": False}))
-
-
-def test_steps_of_a_tolerance_are_cut_at_the_pulse():
-    """Told 1.3 %, true 30 %: none of the points of any trial was in the pulse."""
-    scene = struck(tolerance=0.02, analysis={"sub_intervals": 60})
-    trial = _start(scene, CommonParts()).of(scene)
-    assert np.isin(TABLE["angles"], Steps.of(trial).start).all()
-
-
-@pytest.mark.parametrize("sense", [1, -1])
-@pytest.mark.parametrize(
-    ("factors", "named"),
-    [
-        (({"kind": "table", "angles": (1.0, 1.0, 1.004, 6.0), "values": (0.0, 1.0, 0.0, 0.0)},), True),  # jumps first
-        ((TABLE,), True),  # rises and falls within 2e-6 rad
-        (({"kind": "pulse", "start": -1e-5, "end": 1e-5, "ramp": 0.0},), True),  # the same across angle 0
-        (({"kind": "pulse", "start": 0.5, "end": 1.5, "ramp": 0.0},) * 2, False),  # long, by two loads alike
-    ],
-)
-def test_what_is_much_shorter_than_a_step_is_named(factors, named, sense):
-    loads = {f"p{i}": {"at": "coupler@0.5", "force": (0.0, 1.0), "factor": each} for i, each in enumerate(factors)}
-    scene = struck(loads=loads, analysis=BY_POINTS)
-    assert loads_act_like_impulses(scene.changed(drive__speed=sense * scene.drive.speed)) == named
 
 
 def test_corners_that_the_points_show_do_not_cut_steps():

@@ -5,8 +5,6 @@ Along the normal, from the member's axis on which the pins are, the neutral line
 
 import numpy as np
 import pytest
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
@@ -189,24 +187,6 @@ def test_pins_beside_the_neutral_line_stiffen_a_strip_between_fixed_pins():
     assert first[1] > 1.28 * first[0]  # what the scene says of its axis is no detail
 
 
-@pytest.mark.parametrize("effects", [("coupling",), ("coupling", "rotary-inertia")])
-@BOTH
-def test_frequencies_of_a_spinning_strip_are_those_of_the_transfer_matrix(axis, effects):
-    speed, turning = 30.0, TURNING if len(effects) > 1 else None
-    scene = spinning(axis, speed, elements=8, effects=effects, analysis={"sub_intervals": 8, "modes": 3})
-    linear = Equation(mechanism(scene)).linear
-    mass, damping, stiffness = (part[0] for part in linear.full)
-    count = len(mass)
-    rates = np.block(
-        [[np.zeros((count, count)), np.eye(count)], [-np.linalg.solve(mass, part) for part in (stiffness, damping)]]
-    )
-    found = np.sort(np.linalg.eigvals(rates).imag)
-    found = found[found > 1.0][:2]
-    expected = [frequency(("weld", "free"), PLACES[axis][0], omega, speed, turning) for omega in found]
-    assert found[0] == pytest.approx(expected[0], rel=5e-6)  # h^4: 3e-6, and 8e-5 for the second
-    assert found[1] == pytest.approx(expected[1], rel=1.2e-4)
-
-
 def four_bar(axis, rigid, stiffer=1.0, **rest):
     """The demo with an unsymmetric laminate, and the same with rigid links of that mass, centre of mass and inertia."""
     data = load("demos/composite_four_bar.toml").model_dump(by_alias=True, exclude_none=True)
@@ -289,16 +269,3 @@ def test_effects_that_do_not_know_offsets_refuse_them(axis, effect):
 def test_a_strip_that_cannot_stretch_bends_by_its_weight_all_the_same():
     moment = of_beam(strip("neutral", {"A": WELD}, gravity=(GRAVITY, 0.0), effects=["inextensible"]))[2]
     assert moment[0] == pytest.approx(-ARM * LINE * GRAVITY * L, rel=1e-10)
-
-
-def test_a_pin_that_travels_beside_the_neutral_line_is_refused():
-    def guided(axis):
-        scene = strip(axis, {"A": PIN}).model_dump(by_alias=True, exclude_none=True)
-        scene["ground"]["points"] |= {"C": (0.5 * L, -0.1)}
-        scene["links"]["crank"] = {"points": {"C": (0, 0), "P": (0, 0.1)}, "rigid": {"mass": 1.0, "inertia": 1.0}}
-        scene["joints"]["C"] = {"connect": ("ground.C", "crank.C")}
-        scene["joints"]["P"] = {"kind": "slot", "connect": ("beam.A", "crank.P"), "member": "AB"}
-        return Scene.read(scene)
-
-    with pytest.raises(SceneError, match=r"joints\.P\.member: .*travels .* 'strip' is -0\.0009306 m beside"):
-        mechanism(guided("middle"))

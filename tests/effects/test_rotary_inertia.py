@@ -1,17 +1,12 @@
 """Rotary inertia: Rayleigh's beam, its load and its place in the coupling, and recovery beside shear."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from fenics_mech.mechanism.equation import Equation
-from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import modes_of
-from tests.validation.check import coupling
 
 E, RHO, LENGTH, SLENDERNESS = 210e9, 7850.0, 0.8, 12.0
 HEIGHT = np.sqrt(12) * LENGTH / SLENDERNESS
@@ -45,19 +40,6 @@ def beam(elements, joints, *, section=THICK, effects=("rotary-inertia",), **rest
         }
         | rest
     )
-
-
-def test_mass_of_an_element_is_the_one_in_print():
-    h = LENGTH / 2
-    row = [[36, 3 * h, -36, 3 * h], [3 * h, 4 * h**2, -3 * h, -(h**2)]]
-    row += [[-36, -3 * h, 36, -3 * h], [3 * h, -(h**2), -3 * h, 4 * h**2]]
-    expected = RHO_I / (30 * h) * np.array(row)  # Przemieniecki (1968), eq. (11.36)
-    beams = mechanism(beam(2, SIMPLY)).beams
-    plain = mechanism(beam(2, SIMPLY, effects=())).beams
-    bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    for found, whole, without in zip(beams.element_rotary_mass, beams.element_mass, plain.element_mass):
-        assert np.allclose(found[bending], expected, rtol=0, atol=1e-12 * expected.max())
-        assert np.allclose(whole - without, found, rtol=0, atol=1e-12 * whole.max())
 
 
 @pytest.mark.parametrize("slenderness", [10, 1e3])
@@ -101,31 +83,6 @@ def test_deflection_inside_an_element_is_that_of_many_elements(effects):
     off = [float(np.abs(some["deflection"] - many["deflection"]).max()) for some in (one, two)]
     assert off[0] / off[1] == pytest.approx(4, rel=0.1)
     assert 0.8 < float(one["deflection_error"].max()) / off[0] < 1.3
-
-
-def felt(system):
-    """The coupling in damping and stiffness, less ``2 P^T m P'`` and ``P^T m P''`` of the turning sections."""
-    damping, stiffness = coupling(system)
-    equation = Equation(replace(system, terms=replace(system.terms, coupled=True)))
-    p, first, second = (np.zeros((len(system.motion.theta), *system.transformation.shape)) for _ in range(3))
-    for whole, values in zip((p, first, second), equation.jets):
-        whole[:, system.transformation.rows, system.transformation.columns] = values
-    m = system.link_rotary_mass.toarray()
-    back = p.transpose(0, 2, 1)
-    return damping - 2 * back @ m @ first, stiffness - back @ m @ second
-
-
-def test_turning_sections_feel_no_centrifugal_and_no_coriolis_force():
-    # their kinetic energy rho I (omega + phi')^2/2 has no term with phi, and none with omega phi' but a constant's rate
-    inertia = {"disc": {"at": "coupler.B", "inertia": 1e-3}}
-    plain, turning, disc = (
-        mechanism(seed_four_bar(analysis={"sub_intervals": 8}, **rest))
-        for rest in ({}, {"effects": ("rotary-inertia",)}, {"masses": seed_four_bar().masses | inertia})
-    )
-    for system in (turning, disc):
-        # the coupling's stiffness is a small difference of large ones
-        for found, expected, rounding in zip(felt(system), felt(plain), (1e-12, 1e-7)):
-            assert np.allclose(found, expected, rtol=0, atol=rounding * np.abs(expected).max())
 
 
 def test_section_forces_go_on_from_element_to_element():
@@ -181,18 +138,3 @@ def test_a_hole_turns_with_no_inertia():
     holes = [[(1e-2, 1e-2), (3e-2, 1e-2), (3e-2, 3e-2), (1e-2, 3e-2)]]
     expected = RHO * (4e-2**4 - 2e-2**4) / 12
     assert np.allclose(rotary_inertia(frame | {"holes": holes}), expected, rtol=1e-10)
-
-
-def test_whole_inertia_of_a_member_that_varies():
-    # a rigid rotation feels int rho I dx, and moves rho A x besides
-    varying = {"shape": "variable", "area": 1e-4, "inertia": "1e-8*(1+s)", "fibre": 0.01}
-    beams = mechanism(beam(3, SIMPLY, section=varying)).beams
-    turn = np.zeros(12)
-    turn[1::3], turn[2::3] = beams.mesh.node_xy[:, 0], 1.0
-    assert turn @ beams.rotary_mass.toarray() @ turn == pytest.approx(RHO * 1.5e-8 * LENGTH, rel=1e-12)
-
-
-def test_without_the_effect_mass_is_that_of_displacements():
-    beams = mechanism(beam(2, SIMPLY, effects=())).beams
-    assert beams.inertia.rotary is None
-    assert abs(beams.rotary_mass).max() == 0

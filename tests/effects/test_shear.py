@@ -2,14 +2,11 @@
 
 import numpy as np
 import pytest
-from fenics_mech.accuracy.frequency_errors import frequency_error
-from fenics_mech.response.setup import mechanism
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.scene.files import load
-from tests.common import DEMOS, modes_of, scene_modes
+from tests.common import modes_of
 
 E, RHO, NU, LENGTH = 210e9, 7850.0, 0.3, 0.8
 G = E / (2 * (1 + NU))
@@ -51,20 +48,6 @@ def rigidities(section):
     """EI and G A_s of a rectangle."""
     area = section["width"] * section["height"]
     return E * area * section["height"] ** 2 / 12, COWPER * G * area
-
-
-@pytest.mark.parametrize("slenderness", [3, 30, 1e4])
-def test_stiffness_of_an_element_is_the_exact_one(slenderness):
-    section = rectangle(slenderness)
-    ei, gas = rigidities(section)
-    h = LENGTH / 2
-    n = 12 * ei / (gas * h**2)
-    row = [[12, 6 * h, -12, 6 * h], [6 * h, (4 + n) * h**2, -6 * h, (2 - n) * h**2]]
-    row += [[-12, -6 * h, 12, -6 * h], [6 * h, (2 - n) * h**2, -6 * h, (4 + n) * h**2]]
-    expected = ei / ((1 + n) * h**3) * np.array(row)  # Przemieniecki (1968), eq. (5.116)
-    bending = np.ix_([1, 2, 4, 5], [1, 2, 4, 5])
-    for found in mechanism(beam(2, section, WELD)).beams.element_stiffness:
-        assert np.allclose(found[bending], expected, rtol=0, atol=1e-12 * expected.max())
 
 
 @pytest.mark.parametrize("elements", [1, 4])
@@ -139,16 +122,6 @@ def test_frequencies_of_thick_beams_converge_with_two_rates():
     assert np.all(np.abs(np.log2(coarse / fine) - 4) < 0.2)
     assert np.all(np.abs(fine) < 0.05 * whole[1])
     assert np.all(whole[1] < 4e-3)
-
-
-@pytest.mark.parametrize("slenderness", [10, 40])
-def test_by_how_much_elements_have_sheared_frequencies_wrong(slenderness):
-    """Against Timoshenko's. Measured 1.00 to 1.11."""
-    scene = beam(6, rectangle(slenderness), SIMPLY, effects=("rotary-inertia", "shear", "inextensible"))
-    system = mechanism(scene)
-    modes = scene_modes(scene, system)
-    error = modes.omega[0, :3] / timoshenko(slenderness) - 1
-    assert np.all(np.abs(frequency_error(system, modes)[:3] / error - 1.1) < 0.2)
 
 
 def test_timoshenkos_frequencies_are_those_of_bernoulli_and_euler_for_thin_beams():
@@ -230,19 +203,6 @@ def test_tip_of_a_wedge_converges():
     assert errors[1] < 5e-5  # shear gives 8e-3 of the deflection
 
 
-@pytest.mark.parametrize(
-    ("section", "steel", "place"),
-    [
-        ({"area": 1e-4, "inertia": 1e-9, "fibre": 0.01}, STEEL, r"sections\.it\.shear_factor"),
-        ({"shape": "polygon", "outline": [(0, 0), (1, 0), (0, 1)]}, STEEL, r"sections\.it\.shear_factor"),
-    ],
-)
-def test_what_is_missing_is_said(section, steel, place):
-    mechanism(beam(1, section, WELD, steel=steel, effects=()))
-    with pytest.raises(SceneError, match=place):
-        mechanism(beam(1, section, WELD, steel=steel))
-
-
 def test_a_taper_needs_shear_factors_at_both_ends_or_none():
     scene = beam(1, rectangle(10), WELD)
     half = rectangle(20) | {"shear_factor": 0.8}
@@ -250,16 +210,3 @@ def test_a_taper_needs_shear_factors_at_both_ends_or_none():
     with pytest.raises(SceneError, match="only one of its two sections"):
         scene.changed(sections=sections)
     scene.changed(sections=sections | {"a": rectangle(10) | {"shear_factor": 0.9}})
-
-
-def test_pins_along_members_are_refused():
-    quick_return = load(DEMOS / "quick_return.toml")
-    with pytest.raises(SceneError, match="where pins travel along members"):
-        mechanism(quick_return.changed(effects=("shear",)))
-
-
-def test_without_the_effect_nothing_is_tied_or_assembled():
-    beams = mechanism(beam(2, rectangle(10), WELD, effects=())).beams
-    assert beams.rigidity.shear is beams.layout.shear_angle is None
-    plain = mechanism(beam(2, rectangle(10), WELD, effects=(), steel={"modulus": E, "density": RHO})).beams
-    assert np.array_equal(beams.element_stiffness, plain.element_stiffness)

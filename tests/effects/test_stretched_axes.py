@@ -5,9 +5,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 from fenics_mech.analysis import analyse
-from fenics_mech.effects.even_stretch import Bars, Stretched
 from fenics_mech.errors import SolverError
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import load
 from tests.common import DEMOS
 from tests.effects import strips
@@ -112,23 +110,6 @@ def test_an_axis_that_shears_and_turns_far(share):
     middle = exact.sol(strips.L / 2)[2:] - [strips.L / 2, 0.0]
     apart = data["deflection"].sel(member="beam", s=0.5)[0].to_numpy() - middle
     assert np.linalg.norm(apart) < 1e-4 * np.linalg.norm(middle)
-
-
-@pytest.mark.parametrize("effects", [(), ("shear",)])
-def test_the_stretch_of_drawn_elements_is_found(effects):
-    """Elements that are 0.6 to 1.4 times as long as before, and turned by up to 30 degrees at their ends."""
-    scene = strips.beam({"O": {"kind": "weld"}}, effects=("large-rotations", *effects), mesh={"elements": 8})
-    law = mechanism(
-        scene.changed(sections__strip__shear_factor=5 / 6, materials__aluminium__poisson=0.3)
-    ).terms.law.on_elements
-    rng, count = np.random.default_rng(1), (4000, len(law.length))
-    stretch, slopes = rng.uniform(0.6, 1.4, count), rng.uniform(-0.5, 0.5, (2, *count))
-    across = stretch * law.length * slopes.mean(axis=0) * rng.uniform(0.9, 1.1, count)
-    shape = np.stack([0 * across, slopes[0], across / stretch, slopes[1]], axis=-1)
-    along = stretch * (law.length - law.axis.shortened(shape)[0]) - law.length
-    y = np.stack([along, 0 * across, slopes[0], across, slopes[1]], axis=-1)
-    bars = Bars(law.axis, law.rigidity * law.length, law.length, 0.0)
-    assert Stretched.of(y, bars).stretch == pytest.approx(stretch, abs=1e-12)
 
 
 def amplitudes(scene, share):

@@ -8,7 +8,6 @@ from scipy.optimize import brentq
 
 from fenics_mech.analysis import analyse
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.response.setup import mechanism
 from fenics_mech.studies.follow import follow
 from tests.effects import strips
 from tests.effects.turned_machine import four_bar
@@ -125,14 +124,6 @@ def test_torque_that_holds_a_driven_beam(load):
     assert torque == pytest.approx(-expected * EI / strips.L, rel=1e-5)
 
 
-@pytest.mark.parametrize("load", [{"moment": 1e-3}, {"force": 2e-3, "follows": True}])
-def test_small_rotations_are_those_of_linear_theory(load):
-    exact, linear = (tip(analyse(scene).data) for scene in (on_weld(load), on_weld(load).changed(effects=())))
-    assert exact[0] == pytest.approx(linear[0], rel=2e-6)  # the square of the rotation
-    assert exact[2] == pytest.approx(linear[2], rel=2e-6)
-    assert mechanism(on_weld(load).changed(effects=())).terms.rotation_forces == ()
-
-
 @pytest.mark.parametrize("follows", [True, False])
 def test_arm_of_a_force_on_a_rigid_lever(follows):
     # a dead force has the arm L cos(phi), one that follows L: the sine of phi is the lever's coordinate
@@ -145,23 +136,6 @@ def test_arm_of_a_force_on_a_rigid_lever(follows):
     )
     turned = 0.08 if follows else brentq(lambda turned: 40 * turned - 3.2 * np.cos(turned), 0, 1)
     assert analyse(scene).data["spring_force"].item() == pytest.approx(40 * turned, rel=1e-9)
-
-
-def test_tangents_are_derivatives_of_the_forces():
-    system = mechanism(four_bar(analysis__sub_intervals=4))
-    forces, rng = system.rotation_forces, np.random.default_rng(0)
-    v = 0.3 * rng.standard_normal((4, 3 * len(system.beams.mesh.node_name)))
-    rate, step = rng.standard_normal(v.shape), 1e-6
-    constant, by_v, by_rate = forces.linearised(v, rate)
-    force = constant + np.einsum("tfij,tfj->tfi", by_v, v[:, forces.dofs])
-    force += np.einsum("tfij,tfj->tfi", by_rate, rate[:, forces.dofs])
-    assert np.allclose(force, forces.force(v, rate), rtol=0, atol=1e-12 * np.abs(force).max())
-    assert np.abs(forces.force(0 * v, 0 * v)).max() == 0
-    for way in np.eye(v.shape[1]):
-        for matrices, (one, other) in ((by_v, (way, 0 * way)), (by_rate, (0 * way, way))):
-            ahead, behind = (forces.force(v + s * step * one, rate + s * step * other) for s in (1, -1))
-            expected = np.einsum("tfij,fj->tfi", matrices, way[forces.dofs])
-            assert np.allclose((ahead - behind) / (2 * step), expected, rtol=0, atol=1e-7 * np.abs(matrices).max())
 
 
 @pytest.mark.parametrize("acting", ["loads", "springs", "dampers"])

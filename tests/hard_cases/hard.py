@@ -1,9 +1,8 @@
-"""Machines that several hard cases share, and their answers by modes."""
+"""Machines that several hard cases share, and their answers by hand-coded elements."""
 
 import numpy as np
 from scipy.linalg import eigh
 
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import Scene
 
 
@@ -24,16 +23,51 @@ def arm(speed, **rest):
     )
 
 
+def _elements(scene):
+    """Hand-coded matrices of the arm, clamped at its shaft: K, M, the Coriolis matrix G and M times places x.
+
+    Elements are bars along, and cubic across (Przemieniecki, ch. 5 and 11). Degrees of freedom are u, w and phi of each
+    node but the first.
+    """
+    (member,), (section,) = scene.links["arm"].members.values(), scene.sections.values()
+    material = scene.materials[member.material]
+    EA, EI, line = material.modulus * section.area, material.modulus * section.inertia, material.density * section.area
+    count = scene.mesh.elements
+    h, n = 0.5 / count, 3 * (count + 1)
+    K, M, G, pull = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    gauss, weights = np.polynomial.legendre.leggauss(4)
+    for element in range(count):
+        dofs = slice(3 * element, 3 * element + 6)
+        for s, weight in zip((gauss + 1) / 2, weights * h / 2):
+            u = np.array([1 - s, 0, 0, s, 0, 0])
+            w = np.array(
+                [0, 1 - 3 * s**2 + 2 * s**3, h * (s - 2 * s**2 + s**3), 0, 3 * s**2 - 2 * s**3, h * (s**3 - s**2)]
+            )
+            bent = np.array([0, 12 * s - 6, h * (6 * s - 4), 0, 6 - 12 * s, h * (6 * s - 2)]) / h**2
+            stretched = np.array([-1, 0, 0, 1, 0, 0]) / h
+            K[dofs, dofs] += weight * (EA * np.outer(stretched, stretched) + EI * np.outer(bent, bent))
+            M[dofs, dofs] += weight * line * (np.outer(u, u) + np.outer(w, w))
+            G[dofs, dofs] += weight * line * (np.outer(w, u) - np.outer(u, w))
+            pull[dofs] += weight * line * u * h * (element + s)
+    return K[3:, 3:], M[3:, 3:], G[3:, 3:], pull[3:]
+
+
 def natural(scene):
-    """The mechanism of a scene, its natural frequencies at drive angle 0 (rad/s) and its modes."""
-    system = mechanism(scene)
-    mass, stiffness = system.held_matrices()
-    squares, shapes = eigh(stiffness.dense(0), mass.dense(0))
-    return system, np.sqrt(squares), shapes
+    """Natural frequencies of the arm held still (rad/s), and its modes, orthonormal in the mass."""
+    K, M, _, _ = _elements(scene)
+    squares, shapes = eigh(K, M)
+    return np.sqrt(squares), shapes
 
 
-def by_modes(scene, decay):
-    """Coordinates of a mechanism with constant coefficients, by its modes and the Fourier series of its load.
+def critical(scene, harmonic=1, coupled=True):
+    """Speeds at which a harmonic of the drive meets a mode (rad/s); with the coupling they are those of the turning arm."""
+    K, M, G, _ = _elements(scene)
+    across = (harmonic**2 + 1) * M - 2j * harmonic * G if coupled else harmonic**2 * M
+    return np.sqrt(eigh(K, across)[0])
+
+
+def answer(scene, decay, coupled=True):
+    """Displacement of the arm's tip across it over the cycle, ``(positions,)``, harmonic by harmonic.
 
     Parameters
     ----------
@@ -41,13 +75,21 @@ def by_modes(scene, decay):
         Its force has no harmonic above 1.
     decay
         Damping of each mode over its mass (1/s), as a function of its frequency.
+    coupled
+        Whether the frame's turning acts on the displacement.
     """
-    system, omega, shapes = natural(scene)
-    load = np.fft.rfft(system.load, axis=0) / len(system.load)
-    speed, theta = scene.cycle_rate, system.motion.theta
-    q = np.zeros_like(system.load)
-    for harmonic in (0, 1):
-        force = (1 + harmonic) * shapes.T @ load[harmonic]
-        dynamic = omega**2 - (harmonic * speed) ** 2 + 1j * decay(omega) * harmonic * speed
-        q += np.real((shapes @ (force / dynamic)) * np.exp(1j * harmonic * theta)[:, None])
-    return system.to_links(q)
+    K, M, G, pull = _elements(scene)
+    omega, shapes = natural(scene)
+    C = M @ shapes @ np.diag(decay(omega)) @ shapes.T @ M
+    speed, (load,) = scene.cycle_rate, scene.loads.values()
+    count = scene.analysis.sub_intervals
+    theta, found = 2 * np.pi * np.arange(count) / count, np.zeros(count)
+    x, y = load.force
+    for harmonic, along, over in ((0, 0.0, 0.0), (1, x - 1j * y, y + 1j * x)):  # of exp(i theta)
+        force = np.zeros(len(K), dtype=complex)
+        force[-3:-1] = along, over
+        force += (harmonic == 0) * speed**2 * pull
+        s = harmonic * speed
+        matrix = K - s**2 * M + 1j * s * C + coupled * (2j * s * speed * G - speed**2 * M)
+        found += np.real(np.linalg.solve(matrix, force)[-2] * np.exp(1j * harmonic * theta))
+    return found

@@ -6,15 +6,12 @@ import weakref
 
 import numpy as np
 import pytest
-from scipy.linalg import eigvalsh
 
 from fenics_mech import analyse
 from fenics_mech._petsc import PETSc, configured
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.kinematics import assembly, solve_motion
-from fenics_mech.response.static import quasi_static
-from fenics_mech.response.static.equilibrium import STATIC
 from fenics_mech.scene import Scene, load
 from tests.common import DEMOS
 
@@ -93,20 +90,6 @@ class Pressed:
     def straight(self, tension):
         stiffness, geometric = self.parts
         return type("Tangents", (), {"stiffness": Stack.of_full(stiffness + tension[:, :1, None] * geometric)})
-
-
-@pytest.mark.parametrize("pressure", [0.5, 1.5, 40.0, 1e7])
-def test_a_tension_is_lowered_to_the_first_power_below_buckling(pressure):
-    """Buckling is at ``-1/mu``, mu the largest eigenvalue of ``-G x = mu K x``: powers are tried one by one."""
-    chance = np.random.default_rng(1)
-    root, other = chance.normal(size=(2, 6, 6))
-    stiffness, geometric = root @ root.T + np.eye(6), other @ other.T + 0.1 * np.eye(6)
-    critical = 1 / eigvalsh(geometric, stiffness)[-1]
-    lowered = quasi_static._lowered(Pressed(stiffness, geometric), np.full((1, 2), -pressure * critical))
-    share = 1.0
-    while share * pressure >= 1:
-        share *= STATIC.smaller
-    assert lowered == pytest.approx(np.full((1, 2), -share * pressure * critical), rel=1e-9)
 
 
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):

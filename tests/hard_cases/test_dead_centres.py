@@ -245,14 +245,6 @@ def test_quasi_static_positions_that_miss_the_corner_are_refused():
     assert analyse(missing(1e-6, analysis=analysis | {"allow_coarse": True})).data["strain"].notnull().all()
 
 
-def test_effects_are_chosen_where_the_positions_of_the_run_see_the_corner():
-    """The survey begins with 48 positions, which miss it, and is no reason to refuse the run."""
-    scene = missing(1e-6, effects="auto", damping={"ratio": 0.02}, analysis={"sub_intervals": 960})
-    assert survey_positions(scene, CommonParts()) == 476
-    with pytest.raises(SceneError, match="which 300 positions miss"):
-        choose(scene.changed(analysis__sub_intervals=300))
-
-
 def test_twice_as_many_are_asked_for_of_positions_on_both_sides_of_a_corner():
     analysis = {"sub_intervals": 87, "stability": False}
     with pytest.raises(SceneError, match=r"which 87 positions miss.* Take at least 174"):

@@ -8,7 +8,6 @@ import pytest
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.kinematics.run_up import solve_motion_in_time
 from fenics_mech.scene import Scene
 
 LENGTH = 0.5
@@ -84,19 +83,6 @@ def test_time_derivatives_of_drives_with_a_common_cycle(speed, period, common):
     for found, first, relative in zip((motion.angle, motion.omega, motion.alpha), upper, swung):
         expected = np.column_stack([first, first + relative])
         assert np.allclose(found, expected, rtol=0, atol=1e-10 * max(1, np.abs(expected).max()))
-
-
-def test_run_up_of_the_first_drive_leads_all():
-    """Speeds of 2 to 3: both start from rest, and the second has turned 3/2 of the first at any time."""
-    scene = arm({"speed": 4.0, "run_up": 0.7}, {"speed": 6.0})
-    assert scene.cycle_rate == pytest.approx(2.0, rel=1e-14)
-    time = np.linspace(0, 5, 40)
-    motion = solve_motion_in_time(scene, time)
-    x = np.minimum(time / 0.7, 1)
-    speed = 4 * x**3 * (10 - 15 * x + 6 * x**2)
-    turned = 4 * 0.7 * x**4 * (2.5 - 3 * x + x**2) + 4 * np.maximum(time - 0.7, 0)
-    assert np.allclose(motion.omega, np.column_stack([speed, 2.5 * speed]), rtol=0, atol=1e-9)
-    assert np.allclose(motion.angle, np.column_stack([turned, 2.5 * turned]), rtol=0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

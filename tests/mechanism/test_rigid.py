@@ -2,15 +2,13 @@
 
 import numpy as np
 import pytest
-from fenics_mech.response.setup import freedoms_in_words, mechanism
 
 from fenics_mech import analyse
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.kinematics import reachable_range, solve_motion
-from fenics_mech.mechanism import RigidModes
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
-from tests.common import modes_of, scene_modes
+from tests.common import modes_of
 
 E, RHO, WIDTH, HEIGHT, L, G = 200e9, 7800.0, 0.02, 0.002, 0.5, 9.81
 EI, LINE = E * WIDTH * HEIGHT**3 / 12, RHO * WIDTH * HEIGHT
@@ -201,23 +199,6 @@ def test_weight_does_not_bend_what_falls():
     assert np.abs(data["strain"]).max() < 1e-15
 
 
-def test_four_bar_without_a_drive():
-    case = four_bar(loads={"push": {"at": "follower.B", "force": (1.0, 0)}})
-    freedom = "link crank can turn freely about joint O and moves coupler, follower with it"
-    with pytest.raises(SceneError, match=freedom):
-        analyse(case)
-    with pytest.raises(SceneError, match=f"there is no period; {freedom}"):
-        analyse(case.changed(analysis__method="periodic"))
-    system = mechanism(case)
-    assert freedoms_in_words(case.links, case.joints, system, RigidModes.of(system)) == [freedom]
-    found, driven = frequencies(case), mechanism(seed_four_bar(analysis={"method": "static"}))
-    assert found[0] == 0
-    # a drive is one constraint: the frequencies with it separate those without (Rayleigh)
-    held = scene_modes(seed_four_bar(), driven).frequency[0]
-    assert (found[:3] < held[:3]).all()
-    assert (held[:2] < found[1:3] * (1 + 1e-12)).all()
-
-
 def test_accelerated_four_bar_balances_on_every_link():
     """Inertia relief of a mechanism: the joints' forces and the links' own inertia are all there is but the load."""
     case = four_bar(
@@ -261,28 +242,6 @@ def test_choosing_effects_of_a_free_beam():
         loads={"push": {"at": "beam.A", "force": (0, 1.0)}},
     )
     assert np.isfinite(analyse(case).data["strain"]).all()
-
-
-def test_five_bar_with_one_drive_names_what_is_left():
-    links = {"crank": bar(0, 0.1), "coupler": bar(1.2, 0.2), "follower": bar(1.9, 0.2), "second": bar(1.0, 0.1)}
-    joints = {
-        "O": {"connect": ("ground.O", "crank.A")},
-        "A": {"connect": ("crank.B", "coupler.A")},
-        "B": {"connect": ("coupler.B", "follower.B")},
-        "C": {"connect": ("ground.C", "second.A")},
-        "D": {"connect": ("second.B", "follower.A")},
-    }
-    case = scene(
-        links,
-        joints,
-        ground={"points": {"O": (0, 0), "C": (0.25, 0)}},
-        drive={"joint": "O", "speed": 10.0},
-        analysis={"sub_intervals": 24},
-    )
-    words = "1 freedom left: link second can turn freely about joint C and moves coupler, follower with it"
-    for ask in (reachable_range, mechanism, analyse):
-        with pytest.raises(SceneError, match=words):
-            ask(case)
 
 
 def test_slider_without_a_drive_slides():

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from fenics_mech import SceneError, load
-from fenics_mech.forces.places_on_axes import AtNode, BentLinks, InElement
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.sections import RectangleSection
 from tests.common import DEMOS, response_of
@@ -91,25 +89,6 @@ def test_rates_of_bent_links_are_derivatives_of_their_paths(effects):
             expected = in_time(path, scene.period, order)
             assert found == pytest.approx(expected, abs=error * np.abs(expected).max()), (point, name)
     assert bent.sel(point="coupler.B").to_numpy() == pytest.approx(bent.sel(point="follower.B").to_numpy(), abs=1e-12)
-
-
-@pytest.mark.parametrize("effects", [(), ("shear",)])
-def test_rates_of_places_on_stretched_and_turned_axes_are_derivatives(effects):
-    scene = seed_four_bar(effects=("large-rotations", *effects), mesh={"elements": 3})
-    factors = {f"sections.{name}.shear_factor": 5 / 6 for name in scene.sections}
-    system = mechanism(scene.changed({"materials.material.poisson": 0.3} | factors))
-    size, rng = 3 * len(system.beams.mesh.node_name), np.random.default_rng(3)
-    jets = [1e-3 * rng.standard_normal((len(system.motion.theta), size)) for _ in range(3)]  # stretch of up to 12 %
-    step = 1e-4
-    around = [jets[0] + t * jets[1] + t**2 / 2 * jets[2] for t in (-step, 0.0, step)]
-    held = InElement(4, 0.3, (0.02, 0.05)), AtNode(np.array([3, 4, 5]), np.eye(2, 3), (0.02, 0.05), on_axis=True)
-    for place in held:
-        before, here, after = (place.displacement(BentLinks(system, [v]))[0] for v in around)
-        expected = here, (after - before) / (2 * step), (after - 2 * here + before) / step**2
-        for found, known in zip(place.displacement(BentLinks(system, jets)), expected):
-            assert found == pytest.approx(known, abs=1e-6 * np.abs(known).max())
-    stretch = system.terms.law.on_elements.stretch(jets[0])
-    assert np.abs(stretch - 1).max() > 0.1
 
 
 @pytest.mark.parametrize(("effects", "near"), [((), 1e-9), (("large-rotations",), 1e-6)])

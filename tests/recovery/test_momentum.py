@@ -6,7 +6,6 @@ is their integral. Nothing of it shares the recovery's inertia, or knows of damp
 
 import numpy as np
 import pytest
-from fenics_mech.kinematics.run_up import solve_motion_in_time
 from scipy.integrate import simpson
 
 from fenics_mech import analyse, load
@@ -42,7 +41,7 @@ def accelerations(data, place):
 def motion_of(scene, data):
     """The rigid motion that the results' deflections are from."""
     if scene.analysis.method == "transient":
-        return solve_motion_in_time(scene, data["time"].to_numpy())
+        return solve_motion(scene, scene.coordinate(data["time"].to_numpy()).value)
     twist = data["drive_twist"].to_numpy() if "drive_twist" in data else 0.0
     return solve_motion(scene, data["theta"].to_numpy() + twist)
 

@@ -7,10 +7,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from fenics_mech import Result, analyse
-from fenics_mech.mechanism.equation import Equation
 from fenics_mech.recovery.signal import harmonics, nearest_mode, ripples, vibrating_mode
-from fenics_mech.response.periodic.harmonic_balance import solve_harmonic_balance
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene.factories import seed_four_bar
 from tests.common import response_of
 
@@ -39,20 +36,6 @@ def test_amplitudes_and_phases_of_a_known_curve():
     expected = np.zeros((8, 2), dtype=complex)
     expected[0, 0], expected[1, 0], expected[7, 1] = 2, -3 * np.exp(0.4j), 0.5 * np.exp(-1j)
     assert found == pytest.approx(expected, abs=1e-14)
-
-
-def test_series_of_harmonic_balance_are_the_harmonics_of_its_history():
-    """The history is sampled from the series; 30 harmonics of 144 positions are told apart: only rounding is left."""
-    scene = seed_four_bar(drive__speed=4.0, analysis={"sub_intervals": 144})
-    system = mechanism(scene)
-    series = solve_harmonic_balance(Equation(system), 30, scene.period, {})
-    q, _ = series.at(system.motion.theta)
-    found = harmonics(q)
-    cosine, sine = series.coefficients[1::2], series.coefficients[2::2]
-    scale = np.abs(series.coefficients).max()
-    assert np.abs(found[0] - series.coefficients[0]).max() < 1e-12 * scale
-    assert np.abs(found[1:31] - (cosine - 1j * sine)).max() < 1e-12 * scale
-    assert np.abs(found[31:]).max() < 1e-12 * scale
 
 
 @pytest.mark.parametrize("speed", [32.3, -32.3])

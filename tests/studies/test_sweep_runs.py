@@ -5,15 +5,12 @@ import logging
 import numpy as np
 import pytest
 
-from fenics_mech.response.periodic.known_motion import KnownMotion
-from fenics_mech.response.setup import CommonParts
 from fenics_mech.solve import Path
 from fenics_mech.solve.stages import radau
-from fenics_mech.studies import kept_answers
-from fenics_mech.studies.kept_motions import read_motion, read_steps, write_motion
+from fenics_mech.studies.kept_motions import read_steps, write_motion
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
-from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of, shrinking_runs, with_peaks
+from fenics_mech.studies.sweep_runs import LONGEST, longest_run, runs_of, shrinking_runs
 
 EXACT = {
     "effects": ["coupling", "large-rotations"],
@@ -55,38 +52,6 @@ def test_points_that_do_not_depend_on_others_are_shared_in_runs_that_shrink():
 
 
 @pytest.mark.parametrize(
-    ("run", "told"),
-    [
-        (range(7), [0, 1, "0", 2, "1", 3, "2", 4, "3", 5, "4", 6, "6"]),  # 2 and 4 of a curve that is flat there
-        (range(1, 4), [1, 2, 3, "2"]),  # whether 1 and 3 are peaks the run does not know
-        ([0, 1, 3, 4, 5], [0, 1, "0", 3, 4, 5, "4"]),
-        ([6], [6]),
-    ],
-)
-def test_a_run_tells_peaks_as_soon_as_they_are_known(run, told):
-    curves, done = [[0, 0], [2, 1], [1, 1], [3, 0], [0, 0], None, [4, 4]], []
-
-    def strains(index):
-        assert done[-1] == index
-        return curves[index]
-
-    for task in with_peaks(list(run), 7, int, str, strains):
-        done.append(task)
-    assert done == told
-
-
-@pytest.mark.slow
-def test_estimates_of_a_kept_answer_are_those_of_a_second_analysis(seed, tmp_path, monkeypatch):
-    scene = seed.changed({**EXACT, "effects": ["coupling"], "analysis.error_estimates": True})
-    axes = parse_axes(scene, ["drive.speed=10:30:4"])
-    kept = run_sweep(scene, axes, tmp_path / "kept", estimates="peaks")
-    monkeypatch.setattr(kept_answers, "LARGEST", 0)
-    again = run_sweep(scene, axes, tmp_path / "again", estimates="peaks")
-    assert np.isfinite(kept.data["error_estimate"]).sum() >= 2
-    assert kept.data.identical(again.data)
-
-
-@pytest.mark.parametrize(
     ("changes", "longest"),
     [
         ({"effects": "auto"}, LONGEST),
@@ -121,41 +86,6 @@ def test_motions_that_begin_from_others_are_the_same_in_fewer_iterations(seed, t
         assert not np.array_equal(beside[1:], alone[1:])  # else they did not begin from others
         assert np.array_equal(beside[0], alone[0])
     assert counts[LONGEST] <= counts[1] - 2
-
-
-@pytest.mark.long
-@pytest.mark.slow
-def test_peaks_have_estimates_of_their_answer_or_begin_from_their_own_motion(seed, tmp_path, caplog, monkeypatch):
-    scene = seed.changed(EXACT | {"analysis.error_estimates": True, "mesh.elements": 6})  # which asks for no halves
-    axes = parse_axes(scene, [SPEEDS])
-    whole = run_sweep(scene, axes, tmp_path / "all", estimates="all").data
-    for most, again in ((kept_answers.LARGEST, 0), (0, 1)):  # with answers kept, and without
-        monkeypatch.setattr(kept_answers, "LARGEST", most)
-        caplog.clear()
-        with caplog.at_level(logging.DEBUG, "fenics_mech.response.periodic.newton"):
-            found = run_sweep(scene, axes, tmp_path / f"peaks {most}", estimates="peaks").data
-        estimated = np.isfinite(found["error_estimate"].to_numpy())
-        assert 2 <= (peaks := int(estimated.sum())) < 4
-        counts = iterations(caplog)
-        assert counts.count(1) == 4 + again * peaks  # motions that were solved for
-        assert counts[len(counts) - again * peaks - 1] > 1  # the last of those without estimates
-        assert counts[len(counts) - again * peaks :] == [1] * (again * peaks)  # what is left of them is rounding
-        # estimates are linear about a motion, and Newton's last tangents are those of one up to 1e-4 beside it
-        for name, apart in (("peak_strain", 1e-6), ("error_estimate", 1e-4)):
-            assert found[name].to_numpy()[estimated] == pytest.approx(whole[name].to_numpy()[estimated], rel=apart)
-    assert not list(tmp_path.rglob("*.motion"))
-
-
-def test_a_motion_that_does_not_fit_is_not_read(seed, tmp_path):
-    mesh = CommonParts().links(seed).mesh
-    dofs, elements = 3 * len(mesh.node_name), len(mesh.cell)
-    parts = [np.arange(4.0), *(np.ones((4, count)) for count in (dofs, dofs, elements))]
-    write_motion(tmp_path / "motion.motion", KnownMotion(mesh, *parts))
-    assert (read_motion(tmp_path / "motion.motion", mesh).tension == 1).all()
-    assert read_motion(tmp_path / "motion.motion", CommonParts().links(seed.changed(mesh__elements=2)).mesh) is None
-    assert read_motion(tmp_path / "none.motion", mesh) is None
-    (tmp_path / "motion.motion").write_bytes(b"PK of another kind")
-    assert read_motion(tmp_path / "motion.motion", mesh) is None
 
 
 def test_a_motion_of_poses_is_read_as_it_was_written(tmp_path):

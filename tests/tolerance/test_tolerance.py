@@ -6,39 +6,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fenics_mech.planning.effect_choice import rungs
-from fenics_mech.response.setup import CommonParts
 
 import fenics_mech.accuracy.estimate
 import fenics_mech.analysis
 import fenics_mech.planning.discretisation
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
-from fenics_mech.errors import AssemblyError, SceneError, SolverError, TooLargeError, UnresolvedError, percent
-from fenics_mech.kinematics import missed_corner, solve_motion
-from fenics_mech.planning.cycle_steps import Steps
+from fenics_mech.errors import SceneError, SolverError, percent
 from fenics_mech.planning.discretisation import Discretisation, Trial
-from fenics_mech.planning.meet_tolerance import _next, within
+from fenics_mech.planning.meet_tolerance import _next
 from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.scene import Scene
-from fenics_mech.scene.factories import four_bar, seed_four_bar
+from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements
 from tests.common import DEMOS, analysed, response_of
 
 TAPERED = {"shape": "variable", "area": "4e-5*(1 - 0.5*s)", "inertia": "8e-12*(1 - 0.5*s)**3", "fibre": "8e-4"}
-
-
-class Attempts:
-    """Trials whose results a function gives; nothing is judged."""
-
-    def __init__(self, analyse):
-        self.analyse = analyse
-
-    def theories(self, scene):
-        return rungs(scene)
-
-    def judge(self, allow_unstable):
-        pass
 
 
 def true_error(result):
@@ -187,48 +170,6 @@ def test_what_takes_too_much_is_told_before_it_is_tried(monkeypatch, runs, name,
     assert all(scene.analysis.sub_intervals * 22 < 5e3 for scene in runs)
 
 
-@pytest.mark.parametrize("error", [TooLargeError("too much"), MemoryError()])
-def test_memory_that_gives_out_is_an_error_of_the_tolerance(error):
-    scene, done = seed_four_bar(effects=("coupling",), tolerance=1e-4), []
-
-    def short(trial, choices):
-        if done:
-            raise error
-        done.append(trial)
-        return analyse(trial.changed(tolerance=None))
-
-    with pytest.raises(
-        SolverError,
-        match=r"an estimated \S+ %, .* from the peaks between positions; the next needs more memory than there is",
-    ):
-        within(scene, Attempts(short))
-
-
-def test_steps_without_an_answer_are_halved_a_few_times():
-    scene, tried = seed_four_bar(effects=("coupling",), tolerance=1e-2), []
-
-    def none(trial, choices):
-        tried.append(trial.analysis.sub_intervals)
-        raise UnresolvedError("Newton's method stopped")
-
-    with pytest.raises(UnresolvedError):
-        within(scene, Attempts(none))
-    assert tried == [48, 96, 192, 384]
-
-
-@pytest.mark.parametrize("kind", [SolverError, SceneError, AssemblyError])
-def test_what_no_mesh_cures_is_told_at_once(kind):
-    scene, tried = seed_four_bar(effects=("coupling",), tolerance=1e-2), []
-
-    def none(trial, choices):
-        tried.append(trial.analysis.sub_intervals)
-        raise kind("at resonance")
-
-    with pytest.raises(kind, match="at resonance"):
-        within(scene, Attempts(none))
-    assert tried == [48]
-
-
 def test_buckling_is_told():
     with pytest.raises(SolverError, match="buckles"):
         analyse(strut(310.0, 2).changed(tolerance=1e-3))
@@ -262,32 +203,6 @@ def test_accepted_motion_was_asked_to_be_stable():
     assert not found.scene.analysis.allow_unstable
     assert found.scene.analysis.stability
     assert found.scene == Scene.read(json.loads(found.data.attrs["scene"]))
-
-
-def test_a_narrow_pulse_is_not_missed():
-    """The points of 24 steps are none of them in it: steps are cut where it begins, ends and stops to change."""
-    pulse = {"kind": "pulse", "start": 1.02, "end": 1.06, "ramp": 0.02}
-    load = {"at": "rod@0.5", "force": [0, 2.0], "factor": pulse}
-    scene = scene_of("slider_crank").changed(loads={"press": load}, analysis__sub_intervals=24, tolerance=0.1)
-    discretisation = fenics_mech.planning.meet_tolerance._start(scene, CommonParts())
-    assert discretisation.steps < 2000
-    edges = Steps.of(discretisation.of(scene)).start
-    for corner in (1.01, 1.03, 1.05, 1.07):
-        assert np.abs(edges - corner).min() < 1e-12
-
-
-def test_a_corner_of_the_motion_is_not_missed():
-    """Near a change point the follower turns within 2.4 deg: 24 steps know nothing of it."""
-    bar, steel = {"area": 1e-4, "inertia": 1e-8, "fibre": 1e-2}, {"modulus": 7e10, "density": 2700}
-    scene = four_bar(
-        crank=0.1, coupler=0.4, follower=0.35, ground=0.65 - 1e-5, sections=[bar] * 3, material=steel, speed=10.0,
-        damping={"ratio": 0.02}, tolerance=0.1,
-    )  # fmt: skip
-    start = fenics_mech.planning.meet_tolerance._start(scene, CommonParts()).sub_intervals
-    missed = missed_corner(solve_motion(scene, scene.drive_angles(24)).path, vibrates=True)
-    assert missed is not None
-    assert start >= missed.enough > 100
-    assert missed_corner(solve_motion(scene, scene.drive_angles(start)).path, vibrates=True) is None
 
 
 @pytest.mark.parametrize(

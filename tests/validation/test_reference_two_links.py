@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.response.setup import mechanism
 from fenics_mech.scene import load
 from tests.common import DEMOS
-from tests.validation.check import coupling
 from tests.validation.manipulator_arm import ManipulatorModel, ManipulatorParameters
 from tests.validation.reference.gauss_legendre import gauss_legendre_periodic
 from tests.validation.reference.nine_element import element_gyroscopic, element_mass, element_stiffness, modes_of
@@ -77,34 +75,6 @@ def test_frequencies_agree(name):
     found = analyse(scene.changed(analysis__allow_coarse=True)).data  # frequencies need few positions
     by_hand = modes_of(*model.mass_stiffness(found["theta"].to_numpy()), 6)[0] / (2 * np.pi)
     assert np.allclose(np.sort(found["frequency"].to_numpy(), axis=1), by_hand, rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_matrices_of_the_full_equation_agree(name):
-    # M, K, the load and the coupling in damping and stiffness, as spectra and norms that no order of coordinates
-    # changes; the coupling's stiffness is a small difference of large ones
-    scene, model = scene_of(name, analysis__sub_intervals=8), CASES[name]()
-    system = mechanism(scene)
-    theta = system.motion.theta
-    mass, stiffness = model.mass_stiffness(theta)
-    by_hand, load = model.coupling(theta), model.load(theta)
-    damping, by_position = coupling(system)
-    for k, m, s in system.positions():
-        terms = {
-            "M": (m[:, :], mass, 1e-9),
-            "K": (s[:, :], stiffness, 1e-9),
-            "damping": (damping[k], by_hand.damping, 1e-9),
-            "stiffness": (by_position[k], by_hand.stiffness, 1e-6),
-        }
-        for label, (a, expected, tol) in terms.items():
-            b = expected[k]
-            size = tol * np.abs(b).max()
-            assert np.linalg.norm(a) == pytest.approx(np.linalg.norm(b), rel=tol), label
-            assert np.trace(a) == pytest.approx(np.trace(b), rel=tol, abs=tol * np.linalg.norm(b)), label
-            assert np.allclose(np.sort(np.diag(a)), np.sort(np.diag(b)), rtol=0, atol=size), label
-            rows = (np.sort(np.abs(matrix).sum(axis=1)) for matrix in (a, b))
-            assert np.allclose(*rows, rtol=tol, atol=size), label
-        assert np.allclose(np.sort(system.load[k]), np.sort(load[k]), rtol=0, atol=1e-9 * np.abs(load).max())
 
 
 def test_element_matrices_are_the_typed_ones():
