@@ -27,6 +27,7 @@ def two_oscillators():
 def by_slepc(monkeypatch):
     """Let SLEPc find the slowest modes of machines of all sizes."""
     monkeypatch.setattr(SOLVER, "DENSE", 0)
+    monkeypatch.setattr(SOLVER, "DENSE_AT_REST", 0)
 
 
 def test_simply_supported_members(seed):
