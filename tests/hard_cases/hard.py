@@ -60,7 +60,7 @@ def natural(scene):
 
 
 def critical(scene, harmonic=1, coupled=True):
-    """Speeds at which a harmonic of the drive meets a mode (rad/s); with the coupling they are those of the turning arm."""
+    """Speeds at which a harmonic of the drive meets a mode (rad/s): with the coupling one of the turning arm."""
     K, M, G, _ = _elements(scene)
     across = (harmonic**2 + 1) * M - 2j * harmonic * G if coupled else harmonic**2 * M
     return np.sqrt(eigh(K, across)[0])

@@ -4,7 +4,6 @@ Right: the answer of the modes to the order of the steps where they are long bes
 rounding where there are many; what rings is refused. Energy over long times is in `response/test_transient.py`.
 """
 
-import fenics_mech.mechanism.memory_need
 import numpy as np
 import pytest
 
