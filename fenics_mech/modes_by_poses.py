@@ -140,11 +140,11 @@ class HeldMachine:
         scene, machine = self.made.scene, self.made.machine
         asked, about = scene.analysis.modes, None
         moves = moves_of(self.made)
-        loose = 0 if moves is None else moves[1].shape[1]
+        loose = None if moves is None else moves[1]
         if STIFFENED in scene.named_effects:
             about = forces_about(machine, self.t, self.moving)
-        count = None if asked == "all" else asked + loose + BESIDE
-        return followed_modes(machine, self.t, count, about=about, loose=bool(loose), options=scene.petsc)
+        count = None if asked == "all" else asked + BESIDE + (0 if loose is None else loose.shape[1])
+        return followed_modes(machine, self.t, count, about=about, loose=loose, options=scene.petsc)
 
     @cached_property
     def count(self) -> int:

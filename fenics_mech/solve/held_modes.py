@@ -17,13 +17,17 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import SLOWEST_MODES, PETSc, SLEPc, configured, to_petsc
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.terms import ModalDamping
+from fenics_mech.terms import ModalDamping, Response
 
 POSITIONS = 36  # of a cycle, at which modes are damped
 ROUNDING = float(np.finfo(float).eps)
 DENSE = 250  # coordinates up to which all modes are found: in few positions the slowest by SLEPc take as long
+DENSE_AT_REST = 2500  # the same where joints let links pass: soft springs are not lost beside stiff links then
 FOLLOWED = 60  # modes at least, so that those of interest do not leave or enter what is followed
 SPARE = 10  # vectors of a Krylov space beside two for each mode: it then restarts few times
+HELD = 1e-12  # stiffness of a motion of rigid links, of that of its parts: less is rounding
+NOISE = 1e-22  # the same, of the links' own stiffness
+TINY = 1e-6  # rad/s, for 0
 MASSLESS = 1e149  # rad/s of what has no mass
 GIVES_WAY = (
     "the stiffness is not positive there, and the mechanism buckles or gives way. Lower the loads or the speed, hold "
@@ -71,12 +75,16 @@ def held_modes(machine: Machine, t: float) -> tuple[Array, Array]:
 
 
 def _each_held(
-    machine: Machine, times: Array, about: About | None = None, loose: bool = False
+    machine: Machine, times: Array, about: About | None = None, loose: Array | None = None
 ) -> Iterator[tuple[Array, Array, Array]]:
     """Give what `held_modes` gives at each of some instants, and the mass ``(coordinates, coordinates)``."""
-    found = _tangents(machine, times, about)
-    for t, M, K in zip(times, found.pattern.dense(found.M), found.pattern.dense(found.K)):
-        yield *_held(machine, float(t), M, K, loose), M[: machine.n, : machine.n]
+    found, n = _tangents(machine, times, about), machine.n
+    for k, (t, M, K) in enumerate(zip(times, found.pattern.dense(found.M), found.pattern.dense(found.K))):
+        if loose is None:
+            yield *_held(machine, float(t), M, K), M[:n, :n]
+        else:
+            omega, shapes = _beside_rigid(M[:n, :n], K, _unbent(machine, times[k : k + 1], about)[:n, :n], loose[:n])
+            yield omega, np.pad(shapes, ((0, machine.size - n), (0, 0))), M[:n, :n]
 
 
 def _tangents(machine: Machine, times: Array, about: About | None) -> Evaluation:
@@ -91,7 +99,7 @@ def _tangents(machine: Machine, times: Array, about: About | None) -> Evaluation
     return machine.residual(times, zero, zero, about.pulls, predicted=about.stresses, moving=False)
 
 
-def _held(machine: Machine, t: float, M: Array, K: Array, loose: bool) -> tuple[Array, Array]:
+def _held(machine: Machine, t: float, M: Array, K: Array) -> tuple[Array, Array]:
     """Give frequencies and shapes by the tangents of an instant (s), ``(size, size)`` each."""
     n = machine.n
     free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if machine.held else np.eye(n)
@@ -108,36 +116,81 @@ def _held(machine: Machine, t: float, M: Array, K: Array, loose: bool) -> tuple[
         strained = len(slowest) * ROUNDING * (slowest @ np.abs(stiffness) @ slowest) < 1.0  # its stiffness
     except np.linalg.LinAlgError:  # the stiffness is not positive
         strained = False
-    if not strained and loose:
-        omega, shapes = _beside_rigid(mass, stiffness, what)
-    elif not strained:
+    if not strained:
         raise SolverError(
             f"{what}: something is free to move without strain, or unstable. Hold it by drives or joints, or take "
             "frequencies(), which gives rigid motions too"
         )
-    else:
-        omega, shapes = 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)), shapes[:, ::-1]
-    whole = np.zeros((machine.size, len(omega)))
+    whole = np.zeros((machine.size, len(squares)))
     whole[:n] = free @ shapes
-    return omega, whole
+    return 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)), whole[:, ::-1]
 
 
-def _beside_rigid(mass: Array, stiffness: Array, what: str) -> tuple[Array, Array]:
-    """Give frequencies, 0 of rigid motions, and shapes of unit stiffness, or of unit mass where they have none."""
-    heavy = np.diag(mass) > 0
-    shift = np.sqrt(ROUNDING) * np.median(np.diag(stiffness)[heavy] / np.diag(mass)[heavy])
+def _unbent(machine: Machine, t: Array, about: About | None) -> Array:
+    """Give the stiffness at an instant without that of the strains of beams ``(size, size)``."""
+    beams, zero = machine.beams, np.zeros((1, machine.size))
+    rest = copy(machine)
+    rest.terms = [term for term in machine.terms if term is not beams and (about is not None or not term.external)]
+    rest.forget_plan()
+    if about is None:
+        found = rest.residual(t, zero, zero, zero, moving=False, heavy=False)
+        return found.pattern.dense(found.K[0])
+    pairs = [stress for term, stress in zip(machine.terms, about.stresses) if term is not beams]
+    found = rest.residual(t, zero, zero, about.pulls, predicted=pairs, moving=False)
+    k = machine.terms.index(beams)
+    here = machine.residual(t, zero, zero, about.pulls, predicted=about.stresses, moving=False).terms[k]
+    assert here.response.by_measure is not None
+    alone = here.with_response(Response(about.stresses[k], np.zeros_like(here.response.by_measure)))
+    turned = np.zeros((1, machine.pattern.entries))
+    spread = np.zeros_like(zero), np.zeros_like(turned), np.zeros_like(turned), turned
+    machine.groups[k].spread(alone, about.stresses[k], machine.pattern, True, spread)
+    return np.asarray(found.pattern.dense(found.K[0]) + machine.pattern.dense(turned[0]))
+
+
+def _beside_rigid(mass: Array, K: Array, added: Array, ways: Array) -> tuple[Array, Array]:
+    """Give frequencies, 0 of rigid motions, and shapes of unit stiffness, or of unit mass where they have none.
+
+    Motions of rigid links, which joints let pass, are coordinates of their own. In these the links have no stiffness,
+    beside which that of springs, however soft, would be lost to rounding. Elastic motions carry rigid ones so that they
+    have no momentum in them.
+
+    Parameters
+    ----------
+    mass
+        Of the coordinates ``(n, n)``.
+    K
+        Stiffness with the rows ``(size, size)``.
+    added
+        Stiffness without that of the strains of beams ``(n, n)``.
+    ways
+        The motions ``(n, motions)``.
+    """
+    n, count = ways.shape
+    free = scipy.linalg.null_space(K[n:, :n], rcond=1e-10) if len(K) > n else np.eye(n)
+    mass, stiffness, added = (free.T @ (X + X.T) @ free / 2 for X in (mass, K[:n, :n], added))
+    ways = free.T @ ways
+    size = np.abs(ways)
+    parts, most = (np.einsum("im,ij,jm->m", size, np.abs(X), size) for X in (added, stiffness))
+    unit = 1 / np.sqrt(np.maximum(np.maximum(parts, NOISE / HELD * most), np.finfo(float).tiny))
+    values, vectors = np.linalg.eigh((ways.T @ added @ ways) * np.outer(unit, unit))
+    ways = ways @ (unit[:, None] * vectors[:, np.argsort(-np.abs(values))])
+    rigid = int((np.abs(values) < HELD).sum())
+    own = np.sqrt(np.abs(np.diag(stiffness)) + np.abs(np.diag(added)))
+    places = scipy.linalg.qr(ways.T * own, mode="r", pivoting=True)[1][:count]
+    others = np.setdiff1d(np.arange(len(mass)), places)
+    basis = np.hstack([np.eye(len(mass))[:, others], ways])
+    mass, whole = basis.T @ mass @ basis, basis.T @ added @ basis
+    whole[: len(others), : len(others)] = stiffness[np.ix_(others, others)]
+    held = len(basis) - rigid
+    carried = -np.linalg.solve(mass[held:, held:], mass[held:, :held])
     try:
-        inverse, shapes = scipy.linalg.eigh(mass, stiffness + shift * mass)
+        squares, shapes = scipy.linalg.eigh(mass[:held, :held] + mass[:held, held:] @ carried, whole[:held, :held])
     except np.linalg.LinAlgError:
-        raise SolverError(f"{what}: {GIVES_WAY}") from None
-    inverse, shapes = inverse[::-1], shapes[:, ::-1]
-    strain = np.einsum("im,ij,jm->m", shapes, stiffness, shapes)
-    size = np.einsum("im,ij,jm->m", np.abs(shapes), np.abs(stiffness), np.abs(shapes))
-    rigid = np.abs(strain) < len(mass) * ROUNDING * size
-    if (strain[~rigid] < 0).any():
-        raise SolverError(f"{what}: {GIVES_WAY}")
-    squares = np.where(rigid, 0.0, strain / np.maximum(inverse, 1e-300))
-    return np.sqrt(squares), shapes / np.sqrt(np.where(rigid, inverse, np.where(strain > 0, strain, 1.0)))
+        raise SolverError(f"modes of the machine at rest: {GIVES_WAY}") from None
+    alone = np.linalg.inv(np.linalg.cholesky(mass[held:, held:])).T if rigid else np.zeros((0, 0))
+    found = np.block([[np.zeros((held, rigid)), shapes[:, ::-1]], [alone, carried @ shapes[:, ::-1]]])
+    omega = np.append(np.zeros(rigid), 1 / np.sqrt(np.maximum(squares[::-1], 1e-300)))
+    return omega, free @ (basis @ found)
 
 
 @dataclass(frozen=True)
@@ -152,11 +205,15 @@ class FollowedModes:
         Of unit mass ``(positions, coordinates, modes)``.
     momenta
         The mass times them.
+    assurance
+        How far each mode is that of the next position, in axes that turn with the chart's poses, 0..1
+        ``(positions, modes)``; the last: which of the first it is most.
     """
 
     omega: Array
     shapes: Array
     momenta: Array
+    assurance: Array
 
     def only(self, those: Index) -> FollowedModes:
         """Give some of the modes.
@@ -166,15 +223,8 @@ class FollowedModes:
         those
             Their numbers ``(modes,)``.
         """
-        return FollowedModes(self.omega[:, those], self.shapes[..., those], self.momenta[..., those])
-
-    @property
-    def assurance(self) -> Array:
-        """How far each mode is that of the next position, 0..1 ``(positions, modes)``; the last: which it is most."""
-        back = np.einsum("knm,knl->kml", self.momenta, np.roll(self.shapes, -1, axis=0)) ** 2
-        found = np.einsum("kmm->km", back).copy()
-        found[-1] = back[-1].max(axis=0)
-        return found
+        shapes, momenta = self.shapes[..., those], self.momenta[..., those]
+        return FollowedModes(self.omega[:, those], shapes, momenta, self.assurance[:, those])
 
 
 def followed_modes(
@@ -183,7 +233,7 @@ def followed_modes(
     count: int | None = None,
     *,
     about: About | None = None,
-    loose: bool = False,
+    loose: Array | None = None,
     options: Mapping[str, Any] | None = None,
 ) -> FollowedModes:
     """Give the modes of a machine held at the places of its chart, followed from one instant to the next.
@@ -199,7 +249,8 @@ def followed_modes(
     about
         Forces that stiffen it; None for straight members.
     loose
-        Whether it may have rigid motions, whose frequency is 0.
+        Motions of rigid links ``(size, motions)`` that joints let pass; what holds none of them has the frequency 0.
+        None where there are none.
     options
         Of SLEPc, with the prefix "modes_", for machines with more than `DENSE` coordinates.
 
@@ -211,23 +262,37 @@ def followed_modes(
     omegas: list[Array] = []
     shapes: list[Array] = []
     momenta: list[Array] = []
-    if count is None or machine.n <= DENSE:
+    assurance: list[Array] = []
+    if count is None or machine.n <= (DENSE if loose is None else DENSE_AT_REST):
         found: Iterator[tuple[Array, Array, Array | sp.csr_matrix]] = _each_held(machine, times, about, loose)
     else:
-        found = _each_slowest(machine, times, about, loose, count, options or {})
-    for held, stiff, mass in found:
+        found = _each_slowest(machine, times, about, loose is not None, count, options or {})
+    axes, d = machine.known.at(times).R, machine.geometry.d
+    poses = np.unique(machine.places[:, 0], return_index=True)[1]  # of those that share a place the first
+    poses = poses[machine.places[poses, 0] >= 0]
+    place = machine.places[poses, :d]
+    first = last = np.zeros((machine.n, 0))
+    for R, (held, stiff, mass) in zip(axes[:, poses], found):
         few = slice(None) if count is None else slice(min(max(count, FOLLOWED), int((held < MASSLESS).sum())))
         omega, shape = held[few], (np.where(held > 0, held, 1.0) * stiff[: machine.n])[:, few]
         momentum = mass @ shape
+        carried, pushed = shape.copy(), momentum.copy()  # in axes that turn with the poses
+        for x in (carried, pushed):
+            x[place] = np.swapaxes(R, -1, -2) @ x[place]
         if shapes:
-            alike = shapes[-1].T @ momentum
-            order = linear_sum_assignment(-np.abs(alike))[1]
+            alike = last.T @ pushed
+            apart = np.log(np.maximum(omega, TINY) / np.maximum(omegas[-1], TINY)[:, None])
+            order = linear_sum_assignment(-(alike**2) / (1 + apart**2))[1]  # frequencies change little in a step
             signs = np.where(alike[np.arange(len(order)), order] < 0, -1.0, 1.0)
-            omega, shape, momentum = omega[order], shape[:, order] * signs, momentum[:, order] * signs
+            omega, shape, momentum, carried = omega[order], *(x[:, order] * signs for x in (shape, momentum, carried))
+            assurance.append(np.minimum(alike[np.arange(len(order)), order] ** 2, 1.0))
+        last = carried
+        first = first if shapes else pushed
         omegas.append(omega)
         shapes.append(shape)
         momenta.append(momentum)
-    return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta))
+    assurance.append(np.minimum((last.T @ first) ** 2, 1.0).max(axis=1))
+    return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta), np.array(assurance))
 
 
 def _each_slowest(
@@ -256,6 +321,8 @@ def _each_slowest(
 def _left_by(rows: Array) -> sp.csr_matrix:
     """Give coordinates that rows ``(rows, n)`` leave, and by them all ``(n, left)``."""
     n = rows.shape[1]
+    if not len(rows):
+        return sp.identity(n, format="csr")
     among = np.flatnonzero(rows.any(axis=0))
     r, order = scipy.linalg.qr(rows[:, among], mode="r", pivoting=True)
     size = np.abs(np.diag(r))

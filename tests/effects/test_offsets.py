@@ -179,7 +179,8 @@ def test_natural_frequencies_are_those_of_the_transfer_matrix(axis, ends, effect
     thick = {"turning": TURNING, "shear": float(scene.shear_stiffness("beam", np.zeros(1))[0])} if effects else {}
     found = modes_of(scene).modes.omega[0]
     expected = [frequency(ends, PLACES[axis][0], omega, **thick) for omega in found]
-    assert found == pytest.approx(expected, rel=8e-5)  # h^4: 6e-5 for two half-waves on 12 elements
+    # h^4: 6e-5 for two half-waves on 12 elements; by shear h^2, 8.4e-5
+    assert found == pytest.approx(expected, rel=9e-5 if effects else 8e-5)
 
 
 def test_pins_beside_the_neutral_line_stiffen_a_strip_between_fixed_pins():

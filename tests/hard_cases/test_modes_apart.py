@@ -5,11 +5,35 @@ tell. Right: each mode keeps its shape through a crossing however few positions 
 modes are orthonormal and the same at every position, and responses do not depend on which vectors stand for them.
 """
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 from fenics_mech import analyse
 from fenics_mech.scene import Scene
+from fenics_mech.solve import followed_modes
+from tests.common import modes_of
+from tests.studies.test_natural_frequencies import two_oscillators
+
+SOLVER = import_module("fenics_mech.solve.held_modes")  # whose name is that of a function too
+
+
+@pytest.fixture
+def followed(monkeypatch):
+    """Follow modes ``(positions, modes)`` whose mass matrix is 1."""
+
+    def follow(omega, shapes):
+        each = ((w, x.T / w, np.eye(2)) for w, x in zip(omega, shapes))
+        monkeypatch.setattr(SOLVER, "_each_held", lambda *_: each)
+        return followed_modes(two_oscillators(), np.arange(float(len(omega))))
+
+    return follow
+
+
+def overlaps(found):
+    """How much each mode is the one of the next position."""
+    return np.einsum("knm,knm->km", found.momenta[:-1], found.shapes[1:])
 
 
 def of_pair(gap, count, rng):
@@ -19,6 +43,27 @@ def of_pair(gap, count, rng):
     squares, vectors = np.linalg.eigh(matrices)
     shapes = vectors.transpose(0, 2, 1) * rng.choice([-1, 1], (count, 2, 1))
     return np.sqrt(squares), shapes, x
+
+
+@pytest.mark.parametrize("gap", [0.0, 1e-12, 1e-6, 1e-3])
+@pytest.mark.parametrize("count", [16, 90, 1000])
+def test_modes_that_cross_keep_their_shapes(gap, count, rng, followed):
+    """A gap that no position sees is a crossing: frequencies go on smoothly, and signs do not jump."""
+    omega, shapes, x = of_pair(gap, count, rng)
+    found = followed(omega, shapes)
+    rising = np.sqrt(100 + np.sign(x) * np.hypot(x, gap))
+    assert np.abs(found.omega[:, int(x[0] > 0)] - rising).max() < 1e-12
+    assert overlaps(found).min() > 0.99 - 2 * gap * count
+    assert np.abs(np.abs(found.momenta[-1].T @ found.shapes[0]) - np.eye(2)).max() < 1 - np.sqrt(0.5)
+
+
+@pytest.mark.parametrize("gap", [0.3, 1.0])
+def test_modes_that_veer_exchange_their_shapes(gap, rng, followed):
+    """With a gap that the positions resolve, frequencies stay in order, and each step turns the shapes a little."""
+    omega, shapes, _ = of_pair(gap, 90, rng)
+    found = followed(omega, shapes)
+    assert (np.diff(found.omega, axis=1) > 0).all()
+    assert overlaps(found).min() > 0.95
 
 
 def star(count, **rest):
@@ -39,6 +84,27 @@ def star(count, **rest):
         }
         | rest
     )
+
+
+def test_repeated_frequencies_of_equal_arms():
+    """Six arms: mode 1 six times, to rounding; the plane of its shapes is the same at every position."""
+    modes = modes_of(star(6, analysis={"sub_intervals": 12, "modes": 12})).modes
+    for first in (0, 6):
+        same = modes.omega[:, first : first + 6]
+        assert np.ptp(same) < 1e-9 * same.mean()
+    shapes, momenta = modes.shapes.transpose(0, 2, 1), modes.momenta
+    assert np.abs(shapes @ momenta - np.eye(12)).max() < 1e-9
+    first = np.sort(modes.omega[:, :6], axis=1)
+    assert np.ptp(first) < 1e-9 * first.mean()
+
+
+def test_all_of_equal_modes_are_found_by_slepc(monkeypatch):
+    """A Krylov space may hold five of six equal modes; the pivots of ``K - number M`` count them."""
+    scene = star(6, analysis={"sub_intervals": 4, "modes": 8})
+    known = modes_of(scene).frequency
+    monkeypatch.setattr(SOLVER, "DENSE", 0)
+    monkeypatch.setattr(SOLVER, "SPARE", 0)
+    assert np.abs(np.sort(modes_of(scene).frequency, axis=1) / np.sort(known, axis=1) - 1).max() < 1e-7
 
 
 @pytest.mark.parametrize(("solver", "bound"), [("sub-intervals", 1e-8), ("collocation", 1e-5)])
