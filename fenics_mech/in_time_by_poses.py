@@ -37,6 +37,7 @@ from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
 from fenics_mech.machine.section_forces import Sections
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
+from fenics_mech.planning.tolerance_refusals import refuse_unknown
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.dataset import joined, of_errors
 from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
@@ -56,6 +57,7 @@ from fenics_mech.response.transient.course import refuse_rough
 from fenics_mech.response.transient.strikes import strikes_between
 from fenics_mech.response.velocity_jumps import passages
 from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.free_motion_checks import NO_DURATION
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import States, Step, damp_modes, equilibria, held_damping, quasi_static, steps_in_time
@@ -101,7 +103,11 @@ def in_time_by_poses(scene: Scene) -> Result:
         When an error is too large.
     """
     refuse_rough(scene.analysis)
+    if not scene.drives and scene.analysis.duration is None:
+        raise SceneError(NO_DURATION, place="analysis.duration")
     chosen, scene = scene.effects == "auto", planned(scene)
+    if scene.tolerance is not None:
+        refuse_unknown(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
     whole = InTime.of(scene, times_of(scene, start), start=start)
     errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
@@ -685,7 +691,8 @@ class _Taken:
 def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) -> Errors:
     """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
 
-    Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
+    Where the program chose the effects, what those change that lack data is an error too.
+    Contacts let nearly the same motions part. After one, halved elements tell nothing, and sharper steps where asked.
     What goes on from a result has no state of halved elements either.
     """
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
