@@ -77,7 +77,8 @@ LEAST = (
 MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 STAGES = 5  # of a step, at least: with 3 strains are 3 to 10 times as far off in the same time
-SHORTER = 0.5  # the same of the longest step, which tells of those that are as long as they may be
+UNSEEN = 2.0  # times the difference from it: of what a start excites it has resolved 40 % at a tolerance of 0.02
+SHORTER = 0.5  # the same of the longest step
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
 AHEAD = 0.5  # of a step, at which its modes are found: the error of their damping is of second order
 FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
@@ -278,9 +279,11 @@ class InTime:
         share = sharper * analysis.time_tolerance
         v = _start(made) if start is None else _going_on(made, start.state)
         made = replace(made, scene=scene)
-        longest = scene.period * LONGEST[0 if scene.drives else 1] * (SHORTER if sharper < 1 else 1)
+        longest = scene.period * LONGEST[0 if scene.drives else 1]
+        if sharper < 1:  # of steps that are as long as they may be, or end at positions, the tolerance tells nothing
+            longest = SHORTER * min(longest, scene.period / analysis.sub_intervals)
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
-        stages = max(analysis.stages, STAGES)
+        stages = max(analysis.stages, STAGES if machine.beams.modal is None else 1)  # ratios couple all elements
         chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
@@ -704,6 +707,8 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
         if chosen and (fuller := with_assumed_shear(scene)) is not None:
             better["effects"] = InTime.of(fuller, times, settled=0.0)
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
+    if "time" in parts:
+        parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
     errors = told(scene, here, parts)
     return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
 
