@@ -448,8 +448,10 @@ def mesh_order(scene: Scene) -> float:
 def _unknown(scene: Scene) -> tuple[str, ...]:
     """Say what is wrong by more than any estimate says."""
     found = [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
-    if scene.impulses and scene.analysis.method == "periodic":
+    if scene.impulses:
         found.append("what impulses put into vibration that the mesh is too coarse for")
+    if scene.points and scene.analysis.method == "transient":
+        found.append("accelerations of traced points, where stiff axial vibration magnifies errors of the steps")
     return tuple(found)
 
 

@@ -710,7 +710,8 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
     if "time" in parts:
         parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
     errors = told(scene, here, parts)
-    return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
+    touched = (after_contacts(scene.analysis, "a tenth of"),) if whole.closings else ()
+    return replace(errors, remarks=(*errors.remarks, *touched))
 
 
 def collected(whole: InTime, errors: Errors | None) -> Result:

@@ -27,14 +27,14 @@ class Analysis(Part):
         effect "coupling", and modal damping. All others solve the equation of poses, which leaves nothing out at
         rigid arms and guides: "poses" and "collocation" by steps of high order, "harmonic-balance" as a Fourier
         series. Linear theories are its first step from the rigid motion. Static answers are by poses too, and
-        "transient" ones where "poses" is stated. What has no term there, such as members that cannot stretch, goes by
+        "transient" ones, whose strains are exact. What has no term there, such as members that cannot stretch, goes by
         link frames, and "poses" refuses it. "auto" takes "poses" where it can. Of "transient", "sub-intervals" is the
         superposition of `modes` in time (E.13); otherwise all coordinates are integrated.
     stages
-        Collocation points in a sub-interval; in a time step of "transient" at least 5.
+        Collocation points in a sub-interval; in a time step of "transient" at least 5, but for ratios of modes.
     scheme
-        Where they are, in both: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or "gauss"
-        (order 2 stages, damps nothing).
+        Where they are: "radau" (order 2 stages - 1, damps what is too fast for the sub-intervals), or of collocation
+        "gauss" (order 2 stages, damps nothing).
     harmonics
         Harmonics of the Fourier series. They need more than four times as many sub-intervals.
     stability
@@ -81,7 +81,7 @@ class Analysis(Part):
     reduction
         "craig-bampton" reduces every member to its ends and its lowest modes with clamped ends. The equation then has
         few coordinates, however fine the mesh is. Strains follow from equilibrium inside the members, on the whole
-        mesh. "none" keeps all nodes.
+        mesh. "none" keeps all nodes, as "transient" does.
     cutoff
         Frequency up to which those modes are kept (Hz).
     static_correction
