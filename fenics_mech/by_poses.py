@@ -420,8 +420,10 @@ def _unknown(scene: Scene) -> tuple[str, ...]:
         by_steps = analysis.method == "periodic" and analysis.solver != "harmonic-balance"
         found += between_points(scene, analysis.sub_intervals * (analysis.stages if by_steps else 1), cut=by_steps)
     found += [f"what damping.ratio makes of the torsional spring {name!r}, by the mesh" for name in too_stiff(scene)]
-    if scene.impulses and scene.analysis.method == "periodic":
+    if scene.impulses:
         found.append("what impulses put into vibration that the mesh is too coarse for")
+    if scene.points and scene.analysis.method == "transient":
+        found.append("accelerations of traced points, where stiff axial vibration magnifies errors of the steps")
     return tuple(found)
 
 

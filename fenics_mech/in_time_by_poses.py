@@ -38,6 +38,7 @@ from fenics_mech.machine.section_forces import Sections
 from fenics_mech.planning.cycle_steps import corners_to_cut
 from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
+from fenics_mech.planning.tolerance_refusals import refuse_unknown
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
@@ -55,6 +56,7 @@ from fenics_mech.recovery.variables import with_units
 from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.free_motion_checks import NO_DURATION
 from fenics_mech.scene.joints import effort_units
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
@@ -76,7 +78,8 @@ LEAST = (
 MISSED = 1e-3  # of the tolerance, which a step may miss places of rigid motions by: forces lose digits to them
 SHARPER = 0.1  # of the tolerance of steps: its motion is the exact one beside that of the tolerance
 STAGES = 5  # of a step, at least: with 3 strains are 3 to 10 times as far off in the same time
-SHORTER = 0.5  # the same of the longest step, which tells of those that are as long as they may be
+UNSEEN = 2.0  # times the difference from it: of what a start excites it has resolved 40 % at a tolerance of 0.02
+SHORTER = 0.5  # the same of the longest step
 SLOWLY = 3e-3  # rad, by which a slow motion is differentiated: its square is the error, and rounding is as small
 AHEAD = 0.5  # of a step, at which its modes are found: the error of their damping is of second order
 FELT = 1e-8  # of accelerations of freedoms at a start, below which a correction is rounding
@@ -102,7 +105,11 @@ def in_time_by_poses(scene: Scene) -> Result:
         When an error is too large.
     """
     refuse_rough(scene.analysis)
+    if not scene.drives and scene.analysis.duration is None:
+        raise SceneError(NO_DURATION, place="analysis.duration")
     chosen, scene = scene.effects == "auto", planned(scene)
+    if scene.tolerance is not None:
+        refuse_unknown(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
     whole = InTime.of(scene, times_of(scene, start), start=start)
     errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
@@ -283,9 +290,11 @@ class InTime:
         share = sharper * analysis.time_tolerance
         v = start_of(made) if start is None else going_on(made, start.state)
         made = replace(made, scene=scene)
-        longest = scene.period * LONGEST[0 if scene.drives else 1] * (SHORTER if sharper < 1 else 1)
+        longest = scene.period * LONGEST[0 if scene.drives else 1]
+        if sharper < 1:  # of steps that are as long as they may be, or end at positions, the tolerance tells nothing
+            longest = SHORTER * min(longest, scene.period / analysis.sub_intervals)
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
-        stages = max(analysis.stages, STAGES)
+        stages = max(analysis.stages, STAGES if machine.beams.modal is None else 1)  # ratios couple all elements
         chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
         chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
@@ -729,8 +738,11 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
         if chosen and (fuller := with_assumed_shear(scene)) is not None:
             better["effects"] = InTime.of(fuller, times, settled=0.0)
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
+    if "time" in parts:
+        parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
     errors = told(scene, here, parts)
-    return replace(errors, remarks=(after_contacts(scene.analysis, "a tenth of"),)) if whole.closings else errors
+    touched = (after_contacts(scene.analysis, "a tenth of"),) if whole.closings else ()
+    return replace(errors, remarks=(*errors.remarks, *touched))
 
 
 def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | None = None) -> Result:

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from fenics_mech.scene.models import Scene
 
 
-OWN_STEPS = "a motion with freedoms takes steps by collocation, without options that begin with transient_"
 MOVE_IN_TIME = (
     "move in time: write method = 'transient', with start = 'periodic' for a motion that repeats, or 'static' for an "
     "equilibrium of freedoms"
@@ -195,7 +194,6 @@ def _check_free_motion(scene: Scene) -> None:
         (not in_time and not rests, "analysis.method", f"{what} {MOVE_IN_TIME}"),
         (in_time and not lasts, "analysis.duration", NO_DURATION),
         (scene.tolerance is not None, "tolerance", f"a motion with {what} is not made to a tolerance of its result"),
-        (any(name.startswith("transient_") for name in scene.petsc), "petsc", OWN_STEPS),
     )
     for wrong, place, why in refused:
         if wrong:

@@ -142,34 +142,10 @@ SHIFTED: dict[str, Kind] = {
     **_of("st_", FACTORISED),
 }
 MULTIPLIERS: dict[str, Kind] = EIGENVALUES | {"eps_nev": FEW}
-TIME_STEPS: dict[str, Kind] = {
-    "ts_type": _names("alpha2 bdf arkimex rosw theta cn beuler alpha"),
-    "ts_rtol": SHARE,
-    "ts_atol": ABSOLUTE,
-    "ts_dt": Number(1e-30, 1e30),
-    "ts_max_steps": Number(1, 100_000_000, whole=True),
-    "ts_max_reject": FEW,
-    "ts_max_snes_failures": Number(-1, 1000, whole=True),
-    "ts_adapt_type": _names("none basic dsp"),
-    "ts_adapt_dt_min": ABSOLUTE,
-    "ts_adapt_dt_max": Number(1e-30, 1e30),
-    "ts_adapt_safety": Number(0.01, 1),
-    "ts_alpha_radius": SHARE,
-    "ts_theta_theta": Number(0.01, 1),
-    "ts_bdf_order": Number(1, 6, whole=True),
-    "ts_arkimex_type": _names("1bee a2 l2 ars122 2c 2d 2e prssp2 3 bpr3 ars443 4 5"),
-    "ts_rosw_type": _names("2m 2p ra3pw ra34pw2 rodas3 sandu3 assp3p3s1c lassp3p4s2c lld3p4s2c ark3"),
-    "snes_type": _names("newtonls newtontr"),
-    "snes_linesearch_type": _names("basic bt l2 cp"),
-    "snes_rtol": RELATIVE,
-    "snes_max_it": TIMES,
-    **FACTORISED,
-}
 PARTS: dict[str, dict[str, Kind]] = {
     "periodic_": CHECKED,
     "modes_": EIGENVALUES | SHIFTED,
     "stability_": MULTIPLIERS,
-    "transient_": TIME_STEPS,
 }
 OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, kind in options.items()}
 
@@ -197,7 +173,6 @@ OF_PARTS = {
     "periodic_": "periodic motions",
     "modes_": "natural frequencies",
     "stability_": "stability",
-    "transient_": "motion in time",
 }
 
 

@@ -18,6 +18,7 @@ from fenics_mech.solve.stages import radau
 from fenics_mech.solve.step import SHORT, Step, now
 
 SAFETY, LEAST, MOST = 0.9, 0.2, 4.0  # of a step's change: Hairer and Wanner, Solving ODE II, chapter IV.8
+TOO_LONG = 50.0  # error of a step in which something grows: the next one is half as long
 FIXED = 1e-9  # tolerance of steps of a stated length (m, rad), which only Newton's method has
 ROUNDING = 1e-9  # of a step, by which the last of even ones may be too short
 
@@ -112,6 +113,8 @@ def steps_in_time(
             try:
                 made = begun().solved()
                 error = 0.0 if fixed else max(made.error(a[0]), contacts.error(made, a[0]))
+                if not fixed and error <= 1 and made.grows:
+                    error = TOO_LONG
                 made, event = contacts.up_to_event(made) if error <= 1 else (made, None)
             except SolverError:
                 if fixed or step < 1e-9 * duration:

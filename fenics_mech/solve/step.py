@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.linalg
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import PoseMotion
@@ -205,6 +206,28 @@ class Step:
         if self.shapes is not None:
             worst = max(worst, np.abs(self.shapes @ self._filtered(missed)).max(initial=0.0))
         return float(inside * worst)
+
+    @property
+    def grows(self) -> bool:
+        """Whether something grows in it by more than e without vibrating: what is below the tolerance would die out.
+
+        Then the stiffness is less than minus the mass over the square of its length, where the rows are held. What
+        the material damps is not symmetric where links turn.
+        """
+        n, machine = self.machine.n, self.machine
+        assert self.tangents is not None
+        M, _, K = (machine.pattern.dense(x[:1])[0] for x in self.tangents)
+        held = K[n : n + machine.held, :n]
+        mass, stiffness = M[:n, :n] / self.h**2, K[:n, :n]
+        if machine.held:
+            free = np.linalg.qr(held.T, mode="complete")[0][:, machine.held :]
+            mass, stiffness = free.T @ mass @ free, free.T @ stiffness @ free
+        try:
+            np.linalg.cholesky(mass + stiffness + (mass + stiffness).T)
+        except np.linalg.LinAlgError:
+            over = scipy.linalg.eigvals(stiffness, mass)  # what has no mass is infinitely far
+            return bool(over[np.isfinite(over)].real.min(initial=0.0) < -1.0)
+        return False
 
     def _filtered(self, missed: Array) -> Array:
         """Take away from changes of coordinates what rows and stiff parts hold back within the step ``(n,)``.

@@ -126,8 +126,7 @@ def test_only_axial_forces_make_a_link_buckle(damping, speed, says, buckles):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("options", "largest"), [({}, 1e-3), ({"transient_ts_type": "alpha2"}, 0.03)])
-def test_a_tap_on_a_strut_that_stands_straight_beyond_its_load(column, options, largest):
+def test_a_tap_on_a_strut_that_stands_straight_beyond_its_load(column):
     """Pressed to 3 times its Euler load until 67 ms after a tap that is lost beside the pressure: closed form.
 
     The bow died out in steps of a 40th of the cycle, in which it grows by e^8: 106 % off, at any tolerance.
@@ -143,11 +142,10 @@ def test_a_tap_on_a_strut_that_stands_straight_beyond_its_load(column, options, 
         analysis__sub_intervals=30,
         analysis__time_tolerance=0.02,
         analysis__allow_coarse=True,
-        petsc=options,
     )
     found = response_of(scene).data["deflection"].sel(member="column", s=0.5, component="x")[16]
     mode = np.array([[0.0, 1.0], [(share - 1) * OMEGA**2, -drag - firm * OMEGA**2]])
-    assert found == pytest.approx((expm(mode * cycle / 30) @ [0, 2 * blow / (LINE * LENGTH)])[0], rel=largest)
+    assert found == pytest.approx((expm(mode * cycle / 30) @ [0, 2 * blow / (LINE * LENGTH)])[0], rel=1e-3)
 
 
 SIZES = {"crank": 0.1, "coupler": 0.3, "follower": 0.28, "ground": 0.25}

@@ -96,7 +96,7 @@ def test_vibration_of_the_seed_against_section_7_4(damping):
 def test_motion_in_time_has_harmonics_once_it_is_periodic(tmp_path):
     """Those of its last cycle are those of the periodic response: 1 % is what it may differ by from the one before."""
     analysis = {"method": "transient", "sub_intervals": 48, "modes": 3, "allow_coarse": True}
-    scene = seed_four_bar(damping={"external": 100.0}, effects=("coupling",), analysis=analysis)
+    scene = seed_four_bar(damping={"external": 100.0}, effects=("coupling", "large-rotations"), analysis=analysis)
     short, late = (response_of(scene.changed(analysis__cycles=cycles)) for cycles in (1, 4))
     assert not [name for name in short.data.variables if "amplitude" in name]
     periodic = response_of(scene.changed(analysis__method="periodic"))

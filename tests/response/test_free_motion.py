@@ -75,7 +75,7 @@ def test_a_load_that_begins_late_moves_links_at_rest():
     )
     data = fm.analyse(scene.changed({"materials.stiff.modulus": 2e11})).data
     inertia, time = 7850 * 2e-4 * LENGTH**3 / 3, data["time"].to_numpy()
-    np.testing.assert_allclose(data["freedom_rate"][:, 0], time**2 / inertia, rtol=1e-6, atol=1e-20)
+    np.testing.assert_allclose(data["freedom_rate"][:, 0], time**2 / inertia, rtol=1e-6, atol=1e-12)
     assert data.attrs["time_steps"] <= 25  # 20 of the longest there are, after short ones from the start
 
 
@@ -178,7 +178,6 @@ def test_freedoms_keep_what_is_stated_of_them():
             {"freedoms": {"P0": {"effort": STILL_MOTOR}}},
             "no_load_speed",
         ),
-        ({"petsc": {"transient_ts_type": "alpha2"}, "freedoms": {"P0": {}}}, "transient_"),
         ({"freedoms": {"P0": {"effort": "2 kg"}}}, "effort"),
         ({"freedoms": {"P0": {"effort": {"kind": "formula", "formula": "open('x')"}}}}, "formula"),
     ],

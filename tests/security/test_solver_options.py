@@ -15,15 +15,14 @@ FORBIDDEN = {
     ),
     "its file": ('modes_st_pc_python_type = "scene.toml:Pc"', "modes_st_pc_python_type", "unknown option of a solver"),
     "a linear solver in Python": ('periodic_ksp_type = "python"', "periodic_ksp_type", "must be one of"),
-    "steps in Python": ('transient_ts_type = "python"', "transient_ts_type", "must be one of 'alpha2'"),
     "a viewer": ('modes_eps_view = "ascii:victim.txt"', "modes_eps_view", "unknown option of a solver"),
     "a monitor": ('periodic_ksp_monitor = "ascii:victim.txt"', "periodic_ksp_monitor", "unknown option of a solver"),
     "a file of options": ('modes_options_file = "scene.toml"', "modes_options_file", "unknown option of a solver"),
     "other modes than the lowest": ("modes_eps_target = 1e9", "modes_eps_target", "unknown option of a solver"),
     "a method for symmetric systems": ('periodic_ksp_type = "cg"', "periodic_ksp_type", "must be one of"),
     "another option behind a value": (
-        'transient_pc_type = "lu -log_view :victim.txt"',
-        "transient_pc_type",
+        'modes_st_pc_type = "lu -log_view :victim.txt"',
+        "modes_st_pc_type",
         "must be one of 'lu', 'cholesky', found",
     ),
     "an option of no solver": ('log_view = ":victim.txt"', "log_view", "An option starts with its solver: periodic_"),
@@ -55,7 +54,7 @@ def test_no_option_runs_code_or_names_a_file():
     assert not types & {"python", "shell", "mat", "user", "composite", "galerkin", "ksp", "filter", "history"}
 
 
-MAKERS = {"ksp": PETSc.KSP, "pc": PETSc.PC, "ts": PETSc.TS, "snes": PETSc.SNES, "eps": SLEPc.EPS, "st": SLEPc.ST}
+MAKERS = {"ksp": PETSc.KSP, "pc": PETSc.PC, "eps": SLEPc.EPS, "st": SLEPc.ST}
 
 
 @pytest.mark.parametrize("part", MAKERS)
@@ -72,8 +71,8 @@ def test_schema_lists_the_options():
     table = schema()["properties"]["petsc"]
     assert table["properties"].keys() == OPTIONS.keys()
     assert table["additionalProperties"] is False
-    assert table["properties"]["transient_pc_type"]["enum"] == ["lu", "cholesky"]
-    assert "for motion in time" in table["properties"]["transient_pc_type"]["description"]
+    assert table["properties"]["modes_st_pc_type"]["enum"] == ["lu", "cholesky"]
+    assert "for natural frequencies" in table["properties"]["modes_st_pc_type"]["description"]
 
 
 def test_options_of_a_scene_are_given_as_they_are(demo_text):
