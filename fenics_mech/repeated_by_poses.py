@@ -14,13 +14,13 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech.by_poses import planned
-from fenics_mech.geometry import PLANE
+from fenics_mech.geometry import PLANE, PoseMotion, Rest
 from fenics_mech.in_time_by_poses import InTime, collected, estimated, going_on, refuse, start_of, times_of
 from fenics_mech.machine import Machine
 from fenics_mech.machine.assembly import closed
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.motion import coordinates
-from fenics_mech.machine.rigid_from_scene import driven
+from fenics_mech.machine.rigid_from_scene import driven, near_links, rigid_motion
 from fenics_mech.planning.start_state import GoneOn
 from fenics_mech.recovery.result import Result
 from fenics_mech.scene import Scene
@@ -42,6 +42,7 @@ from fenics_mech.solve.repeated import (
 )
 
 OTHER_TIMES = 0.131, 0.317, 0.573, 0.811  # of a period, at which the equation is compared
+APART = 1e-5  # rad, or m, by which the motion of rigid links is differentiated
 SAME = 1e-9  # of the accelerations, up to which they are the same at another time
 
 
@@ -159,19 +160,23 @@ class BendingRunner:
         sizes = sizes_of(place, rate, self.kinds)
         accelerations, passed = np.array(seconds)[:, : machine.n], np.array(ends) - start.time
         rough = whole.closings > 0 or carried.rough
-        return Lap(start, end, accelerations, sizes, disturbed, carried.states, rough, passed / passed[-1])
+        forces = np.concatenate([self._forces(start, np.array([at.time]), at.known) for at in (start, end)])
+        return Lap(start, end, accelerations, forces, sizes, disturbed, carried.states, rough, passed / passed[-1])
 
     def moved(self, start: State, change: Array) -> State:
         """Give a state beside another one, by the change of coordinates and rates; rows of joints stay fulfilled."""
         machine, t = self._at(start), np.array([start.time])
         n, rows = machine.n, slice(machine.n, machine.n + machine.held)
         zero = np.zeros((1, machine.size))
-        way = zero.copy()
-        way[0, :n] = change[:n]
-        q = closed(machine, start.time, way)[0]
-        angles = machine.turned(start.known, q)
+        here = machine.with_rates(machine.known.at(t), np.append(start.velocity, zero[0, n:])[None], zero)
+        there = self._turned(start, here, change)
+        machine.chart = Rest(PLANE, there.r[0], there.R[0])
+        q = closed(machine, start.time, zero)[0]
         machine.rebase(q[0], zero[0], zero[0])
-        v = start.velocity + change[n:]
+        way = q.copy()
+        way[0, :n] += _between(machine, here, there)[:n]
+        angles = machine.turned(start.known, way)
+        v = coordinates(machine, there.v, there.w)[0, :n]
         demanded = np.zeros(machine.held)
         demanded[self.made.driven] = driven(self.made, t)[1][0]
         by_place = machine.pattern.dense(machine.residual(t, zero, zero, zero, loads=0.0, moving=False).K)[0, rows, :n]
@@ -180,13 +185,53 @@ class BendingRunner:
 
     def depends_on_time(self, start: State) -> bool:
         """Whether the equation at a state is another one at other times."""
-        machine = self._at(start)
         times = start.time + self.scene.period * np.append(0.0, OTHER_TIMES)
+        force = self._forces(start, times, start.known)
+        return differs(force[0], force[1:])
+
+    def _forces(self, start: State, times: Array, known: Sequence[Array] | None) -> Array:
+        """Give forces at a state at some times, whole turns by some measures ``(times, coordinates)``."""
+        machine = self._at(start)
         states = np.zeros((2, len(times), machine.size))
         states[1, :, : machine.n] = start.velocity
-        angles = None if start.known is None else [np.repeat(x, len(times), axis=0) for x in start.known]
-        force = machine.residual(times, states[0], states[1], states[0], angles=angles).force[:, : machine.n]
-        return differs(force[0], force[1:])
+        angles = None if known is None else [np.repeat(x, len(times), axis=0) for x in known]
+        return machine.residual(times, states[0], states[1], states[0], angles=angles).force[:, : machine.n]
+
+    def _turned(self, start: State, here: PoseMotion, change: Array) -> PoseMotion:
+        """Give the poses after a change of coordinates and rates: links turn with the freedoms as they are bent.
+
+        A straight way of all poses would stretch links that turn.
+        """
+        made, machine, t = self.made, self.made.machine, np.array([start.time])
+        zero = np.zeros((1, machine.size))
+        at, names = machine.moved(t, zero, coordinates(machine, here.v, here.w), zero), made.scene.freedoms
+        terms = [machine.terms.index(made.acting[f"freedoms.{name}"]) for name in names]
+        near = [machine.terms[k].near(t) if start.known is None else start.known[k] for k in terms]
+        found = [machine.groups[k].measure(at, x) for k, x in zip(terms, near)]
+        places = np.array([[x.x[0, 0, 0] for x in found], [x.rate[0, 0, 0] for x in found]])
+        links = near_links(made, here)
+        rigid = rigid_motion(made, t, links, (places[:1], places[1:], np.zeros_like(places[1:]))).motion
+
+        def led(way: Array) -> tuple[PoseMotion, Array]:
+            """Give the poses with freedoms elsewhere, and the turns of all poses ``(1, poses, 2, 2)``."""
+            p = places + way.reshape(2, -1)
+            new = rigid_motion(made, t, links, (p[:1], p[1:], np.zeros_like(p[1:]))).motion
+            turn = new.R @ np.swapaxes(rigid.R, -1, -2)
+            beside = here.r - rigid.r
+            arm, rate = _by(turn, beside), here.v - rigid.v - _across(rigid.w, beside)
+            v = new.v + _across(new.w, arm) + _by(turn, rate)
+            return replace(new, r=new.r + arm, R=turn @ here.R, v=v, w=new.w + here.w - rigid.w), turn
+
+        steps = APART * np.eye(places.size)
+        columns = [_between(machine, led(-one)[0], led(one)[0]) / (2 * APART) for one in steps]
+        by, units = np.stack(columns, axis=1), np.tile(machine.units[: machine.n], 2)
+        way = np.linalg.lstsq(by / units[:, None], change / units, rcond=None)[0]
+        there, turn = led(way)
+        left = [np.append(x, np.zeros(machine.size - machine.n + 1)) for x in np.split(change - by @ way, 2)]
+        (place, angle), (rate, spin) = ((x[machine.places[None, :, :2]], x[machine.places[None, :, 2:]]) for x in left)
+        moved = _by(turn, place)
+        faster = _by(turn, rate - _across(here.w, place)) + _across(there.w, moved)
+        return replace(there, r=there.r + moved, R=PLANE.turn(angle) @ there.R, v=there.v + faster, w=there.w + spin)
 
     def going_on(self, state: State) -> GoneOn:
         """Give a state as one from which a motion goes on."""
@@ -216,6 +261,23 @@ class BendingRunner:
         scene, begin = lasting(self.scene, duration, samples), self.going_on(start)
         ends = None if shares is None else start.time + duration * shares
         return InTime.of(scene, times_of(scene, begin), settled=0.0, start=begin, also=also, ends=ends)
+
+
+def _by(turn: Array, vectors: Array) -> Array:
+    """Turn vectors of poses ``(1, poses, 2)``."""
+    return np.asarray((turn @ vectors[..., None])[..., 0])
+
+
+def _across(spin: Array, arms: Array) -> Array:
+    """Give velocities of arms that turn ``(1, poses, 2)``."""
+    return spin * np.stack([-arms[..., 1], arms[..., 0]], axis=-1)
+
+
+def _between(machine: Machine, one: PoseMotion, other: PoseMotion) -> Array:
+    """Give coordinates and rates from one state to another ``(2 n,)``."""
+    turned = PLANE.vector(other.R @ np.swapaxes(one.R, -1, -2))
+    parts = (other.r - one.r, turned), (other.v - one.v, other.w - one.w)
+    return np.concatenate([coordinates(machine, *x)[0, : machine.n] for x in parts])
 
 
 def _seen(whole: InTime) -> tuple[State, History]:

@@ -508,7 +508,7 @@ class Runner:
         sizes = sizes_of(course.at.r, course.rate, self.kinds)
         passed = np.array(ends) - start.time
         rough = course.closings > 0 or carried.rough
-        return Lap(start, end, seconds, sizes, every, carried.states, rough, passed / passed[-1])
+        return Lap(start, end, seconds, seconds, sizes, every, carried.states, rough, passed / passed[-1])
 
     def moved(self, start: State, change: Array) -> State:
         """Give a state beside another one, by the change of places and rates of the freedoms."""

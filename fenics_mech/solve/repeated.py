@@ -3,7 +3,7 @@
 The motion first goes on by itself for some cycles. Newton's method then looks for the state beside it that the cycle
 brings back, with the transition of small disturbances through the cycle, whose eigenvalues are the Floquet
 multipliers. Where nothing depends on time the period is unknown too, and the state moves across the motion only.
-Angles may come back whole turns later. That forces come back with them is seen at the accelerations. Disturbances are
+Angles may come back whole turns later. That forces come back with them is looked at. Disturbances are
 those that rows of joints allow: others are none. While Newton's method goes on, steps end at the same shares of the
 cycle, so that the end is a smooth function of the start. Then they are chosen anew.
 
@@ -43,7 +43,7 @@ class ShootingLimits:
     nearly: float = 1e-6  # the same, below which a step of Newton's method is not worth a second try
     most_choices: int = 3  # of the steps in time
     by_chance: float = 10.0  # times what a cycle may miss by: other steps over kinks of friction differ by as much
-    forces: float = 1e-3  # of the largest acceleration, by which it may have changed after a cycle
+    forces: float = 1e-3  # of the largest force, by which it may have changed after a cycle
     beside: float = 0.2  # of the largest distance of two states, below which one comes near to the other again
     away: float = 0.3  # of it, that the motion has to go away before
     shortest: float = 0.2  # of the period, that Newton's method may make it shorter
@@ -86,6 +86,8 @@ class Lap:
         The states.
     seconds
         Second derivatives of the coordinates at both, ``(2, coordinates)``.
+    forces
+        Forces or accelerations at both, which are the same where the motion repeats ``(2, forces)``.
     sizes
         What coordinates and rates are relative to, ``(2 coordinates,)``: see `sizes_of`.
     disturbed
@@ -102,6 +104,7 @@ class Lap:
     start: State
     end: State
     seconds: Array
+    forces: Array
     sizes: Array
     disturbed: Array
     transition: Array
@@ -255,10 +258,10 @@ def repeated_motion(search: Search, runner: Runner) -> RepeatedMotion:
         period = search.period * search.repeats
         start = _run_in(runner, start, period, search)
     lap = _closed(runner, start, period, own, search)
-    missed = np.abs(lap.seconds[1] - lap.seconds[0]).max() / max(np.abs(lap.seconds).max(), TINY)
+    missed = np.abs(lap.forces[1] - lap.forces[0]).max() / max(np.abs(lap.forces).max(), TINY)
     if missed > SHOOTING.forces:
         raise SolverError(
-            f"the state comes back after {lap.duration:.6g} s, but not its acceleration: it differs by {missed:.1%}. "
+            f"the state comes back after {lap.duration:.6g} s, but not its forces: they differ by {missed:.1%}. "
             "Forces depend on how often a joint has turned, or have another period. "
             "Give analysis.duration the period of the forces, or leave out what counts turns"
         )
