@@ -93,7 +93,7 @@ class Lap:
         Small disturbances of the coordinates and rates at the start that the rows allow, one a column,
         ``(2 coordinates, disturbances)``.
     transition
-        What becomes of them, as large: turned back to the start, where the end is beside it.
+        What becomes of them, as large: by what the end then misses the start more.
     rough
         Whether bodies touched, or dry friction turned round: disturbances of such a motion are known roughly only.
     shares
