@@ -225,7 +225,6 @@ def test_errors_of_steps_and_mesh_are_told():
     assert steps.max() < 3 * away.max() + 1e-6 * largest
 
 
-
 def test_inertia_between_two_links_is_refused():
     freedoms = {"J0": {"start": 0.0}, "J1": {"start": 0.0, "inertia": 1.0}}
     with pytest.raises(SceneError, match="inertia between two links"):
