@@ -46,7 +46,7 @@ from fenics_mech.scene.strikes import ROUNDING, Strike, strikes_between
 from fenics_mech.solve import Step, steps_in_time
 from fenics_mech.solve.blows import jumps
 from fenics_mech.solve.disturbances import Growth, Transition
-from fenics_mech.solve.repeated import SHOOTING, History, Lap, RepeatedMotion, State, sizes_of
+from fenics_mech.solve.repeated import ANGLE, SHOOTING, History, Lap, RepeatedMotion, State, sizes_of
 from fenics_mech.terms.causes import Cause
 
 STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
@@ -514,6 +514,12 @@ class Runner:
         """Give a state beside another one, by the change of places and rates of the freedoms."""
         place, rate = np.split(change, 2)
         return replace(start, displacement=start.displacement + place, velocity=start.velocity + rate)
+
+    def missed(self, start: State, end: State) -> Array:
+        """Give the change of places and rates from a state to another one, but for whole turns of pins."""
+        way = end.displacement - start.displacement
+        way = way - np.where(self.kinds == ANGLE, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
+        return np.concatenate([way, end.velocity - start.velocity])
 
     def depends_on_time(self, start: State) -> bool:
         """Whether the equation at a state is another one at other times."""

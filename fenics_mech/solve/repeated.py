@@ -3,7 +3,7 @@
 The motion first goes on by itself for some cycles. Newton's method then looks for the state beside it that the cycle
 brings back, with the transition of small disturbances through the cycle, whose eigenvalues are the Floquet
 multipliers. Where nothing depends on time the period is unknown too, and the state moves across the motion only.
-Angles may come back whole turns later. That forces come back with them is seen at the accelerations. Disturbances are
+Angles may come back whole turns later. That forces come back with them is looked at. Disturbances are
 those that rows of joints allow: others are none. While Newton's method goes on, steps end at the same shares of the
 cycle, so that the end is a smooth function of the start. Then they are chosen anew.
 
@@ -40,10 +40,11 @@ class ShootingLimits:
     halvings: int = 4  # of its steps
     closed: float = 10.0  # times the tolerance of a time step, down to which a cycle has to close
     rounding: float = 1e-9  # of a cycle that needs no further step of Newton's method
+    later: float = 1e-6  # of a cycle, by which its end is differentiated: stiff links follow it slowly
     nearly: float = 1e-6  # the same, below which a step of Newton's method is not worth a second try
     most_choices: int = 3  # of the steps in time
     by_chance: float = 10.0  # times what a cycle may miss by: other steps over kinks of friction differ by as much
-    forces: float = 1e-3  # of the largest acceleration, by which it may have changed after a cycle
+    forces: float = 1e-3  # of the largest force, by which it may have changed after a cycle
     beside: float = 0.2  # of the largest distance of two states, below which one comes near to the other again
     away: float = 0.3  # of it, that the motion has to go away before
     shortest: float = 0.2  # of the period, that Newton's method may make it shorter
@@ -84,15 +85,15 @@ class Lap:
     ----------
     start, end
         The states.
-    seconds
-        Second derivatives of the coordinates at both, ``(2, coordinates)``.
+    forces
+        Forces or accelerations at both, which are the same where the motion repeats ``(2, forces)``.
     sizes
         What coordinates and rates are relative to, ``(2 coordinates,)``: see `sizes_of`.
     disturbed
         Small disturbances of the coordinates and rates at the start that the rows allow, one a column,
         ``(2 coordinates, disturbances)``.
     transition
-        What becomes of them, as large.
+        What becomes of them, as large: by what the end then misses the start more.
     rough
         Whether bodies touched, or dry friction turned round: disturbances of such a motion are known roughly only.
     shares
@@ -101,7 +102,7 @@ class Lap:
 
     start: State
     end: State
-    seconds: Array
+    forces: Array
     sizes: Array
     disturbed: Array
     transition: Array
@@ -141,6 +142,9 @@ class Runner(Protocol):
 
     def moved(self, start: State, change: Array) -> State:
         """Give a state beside another one, by the change of coordinates and rates ``(2 coordinates,)``."""
+
+    def missed(self, start: State, end: State) -> Array:
+        """Give the change of coordinates and rates from a state to another one, but for whole turns."""
 
     def depends_on_time(self, start: State) -> bool:
         """Whether the equation at a state is another one at other times."""
@@ -255,21 +259,21 @@ def repeated_motion(search: Search, runner: Runner) -> RepeatedMotion:
         period = search.period * search.repeats
         start = _run_in(runner, start, period, search)
     lap = _closed(runner, start, period, own, search)
-    missed = np.abs(lap.seconds[1] - lap.seconds[0]).max() / max(np.abs(lap.seconds).max(), TINY)
+    missed = np.abs(lap.forces[1] - lap.forces[0]).max() / max(np.abs(lap.forces).max(), TINY)
     if missed > SHOOTING.forces:
         raise SolverError(
-            f"the state comes back after {lap.duration:.6g} s, but not its acceleration: it differs by {missed:.1%}. "
+            f"the state comes back after {lap.duration:.6g} s, but not its forces: they differ by {missed:.1%}. "
             "Forces depend on how often a joint has turned, or have another period. "
             "Give analysis.duration the period of the forces, or leave out what counts turns"
         )
-    return RepeatedMotion(lap.start, lap.multipliers, lap.duration, _change(lap, runner.kinds), own)
+    return RepeatedMotion(lap.start, lap.multipliers, lap.duration, _change(runner, lap), own)
 
 
 def _run_in(runner: Runner, start: State, period: float, search: Search) -> State:
     """Let the motion go on for some cycles, fewer where two of them differ little."""
     for _ in range(math.ceil(search.cycles / search.repeats)):
         end, (_, place, rate) = runner.run(start, period, SHOOTING.samples)
-        missed = _missed(start, end, runner.kinds)
+        missed = runner.missed(start, end)
         change = float(np.abs(missed / sizes_of(place, rate, runner.kinds)).max())
         logger.info("after %.6g s the motion differs by %.3g from a cycle before", end.time, change)
         if change <= search.settled:
@@ -302,13 +306,6 @@ def _recurrence(history: History, kinds: Index) -> float:
     return float(time[-1] - time[close[-1]])
 
 
-def _missed(start: State, end: State, kinds: Index) -> Array:
-    """By how much an end misses a start but for whole turns, ``(2 coordinates,)``."""
-    way = end.displacement - start.displacement
-    way = way - np.where(kinds == ANGLE, 2 * np.pi * np.round(way / (2 * np.pi)), 0.0)
-    return np.concatenate([way, end.velocity - start.velocity])
-
-
 def sizes_of(place: Array, rate: Array, kinds: Index) -> Array:
     """Give what coordinates and their rates are relative to: the largest way and rate of their kind.
 
@@ -331,21 +328,21 @@ def sizes_of(place: Array, rate: Array, kinds: Index) -> Array:
     return np.maximum(np.maximum(found, least), TINY).ravel()
 
 
-def _change(lap: Lap, kinds: Index) -> float:
+def _change(runner: Runner, lap: Lap) -> float:
     """By how much a cycle misses its start, over the largest way and rate of each kind of coordinates."""
-    return float(np.abs(_missed(lap.start, lap.end, kinds) / lap.sizes).max())
+    return float(np.abs(runner.missed(lap.start, lap.end) / lap.sizes).max())
 
 
 def _closed(runner: Runner, start: State, period: float, own: bool, search: Search) -> Lap:
     """Close a cycle beside a start by Newton's method."""
     lap = runner.lap(start, period)
-    first = change = _change(lap, runner.kinds)
+    first = change = _change(runner, lap)
     for _ in range(SHOOTING.most_choices):
         better = _by_newton(runner, lap, own)
         if better is None:
             break
         lap = runner.lap(better.start, better.duration)
-        change = _change(lap, runner.kinds)
+        change = _change(runner, lap)
         logger.info("by other steps it misses its start by %.3g", change)
         if change <= search.tolerance:
             return lap
@@ -362,7 +359,7 @@ def _closed(runner: Runner, start: State, period: float, own: bool, search: Sear
 
 def _by_newton(runner: Runner, lap: Lap, own: bool) -> Lap | None:
     """Close a cycle as well as steps at the same shares of it do; None where that brings it no nearer."""
-    first = change = _change(lap, runner.kinds)
+    first = change = _change(runner, lap)
     for _ in range(SHOOTING.most_iterations):
         logger.info("a cycle of %.9g s misses its start by %.3g", lap.duration, change)
         if change <= SHOOTING.rounding:
@@ -382,11 +379,12 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> t
     scale = lap.sizes[:, None]
     orthogonal, triangle = np.linalg.qr(lap.disturbed / scale)
     matrix = np.linalg.solve(triangle.T, (lap.transition / scale).T).T - orthogonal
-    missed = -_missed(lap.start, lap.end, runner.kinds) / lap.sizes
+    missed = -runner.missed(lap.start, lap.end) / lap.sizes
     if own:
-        along = [np.append(x.velocity, second) / lap.sizes for x, second in zip((lap.start, lap.end), lap.seconds)]
-        across = along[0] @ orthogonal / max(float(np.linalg.norm(along[0])), TINY)
-        matrix = np.block([[matrix, lap.duration * along[1][:, None]], [across[None], np.zeros((1, 1))]])
+        later = runner.lap(lap.start, lap.duration * (1 + SHOOTING.later), lap.shares)
+        along = (runner.missed(lap.start, later.end) / lap.sizes + missed) / SHOOTING.later
+        across = along @ orthogonal / max(float(np.linalg.norm(along)), TINY)
+        matrix = np.block([[matrix, along[:, None]], [across[None], np.zeros((1, 1))]])
         missed = np.append(missed, 0.0)
     for least, halving in product(SHOOTING.open_ends, range(tries)):
         solved = np.linalg.lstsq(matrix, missed, rcond=least)[0] / 2**halving
@@ -399,6 +397,6 @@ def _nearer(runner: Runner, lap: Lap, change: float, own: bool, tries: int) -> t
         except (SolverError, AssemblyError) as error:
             logger.info("a trial of a cycle failed: %s", error)
             continue
-        if (left := _change(trial, runner.kinds)) < change:
+        if (left := _change(runner, trial)) < change:
             return trial, left
     return None

@@ -173,16 +173,9 @@ class Step:
 
     def at_start(self) -> States:
         """Give the poses at its start, with the accelerations and multipliers that a short step leads back to."""
-        still, short = np.zeros((1, self.machine.size)), self._short()
-        return self._states(np.zeros(1), still, self.v[None], (self.tableau.back @ short.a)[None], short.measures)
-
-    def acceleration_at_start(self) -> Array:
-        """Give the accelerations and multipliers at its start ``(size,)``."""
-        return np.asarray(self.tableau.back @ self._short().a)
-
-    def _short(self) -> Step:
-        back = self.tableau.back
-        return replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
+        still, back = np.zeros((1, self.machine.size)), self.tableau.back
+        short = replace(self, h=SHORT * self.h, a=np.tile(back @ self.a, (len(back), 1))).solved()
+        return self._states(np.zeros(1), still, self.v[None], (back @ short.a)[None], short.measures)
 
     def _states(self, after: Array, q: Array, v: Array, a: Array, measures: Sequence[Array]) -> States:
         machine, chart, poses = self.machine, self.machine.chart, []

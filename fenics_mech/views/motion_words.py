@@ -50,7 +50,7 @@ def motion_rows(result: Result, units: AnswerUnits) -> dict[str, str]:
 def _stability(result: Result) -> str:
     """Tell what is left of a small disturbance after a cycle."""
     if "multiplier" not in result.data:
-        return "not known, as bodies touch"
+        return "not known, as bodies touch or rub"
     sizes = np.hypot(*result.data["multiplier"].transpose("part", "disturbance").to_numpy())
     values = result.data["multiplier"].transpose("disturbance", "part").to_numpy() @ [1.0, 1.0j]
     if result.data.attrs["own_period"]:  # one along the motion itself neither grows nor decays
