@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fenics_mech._arrays import each, summed
-from fenics_mech._sparse import Congruence, Pattern, SingularError, Stack
+from fenics_mech._sparse import Pattern, SingularError, Stack
 
 FEW = settings(max_examples=40, deadline=None)
 
@@ -83,25 +83,6 @@ def test_a_singular_matrix_is_named():
     with pytest.raises(SingularError, match="position 1") as found:
         stack.solve(np.ones((2, 3)))
     assert found.value.position == 1
-
-
-@FEW
-@given(st.integers(0, 10**6))
-def test_carried_matrices_are_those_of_dense_products(seed):
-    """``P^T (X0 P0 + X1 P1)``, one of the X the same at all positions."""
-    chance = np.random.default_rng(seed)
-    rows, columns = np.nonzero(chance.random((8, 5)) < 0.4)
-    places = [np.nonzero(chance.random((8, 8)) < 0.3) for _ in range(2)]
-    products = Congruence.of(8, 5, rows, columns, places)
-    p, first = (chance.standard_normal((4, len(rows))) for _ in range(2))
-    numbers = chance.standard_normal((1, len(places[0][0]))), chance.standard_normal((4, len(places[1][0])))
-    found = products.products(p, *((products.values_of(*at, x), q) for at, x, q in zip(places, numbers, (p, first))))
-    whole = np.zeros((2, 4, 8, 5))
-    whole[:, :, rows, columns] = p, first
-    links = np.zeros((2, 4, 8, 8))
-    for link, at, x in zip(links, places, numbers):
-        link[:, at[0], at[1]] = x
-    assert found.full == pytest.approx(whole[0].transpose(0, 2, 1) @ (links @ whole).sum(axis=0), abs=1e-12)
 
 
 def test_factors_of_a_chain_have_no_more_nonzeros():
