@@ -9,8 +9,6 @@ that names drive angle and links.
 import mpmath
 import numpy as np
 import pytest
-from fenics_mech.planning.effect_choice import choose, survey_positions
-from fenics_mech.response.setup import CommonParts
 
 from fenics_mech import analyse
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
