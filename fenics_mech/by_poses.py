@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, norms
 from fenics_mech.accuracy.at_stations import between_stations
@@ -20,7 +21,7 @@ from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
-from fenics_mech.errors import SceneError, UnstableError
+from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.joints.torsional_springs import too_stiff
 from fenics_mech.kinematics import refuse_unresolved, solve_motion
 from fenics_mech.machine.along_members import along_members
@@ -437,8 +438,8 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
 
     Raises
     ------
-    UnstableError
-        When one grows, and the scene does not let that pass.
+    SolverError
+        When one grows, and the scene does not let that pass, or comes back as it was.
     """
     scene = solved.scene
     if not (isinstance(solved, Solved) and scene.analysis.stability):
@@ -459,6 +460,7 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
             f"mode {modes[0] + 1}, that of link {_links_of(solved, modes[:1])[0]}. Change the speed or give more "
             "damping; analysis.allow_unstable lets it pass"
         )
+    _refuse_resonance(solved, values, rates, modes)
     of_each = ("disturbance",)
     return xr.Dataset(
         {
@@ -471,6 +473,20 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
         {"disturbance": np.arange(1, len(values) + 1), "part": ["real", "imaginary"]},
         limit,
     )
+
+
+def _refuse_resonance(solved: Solved, values: NDArray[Any], rates: NDArray[Any], modes: Index) -> None:
+    """Raise `SolverError` where a disturbance comes back after a cycle as it was: steps alone damp it then."""
+    distance, period = np.abs(values - 1), solved.scene.period
+    worst = int(distance.argmin())
+    if distance[worst] < STABILITY.resonant:
+        mode, turns = modes[worst], abs(rates[worst].imag) * period / (2 * np.pi)
+        held = held_modes(solved.made.machine, 0.0)[0][mode] / (2 * np.pi)
+        raise SolverError(
+            f"there is no periodic motion: mode {mode + 1} ({held:.6g} Hz), hardly damped, is at resonance with harmonic "
+            f"{round(turns)} of the drive ({1 / period:.6g} Hz): its multiplier is {distance[worst]:.1e} from 1. Give a "
+            "damping ratio, or another speed"
+        )
 
 
 def _links_of(solved: Solved, modes: Index) -> list[str]:
