@@ -65,7 +65,7 @@ def test_links_of_nearly_no_mass_with_masses_at_their_ends(analysis, rest):
 
     limit, near = of(1e-14), of(1e-6)
     for name in ("strain", "joint_force"):
-        # in time viscous stress is balanced by accelerations of links of hardly any mass: 2e-6 of strains at any density
+        # in time viscous stress is balanced by accelerations of links of hardly any mass: 2e-6 of strains
         share = 1e-5 if (name, analysis.get("method")) == ("strain", "transient") else 1e-7
         assert np.abs(near[name] - limit[name]).max() < share * np.abs(limit[name]).max()
 
