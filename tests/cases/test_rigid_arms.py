@@ -31,12 +31,6 @@ def column(share, side=1e-3, arm=0.2, solver="auto", **analysis):
     ).changed(analysis__method="static", analysis__solver=solver)
 
 
-def turned_in_time(share):
-    """Give the column whose drive turns it, while its load keeps its direction."""
-    analysis = {"method": "transient", "sub_intervals": 100, "duration": "20 ms", "allow_coarse": True}
-    return column(share, solver="poses").changed(drive__speed=20.0, mesh__elements=2, analysis=analysis)
-
-
 def cantilever(arm, force=(0.0, -20.0), solver="auto", **options):
     changed = {"tolerance": None, "analysis__solver": solver, "links__arm__points__T": arm, "loads__F__force": force}
     return CANTILEVER.changed(**changed, **options)
@@ -105,12 +99,6 @@ def test_small_arms_and_turns_are_not_warned_of(arm, force):
     level, said = verdict(judgements(analysed(cantilever(arm, force))))
     assert level == "good"
     assert "inside the theory" in said
-
-
-@pytest.mark.slow
-def test_arm_is_named_where_steps_in_time_fail():
-    with pytest.raises(SolverError, match=r"steps failed at .*: The moment of the forces on the rigid link 'arm'"):
-        analysed(turned_in_time(3.0))
 
 
 def test_arms_up_and_down_differ():

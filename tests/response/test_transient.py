@@ -40,11 +40,8 @@ def test_becomes_the_periodic_motion(shaft, run_up):
     tip = np.interp(theta % (2 * np.pi), *_closed(periodic, periodic["stress"][:, 0, 0, 0].to_numpy()))
     assert np.abs(started["stress"][-64:, 0, 0, 0].to_numpy() - tip).max() < 5e-3 * peak  # linear between 64 angles
     if run_up is None:
-        for name, tolerance in (
-            ("deflection", 2e-3),
-            ("stress", 2e-3),
-            ("strain", 2e-3),
-        ):  # one element in two linear theories
+        # what the material damps is taken from strains element by element: 5.5e-3, and 1.6e-3 and 8e-4 with 4 and 8
+        for name, tolerance in {"deflection": 2e-3, "stress": 1e-6, "strain": 8e-3}.items():
             last, exact = started[name].to_numpy()[-65:-1], periodic[name].to_numpy()
             assert np.abs(last - exact).max() < tolerance * np.abs(exact).max()
 
