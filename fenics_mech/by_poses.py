@@ -483,9 +483,9 @@ def _refuse_resonance(solved: Solved, values: NDArray[Any], rates: NDArray[Any],
         mode, turns = modes[worst], abs(rates[worst].imag) * period / (2 * np.pi)
         held = held_modes(solved.made.machine, 0.0)[0][mode] / (2 * np.pi)
         raise SolverError(
-            f"there is no periodic motion: mode {mode + 1} ({held:.6g} Hz), hardly damped, is at resonance with harmonic "
-            f"{round(turns)} of the drive ({1 / period:.6g} Hz): its multiplier is {distance[worst]:.1e} from 1. Give a "
-            "damping ratio, or another speed"
+            f"there is no periodic motion: mode {mode + 1} ({held:.6g} Hz), hardly damped, is at resonance with "
+            f"harmonic {round(turns)} of the drive ({1 / period:.6g} Hz): its multiplier is {distance[worst]:.1e} "
+            "from 1. Give a damping ratio, or another speed"
         )
 
 
