@@ -95,7 +95,7 @@ def test_frequencies_of_a_frame_fall_with_refinement():
     # Rayleigh-Ritz: the finer space holds the coarser one, so that no frequency can rise
     scene = load(DEMOS / "stephenson.toml").changed(analysis__sub_intervals=8)
     before, after = (modes_of(s).frequency for s in (scene, refined(scene, 1)))
-    lowest, finer = np.sort(before, axis=1)[:, :4], np.sort(after, axis=1)[:, :4]
+    lowest, finer = np.sort(before, axis=1)[:, :3], np.sort(after, axis=1)[:, :3]  # which both are followed
     assert (finer <= lowest * (1 + 1e-12)).all()
     assert (finer < lowest * (1 - 1e-6)).any()
 

@@ -51,7 +51,7 @@ method = "transient"
 
 def test_a_motion_in_time_of_what_neither_is_driven_nor_moves_is_refused(tmp_path):
     """Found by the long run: it was an `IndexError`."""
-    with pytest.raises(SceneError, match="nothing is driven or moves freely"):
+    with pytest.raises(SceneError, match="a motion that nothing drives needs its duration"):
         analyse(parse(STRUCTURE))
 
 

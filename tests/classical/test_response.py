@@ -223,7 +223,7 @@ def test_what_the_method_does_not_know_is_refused(changes, place):
 
 def test_the_program_takes_a_solver_that_knows_the_scene():
     assert analysed_by(demo("four_bar", {})) == "sub-intervals"
-    assert analysed_by(demo("four_bar", {"damping.material": 1e-4})) == "collocation"
+    assert analysed_by(demo("four_bar", {"damping.material": 1e-4})) == "poses"
 
 
 def analysed_by(scene):

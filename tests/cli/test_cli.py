@@ -240,7 +240,7 @@ def test_effects_of_a_tolerance(call, slow):
     for text in ("1e-4", "0.01%"):
         code, out, _ = call("effects", slow, "--tol", text)
         assert code == 0
-        assert "selected: all that have data" in out
+        assert "effects = 'auto' selects effects" in out
     code, _, err = call("effects", DEMO, "--tol", "tight")
     assert code == 1
     assert "tolerance: cannot read 'tight'" in err
@@ -248,9 +248,7 @@ def test_effects_of_a_tolerance(call, slow):
 
 def test_effects_leaves_nothing_to_the_run(call):
     _, out, _ = call("effects", DEMO)  # which has exact strains, and states "auto"
-    assert "selected: all that have data" in out
-    assert "run takes" not in out
-    assert "the run decides" not in out
+    assert 'selects effects = ["coupling", "large-rotations"' in out
 
 
 @pytest.mark.parametrize("words", ["", "Unable to allocate 313. MiB"])

@@ -24,7 +24,7 @@ def arm(speed, **rest):
 
 
 def _elements(scene):
-    """Hand-coded matrices of the arm, clamped at its shaft: K, M, the Coriolis matrix G and M times places x.
+    """Hand-coded matrices of the arm, clamped at its shaft: K, M, the Coriolis matrix G, M times x along and across.
 
     Elements are bars along, and cubic across (Przemieniecki, ch. 5 and 11). Degrees of freedom are u, w and phi of each
     node but the first.
@@ -34,7 +34,7 @@ def _elements(scene):
     EA, EI, line = material.modulus * section.area, material.modulus * section.inertia, material.density * section.area
     count = scene.mesh.elements
     h, n = 0.5 / count, 3 * (count + 1)
-    K, M, G, pull = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n)
+    K, M, G, pull, push = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n)), np.zeros(n), np.zeros(n)
     gauss, weights = np.polynomial.legendre.leggauss(4)
     for element in range(count):
         dofs = slice(3 * element, 3 * element + 6)
@@ -49,24 +49,25 @@ def _elements(scene):
             M[dofs, dofs] += weight * line * (np.outer(u, u) + np.outer(w, w))
             G[dofs, dofs] += weight * line * (np.outer(w, u) - np.outer(u, w))
             pull[dofs] += weight * line * u * h * (element + s)
-    return K[3:, 3:], M[3:, 3:], G[3:, 3:], pull[3:]
+            push[dofs] += weight * line * w * h * (element + s)
+    return K[3:, 3:], M[3:, 3:], G[3:, 3:], pull[3:], push[3:]
 
 
 def natural(scene):
     """Natural frequencies of the arm held still (rad/s), and its modes, orthonormal in the mass."""
-    K, M, _, _ = _elements(scene)
+    K, M, *_ = _elements(scene)
     squares, shapes = eigh(K, M)
     return np.sqrt(squares), shapes
 
 
 def critical(scene, harmonic=1, coupled=True):
     """Speeds at which a harmonic of the drive meets a mode (rad/s): with the coupling one of the turning arm."""
-    K, M, G, _ = _elements(scene)
+    K, M, G, *_ = _elements(scene)
     across = (harmonic**2 + 1) * M - 2j * harmonic * G if coupled else harmonic**2 * M
     return np.sqrt(eigh(K, across)[0])
 
 
-def answer(scene, decay, coupled=True):
+def answer(scene, decay, coupled=True, drag=0.0):
     """Displacement of the arm's tip across it over the cycle, ``(positions,)``, harmonic by harmonic.
 
     Parameters
@@ -77,8 +78,10 @@ def answer(scene, decay, coupled=True):
         Damping of each mode over its mass (1/s), as a function of its frequency.
     coupled
         Whether the frame's turning acts on the displacement.
+    drag
+        Of the surroundings, over the mass (1/s), on the whole velocity.
     """
-    K, M, G, pull = _elements(scene)
+    K, M, G, pull, push = _elements(scene)
     omega, shapes = natural(scene)
     C = M @ shapes @ np.diag(decay(omega)) @ shapes.T @ M
     speed, (load,) = scene.cycle_rate, scene.loads.values()
@@ -88,8 +91,9 @@ def answer(scene, decay, coupled=True):
     for harmonic, along, over in ((0, 0.0, 0.0), (1, x - 1j * y, y + 1j * x)):  # of exp(i theta)
         force = np.zeros(len(K), dtype=complex)
         force[-3:-1] = along, over
-        force += (harmonic == 0) * speed**2 * pull
+        force += (harmonic == 0) * (speed**2 * pull - drag * speed * push)
         s = harmonic * speed
-        matrix = K - s**2 * M + 1j * s * C + coupled * (2j * s * speed * G - speed**2 * M)
+        matrix = K - s**2 * M + 1j * s * (C + drag * M) + drag * speed * G
+        matrix += coupled * (2j * s * speed * G - speed**2 * M)
         found += np.real(np.linalg.solve(matrix, force)[-2] * np.exp(1j * harmonic * theta))
     return found

@@ -64,7 +64,7 @@ def test_static_correction_matters(exact):
 
 @pytest.mark.parametrize(("modes", "count", "mode"), [(8, 96, 6), (8, 48, 6), ("all", 360, 18)])
 def test_modes_that_ring_at_the_joins_are_refused(exact, modes, count, mode):
-    with pytest.raises(SolverError, match=rf"mode {mode} .* is too fast .* take analysis.solver"):
+    with pytest.raises(SolverError, match=rf"mode {mode} .* is too fast .* add 'coupling'"):
         analyse(seed_four_bar(analysis={"sub_intervals": count, "modes": modes, "allow_coarse": True}))
     if count != 360:  # and rightly so
         assert errors(exact, count, modes=modes, allow_ringing=True).max() > 0.2

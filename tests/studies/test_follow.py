@@ -184,7 +184,7 @@ def test_files_and_pictures(branch, tmp_path):
 def bending_column(folder):
     """Write the demo of a column that is pressed in time, with exact strains."""
     path, text = folder / "column.toml", (DEMOS / "pulsating_column.toml").read_text()
-    path.write_text(text.replace('["geometric-stiffness"]', '["large-rotations"]'))
+    path.write_text(text.replace('["coupling", "geometric-stiffness"]', '["large-rotations"]'))
     return path
 
 

@@ -42,42 +42,6 @@ cli.main()
     assert found.data.identical(alone.data)
 
 
-def test_what_one_process_finds_wrong_is_raised_by_all_and_may_be_caught(tmp_path):
-    ended = on_two(
-        tmp_path,
-        """
-import numpy as np
-from mpi4py import MPI
-from fenics_mech._ranks import over_positions, shared
-from fenics_mech.errors import SceneError
-rank = MPI.COMM_WORLD.rank
-
-def broken(among):
-    if rank == 1:
-        raise SceneError("bad", place="links", hint="Mend it")
-    return (np.zeros(among.stop - among.start),)
-
-def analysis():
-    try:
-        over_positions(5, broken)
-    except SceneError as error:
-        assert (error.place, error.hint) == ("links", "Mend it")
-    else:
-        raise AssertionError
-    return over_positions(5, lambda among: (np.arange(10.0).reshape(5, 2)[among], np.full(5, rank)[among]))
-
-numbers, ranks = shared(analysis)
-assert np.array_equal(numbers, np.arange(10.0).reshape(5, 2))
-assert ranks.tolist() == [0, 0, 1, 1, 1]
-if rank == 0:  # not shared: nobody waits
-    assert over_positions(5, lambda among: (np.arange(5.0)[among],))[0].tolist() == [0, 1, 2, 3, 4]
-print("done")
-""",
-    )
-    assert ended.returncode == 0, ended.stderr
-    assert ended.stdout.count("done") == 2
-
-
 @pytest.mark.slow
 def test_a_scene_that_is_wrong_is_one_message(tmp_path):
     (tmp_path / "bad.toml").write_text("nothing = 1")

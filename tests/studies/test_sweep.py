@@ -124,16 +124,16 @@ def test_an_interrupted_sweep_goes_on_to_the_same_file(arm, tmp_path, monkeypatc
     whole = swept(arm, tmp_path / "whole", SHORT, refine_peaks=4)
     calls = []
 
-    def limited(scene, common, names, most):
+    def limited(scene, run, names, most):
         calls.append(scene)
         if len(calls) > most:
             raise KeyboardInterrupt
-        return analyse(scene, common=common)
+        return analyse(scene, run=run)
 
     for most in (3, 6):  # the second time while points are added
         calls.clear()
         monkeypatch.setattr(
-            sweep_points, "analyse", lambda scene, common, names, most=most: limited(scene, common, names, most)
+            sweep_points, "analyse", lambda scene, run, names, most=most: limited(scene, run, names, most)
         )
         with pytest.raises(KeyboardInterrupt):
             swept(arm, tmp_path / "parts", SHORT, refine_peaks=4)
@@ -240,17 +240,14 @@ def test_points_that_fail_are_recorded_and_do_not_end_the_sweep(tmp_path, seed):
 
 
 def test_what_error_estimates_lack_is_told(arm, tmp_path):
-    pulse = {"kind": "pulse", "start": 1.0, "end": 1.001}  # a small part of one of the 72 steps
-    loads = {"tap": {"at": "arm.P", "force": (0.0, 1e-3), "factor": pulse}}
+    wave = {"kind": "expression", "formula": "sin(theta) + 5*exp(-((theta - 2.0001)/0.001)**2)"}
+    loads = {"tap": {"at": "arm.P", "force": (0.0, 1e-3), "factor": wave}}
     struck = arm.changed(loads=loads, analysis__solver="collocation", analysis__allow_coarse=True)
-    sweep = swept(struck, tmp_path, "loads.tap.factor.end=1.001:2:2")
-    alone = [
-        analyse(struck.changed(loads__tap__factor__end=end)).data.attrs.get("not_estimated", "") for end in (1.001, 2.0)
-    ]
-    assert "pulses much shorter than a step" in alone[0]
-    assert "pulses" not in alone[1]
+    sweep = swept(struck, tmp_path, "loads.tap.force.1=1e-3:2e-3:2")
+    alone = [analyse(struck.changed({"loads.tap.force.1": size})).data.attrs["not_estimated"] for size in (1e-3, 2e-3)]
+    assert "the factor of the load 'tap' does between positions" in alone[0]
     assert sweep.data["not_estimated"].to_numpy().tolist() == alone
-    assert any(str(part).endswith(f"factor.end = 1.001 rad: {alone[0]}") for part in sweep_summary(sweep).renderables)
+    assert any(str(part).endswith(f"force.1 = 0.001 N: {alone[0]}") for part in sweep_summary(sweep).renderables)
 
 
 def test_points_without_estimates_are_told(arm, tmp_path):
@@ -331,7 +328,7 @@ def test_a_damaged_plan_is_one_message(arm, tmp_path, damaged):
 
 
 def test_an_error_that_is_not_known_is_recorded_and_tried_again(arm, tmp_path, monkeypatch):
-    def broken(scene, common, names):
+    def broken(scene, run, names):
         raise ZeroDivisionError("by nothing")
 
     monkeypatch.setattr(sweep_points, "analyse", broken)
@@ -342,7 +339,7 @@ def test_an_error_that_is_not_known_is_recorded_and_tried_again(arm, tmp_path, m
 
 
 def test_lack_of_memory_is_not_an_answer(arm, tmp_path, monkeypatch):
-    def broken(scene, common, names):
+    def broken(scene, run, names):
         raise MemoryError
 
     monkeypatch.setattr(sweep_points, "analyse", broken)
@@ -455,7 +452,7 @@ def test_a_folder_keeps_to_one_sweep(arm, tmp_path, monkeypatch):
             swept(scene, folder, over, gauge=gauge)
     assert (folder / "sweep.nc").read_bytes() == before
     calls = []
-    monkeypatch.setattr(sweep_points, "analyse", lambda scene, common, names: calls.append(scene) or analyse(scene))
+    monkeypatch.setattr(sweep_points, "analyse", lambda scene, run, names: calls.append(scene) or analyse(scene))
     finer = swept(arm.changed(drive__period=5.0), folder, "drive.period=0.1:0.3:5")  # the period itself is swept
     assert finer.data.sizes["drive.period"] == 5
     own = set(finer.data["drive.period"].to_numpy())  # others are analysed for the largest strain between them
