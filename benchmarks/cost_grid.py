@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from fenics_mech.by_poses import planned
+from fenics_mech.answers.by_poses import planned
 from fenics_mech.effects.known import COUPLING
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene

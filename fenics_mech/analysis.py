@@ -6,11 +6,16 @@ import logging
 from collections.abc import Callable, Collection
 
 from fenics_mech._guard import guarded
-from fenics_mech.by_poses import RefinedByPoses, by_poses
-from fenics_mech.by_sub_intervals import by_sub_intervals
+from fenics_mech.answers.by_poses import RefinedByPoses, by_poses
+from fenics_mech.answers.by_sub_intervals import by_sub_intervals
+from fenics_mech.answers.in_time_by_poses import in_time_by_poses
+from fenics_mech.answers.repeated_by_poses import repeated_by_poses
+from fenics_mech.answers.rigid_at_rest import rigid_at_rest
+from fenics_mech.answers.rigid_by_poses import rigid_by_poses
+from fenics_mech.answers.rigid_in_time import rigid_in_time
+from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.classical.known import has_modes
 from fenics_mech.errors import SceneError
-from fenics_mech.in_time_by_poses import in_time_by_poses
 from fenics_mech.joints.dry_friction import creeping
 from fenics_mech.joints.torsional_springs import wound_at_start
 from fenics_mech.kinematics import assembly_notices, reachable_range
@@ -21,14 +26,9 @@ from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import state_to_go_on_from
 from fenics_mech.recovery import Result
-from fenics_mech.repeated_by_poses import repeated_by_poses
-from fenics_mech.rigid_at_rest import rigid_at_rest
-from fenics_mech.rigid_by_poses import rigid_by_poses
-from fenics_mech.rigid_in_time import rigid_in_time
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
-from fenics_mech.solved_by_poses import Run
 
 logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")

@@ -10,9 +10,9 @@ import pytest
 if TYPE_CHECKING:
     from fenics_mech import Result, Scene
     from fenics_mech.accuracy.estimate import Errors
-    from fenics_mech.in_time_by_poses import InTime
-    from fenics_mech.modes_by_poses import HeldMachine
-    from fenics_mech.solved_by_poses import AtRest, Solved
+    from fenics_mech.answers.in_time_by_poses import InTime
+    from fenics_mech.answers.modes_by_poses import HeldMachine
+    from fenics_mech.answers.solved_by_poses import AtRest, Solved
 
 ROOT = Path(__file__).parents[1]
 DEMOS = ROOT / "demos"
@@ -61,15 +61,15 @@ def response_of(scene: Scene) -> Result:
     if content not in _references:
         with pytest.MonkeyPatch.context() as patch:
             for module in ("by_poses", "in_time_by_poses"):
-                patch.setattr(f"fenics_mech.{module}.estimated", _no_errors)
+                patch.setattr(f"fenics_mech.answers.{module}.estimated", _no_errors)
             _references[content] = Result(analyse(scene).data.drop_dims("source"))
     return _references[content]
 
 
 def modes_of(scene: Scene) -> HeldMachine:
     """Give a scene's machine held at its positions, whose `modes` are followed and whose `frequency` is in Hz."""
-    from fenics_mech.modes_by_poses import HeldMachine, at_rest
-    from fenics_mech.solved_by_poses import with_effects
+    from fenics_mech.answers.modes_by_poses import HeldMachine, at_rest
+    from fenics_mech.answers.solved_by_poses import with_effects
 
     return HeldMachine.of(at_rest(with_effects(scene)))
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fenics_mech.by_poses import by_poses
+from fenics_mech.answers.by_poses import by_poses
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import load
 from fenics_mech.scene.factories import seed_four_bar

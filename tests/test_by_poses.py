@@ -7,10 +7,10 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech import Scene
+from fenics_mech.answers.solved_by_poses import Solved
 from fenics_mech.errors import SceneError
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.solved_by_poses import Solved
 from tests.common import DEMOS
 from tests.frozen.freeze import SCENES as FROZEN
 

@@ -7,10 +7,10 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.accuracy.quantities import measures
-from fenics_mech.by_poses import planned, quantities
+from fenics_mech.answers.by_poses import planned, quantities
+from fenics_mech.answers.solved_by_poses import AtRest, LinearCycle, Run, Solved
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.scene import Scene
-from fenics_mech.solved_by_poses import AtRest, LinearCycle, Run, Solved
 from tests.common import DEMOS
 from tests.test_by_poses import apart
 

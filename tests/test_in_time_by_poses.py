@@ -5,8 +5,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import fenics_mech as fm
+from fenics_mech.answers.in_time_by_poses import InTime, times_of
 from fenics_mech.errors import SceneError
-from fenics_mech.in_time_by_poses import InTime, times_of
 from tests.common import DEMOS
 from tests.solve.test_flexible_pendulum import JOINT, TIP
 

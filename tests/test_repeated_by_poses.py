@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.by_poses import planned
-from fenics_mech.repeated_by_poses import BendingRunner
+from fenics_mech.answers.by_poses import planned
+from fenics_mech.answers.repeated_by_poses import BendingRunner
 from fenics_mech.solve.repeated import ANGLE
 
 TURN, STEEL = 2 * np.pi, 2e11

@@ -14,6 +14,7 @@ import numpy as np
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY
 from fenics_mech._guard import guarded
+from fenics_mech.answers.solved_by_poses import AtRest
 from fenics_mech.effects.effect import Choice, Effect
 from fenics_mech.errors import MechanismError
 from fenics_mech.joints.dry_friction import DryFriction, coefficient
@@ -21,7 +22,6 @@ from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.scene import Clearance, Friction, GuideClearance, Scene
-from fenics_mech.solved_by_poses import AtRest
 
 logger = logging.getLogger(__name__)
 EstimatedLaw = Friction | Clearance | GuideClearance

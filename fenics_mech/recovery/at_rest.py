@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from fenics_mech.held_by_friction import Held
+from fenics_mech.answers.held_by_friction import Held
 from fenics_mech.solve.rest import SmallMotions
 
 

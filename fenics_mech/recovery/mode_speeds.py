@@ -27,12 +27,12 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 
 from fenics_mech._arrays import Array, Index, summed
+from fenics_mech.answers.modes_by_poses import HeldMachine, over_cycle, undamped
 from fenics_mech.classical.response import ratios_of
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.motion import LinearMotion, Motion
-from fenics_mech.modes_by_poses import HeldMachine, over_cycle, undamped
 from fenics_mech.recovery.strains import stress_over_modulus
 from fenics_mech.scene import Scene
 from fenics_mech.solve import FollowedModes, quasi_static

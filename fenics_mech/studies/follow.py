@@ -16,9 +16,10 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
-from fenics_mech.by_poses import result_of
+from fenics_mech.answers.by_poses import result_of
+from fenics_mech.answers.followed_by_poses import followable, followed
+from fenics_mech.answers.solved_by_poses import Solved
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
-from fenics_mech.followed_by_poses import followable, followed
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.peaks import curves_of
@@ -26,7 +27,6 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.load_cases import refuse_cases
 from fenics_mech.solve.continuation import FOLD
 from fenics_mech.solve.stability_limits import STABILITY
-from fenics_mech.solved_by_poses import Solved
 from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_points import KEPT, Record
 from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit_of

@@ -12,19 +12,19 @@ import xarray as xr
 from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import guarded
 from fenics_mech.accuracy.beam_theory import frequency_shares
+from fenics_mech.answers.modes_by_poses import LARGEST_KNOWN, HeldMachine, at_rest
+from fenics_mech.answers.solved_by_poses import FREE, with_effects
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.known import SHEAR
 from fenics_mech.effects.shear import assumed
 from fenics_mech.errors import SceneError
-from fenics_mech.modes_by_poses import LARGEST_KNOWN, HeldMachine, at_rest
 from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.scene.drives import Harmonics
 from fenics_mech.scene.meshing import with_halves
-from fenics_mech.solved_by_poses import FREE, with_effects
 
 PLACES = np.linspace(0, 1, 21)  # along every member, at which mode shapes are given
 LOOKED_AT = 8  # positions, of which errors are estimated

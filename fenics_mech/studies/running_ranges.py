@@ -5,8 +5,8 @@ from __future__ import annotations
 import logging
 
 from fenics_mech._arrays import Array
+from fenics_mech.answers.modes_by_poses import HeldMachine, over_cycle
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.modes_by_poses import HeldMachine, over_cycle
 from fenics_mech.scene import Scene
 
 logger = logging.getLogger(__name__)

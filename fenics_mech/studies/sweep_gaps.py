@@ -16,14 +16,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from fenics_mech._guard import guarded
+from fenics_mech.answers.followed_by_poses import AtValue, followed
+from fenics_mech.answers.followed_by_poses import followable as may_be_followed
+from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError, SolverError
-from fenics_mech.followed_by_poses import AtValue, followed
-from fenics_mech.followed_by_poses import followable as may_be_followed
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Path as Steps
 from fenics_mech.solve.continuation import FOLD
-from fenics_mech.solved_by_poses import Run
 from fenics_mech.studies.kept_points import Record, read_point, write_point
 from fenics_mech.studies.one_equation import numbers_of, scene_with, union
 from fenics_mech.studies.sweep_axes import placed

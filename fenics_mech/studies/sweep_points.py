@@ -18,6 +18,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
+from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.errors import MechanismError, SolverError, UnstableError
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
@@ -27,7 +28,6 @@ from fenics_mech.safety.verdict import without_cure
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import effort_units, joint_names
 from fenics_mech.solve.last_motions import LastMotions
-from fenics_mech.solved_by_poses import Run
 from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_motions import read_steps, write_motion
 from fenics_mech.studies.kept_points import CURVES_TEXT, KEPT, TEXTS, Record, Variables, read_point, unlike, write_point

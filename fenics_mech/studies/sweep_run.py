@@ -17,11 +17,11 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import reason_of, write_table, write_whole
 from fenics_mech._ranks import together
 from fenics_mech._version import __version__
+from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.errors import ResultError, UnresolvedError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve.last_motions import LastMotions
-from fenics_mech.solved_by_poses import Run
 from fenics_mech.studies.gauge import Gauge
 from fenics_mech.studies.kept_points import (
     CURVES_TEXT,

@@ -12,18 +12,18 @@ from scipy.integrate import simpson
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._guard import guarded, require_memory
-from fenics_mech.by_poses import planned, solution
-from fenics_mech.by_sub_intervals import ByModes
+from fenics_mech.answers.by_poses import planned, solution
+from fenics_mech.answers.by_sub_intervals import ByModes
+from fenics_mech.answers.modes_by_poses import HeldMachine, at_rest
+from fenics_mech.answers.solved_by_poses import COUPLED, STIFFENED, built, instants_of, with_effects
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.modes_by_poses import HeldMachine, at_rest
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.of_scene import OfScene
 from fenics_mech.recovery.result import stamp
 from fenics_mech.scene import Scene
 from fenics_mech.solve import forces_about
-from fenics_mech.solved_by_poses import COUPLED, STIFFENED, built, instants_of, with_effects
 
 PLACES = np.array([0.0, 0.5, 1.0])  # along every member, at which coordinates move it
 SPACING = 1e-4  # rad of the drive, by which coordinates are differentiated twice: its square, and rounding over it

@@ -12,7 +12,7 @@ from rich.table import Table
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech._files import write_whole
-from fenics_mech.modes_by_poses import LARGEST_KNOWN
+from fenics_mech.answers.modes_by_poses import LARGEST_KNOWN
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import percent
 

@@ -24,7 +24,7 @@ def test_the_answer_is_the_same(method, monkeypatch):
     scene = seed(method=method, sub_intervals=90, cycles=1, allow_coarse=True)
     whole = analyse(scene).data
     for module in ("by_poses", "in_time_by_poses"):
-        monkeypatch.setattr(f"fenics_mech.{module}.estimated", None)  # is not called
+        monkeypatch.setattr(f"fenics_mech.answers.{module}.estimated", None)  # is not called
     data = analyse(scene.changed(OFF)).data
     for name in data.variables:
         if data[name].dtype.kind == "f":

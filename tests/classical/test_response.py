@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.by_sub_intervals import ByModes
+from fenics_mech.answers.by_sub_intervals import ByModes
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.recovery.without_modes import without_modes

@@ -39,7 +39,7 @@ def test_every_public_name_is_documented(name):
 def test_no_name_of_the_top_level_hides_a_room():
     rooms = {room.name for room in Path(fm.__file__).parent.iterdir()}
     assert not rooms & {form for name in NAMES for form in (name, f"{name}.py")}
-    import fenics_mech.modes_by_poses as room
+    import fenics_mech.answers.modes_by_poses as room
 
     assert inspect.ismodule(room)
     assert inspect.isfunction(fm.modes)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from fenics_mech import analyse
-from fenics_mech.by_sub_intervals import ByModes
+from fenics_mech.answers.by_sub_intervals import ByModes
 from fenics_mech.classical import joining
 from fenics_mech.classical.resonance import refuse_magnified
 from fenics_mech.errors import SolverError

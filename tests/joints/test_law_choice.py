@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
+from fenics_mech.answers.solved_by_poses import AtRest
 from fenics_mech.errors import SolverError
 from fenics_mech.planning.law_choice import choose_laws
-from fenics_mech.solved_by_poses import AtRest
 from tests.joints.test_bending import RUBS, slider_crank
 
 LED = {"freedoms": {}, "drive": {"joint": "O", "speed": 20.0}, "analysis.cycles": 1, "effects": "auto"}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from fenics_mech import Scene, analyse
+from fenics_mech.answers.rigid_in_time import freed_of
 from fenics_mech.machine.from_scene import machine_of
-from fenics_mech.rigid_in_time import freed_of
 from fenics_mech.scene.start_state import StartState
 
 LENGTHS = {"crank": ("OA", 0.2), "coupler": ("AB", 0.5), "follower": ("CB", 0.4)}

@@ -8,7 +8,7 @@ from rich.console import Console
 from typer.testing import CliRunner
 
 from fenics_mech.analysis import analyse
-from fenics_mech.by_poses import result_of
+from fenics_mech.answers.by_poses import result_of
 from fenics_mech.cli import app
 from fenics_mech.errors import MechanismError, ResultError, SceneError
 from fenics_mech.recovery.peaks import between_positions

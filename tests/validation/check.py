@@ -9,11 +9,11 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.analysis import analyse
+from fenics_mech.answers.solved_by_poses import instants_of
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.response import SubIntervals
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.solved_by_poses import instants_of
 from tests.validation.reference.gauss_legendre import gauss_legendre_periodic
 from tests.validation.reference.mecqbar import compare_appendix_g, mecqbar
 from tests.validation.reference.nine_element import NineElementModel

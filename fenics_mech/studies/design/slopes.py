@@ -12,11 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.by_poses import collected, planned, stability_of
+from fenics_mech.answers.by_poses import collected, planned, stability_of
+from fenics_mech.answers.solved_by_poses import AtRest, Solved
 from fenics_mech.errors import DerivativeError
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.scene import Scene
-from fenics_mech.solved_by_poses import AtRest, Solved
 from fenics_mech.studies.design.trial import Trials
 from fenics_mech.studies.design.trial_tasks import read_numbers
 

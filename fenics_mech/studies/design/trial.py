@@ -17,11 +17,11 @@ from typing import Any
 from fenics_mech._guard import guarded
 from fenics_mech._version import __version__
 from fenics_mech.analysis import analyse
-from fenics_mech.by_poses import answered
+from fenics_mech.answers.by_poses import answered
+from fenics_mech.answers.solved_by_poses import AtRest as AnswersAtRest
+from fenics_mech.answers.solved_by_poses import Solved
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
-from fenics_mech.solved_by_poses import AtRest as AnswersAtRest
-from fenics_mech.solved_by_poses import Solved
 from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.result_curves import ResultNumbers

@@ -21,7 +21,7 @@ from fenics_mech._progress import reached
 from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.quantities import MEASURE
 from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.by_poses import planned, quantities, read_off, told, with_assumed_shear
+from fenics_mech.answers.by_poses import planned, quantities, read_off, told, with_assumed_shear
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm

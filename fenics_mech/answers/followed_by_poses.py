@@ -7,13 +7,13 @@ from functools import lru_cache
 
 import numpy as np
 
-from fenics_mech.by_poses import planned
+from fenics_mech.answers.by_poses import planned
+from fenics_mech.answers.solved_by_poses import EXACT, Solved, built, steps_of
 from fenics_mech.errors import SceneError
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import Family, Point, continued
-from fenics_mech.solved_by_poses import EXACT, Solved, built, steps_of
 
 AtValue = Callable[[float], Scene]
 

@@ -14,10 +14,10 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
-from fenics_mech.by_poses import planned
+from fenics_mech.answers.by_poses import planned
+from fenics_mech.answers.in_time_by_poses import InTime, collected, estimated, going_on, start_of, times_of
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, PoseMotion, Rest
-from fenics_mech.in_time_by_poses import InTime, collected, estimated, going_on, start_of, times_of
 from fenics_mech.machine import Machine
 from fenics_mech.machine.assembly import closed
 from fenics_mech.machine.from_scene import SceneMachine, machine_of

@@ -21,9 +21,11 @@ from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.accuracy.quantities import measures_of_efforts
 from fenics_mech.accuracy.remarks import after_contacts
-from fenics_mech.by_poses import read_off
+from fenics_mech.answers.by_poses import read_off
+from fenics_mech.answers.in_time_by_poses import LONGEST, SHARPER, noted_peaks
+from fenics_mech.answers.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
+from fenics_mech.answers.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.errors import AssemblyError, SceneError, shortened
-from fenics_mech.in_time_by_poses import LONGEST, SHARPER, noted_peaks
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.motion import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
@@ -37,8 +39,6 @@ from fenics_mech.recovery.dataset import joined
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.running import running
-from fenics_mech.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
-from fenics_mech.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.start_state import StartState

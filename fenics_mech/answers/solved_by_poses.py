@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TURN
-from fenics_mech.buckled_links import refuse_folded, weakest_link, with_buckled
+from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps

@@ -12,10 +12,11 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.buckled_links import refuse_folded
+from fenics_mech.answers.buckled_links import refuse_folded
+from fenics_mech.answers.held_by_friction import holds
+from fenics_mech.answers.solved_by_poses import AtRest
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.geometry import Given
-from fenics_mech.held_by_friction import holds
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine.assembly import COARSELY_MET, closed, left_open
 from fenics_mech.machine.drawn_from_scene import Law
@@ -32,7 +33,6 @@ from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import damp_modes
 from fenics_mech.solve.rest import Condensed, RestSearch, SmallMotions, small_motions
-from fenics_mech.solved_by_poses import AtRest
 
 LED = 0.2  # rad, by which drives lead links to where they are held
 

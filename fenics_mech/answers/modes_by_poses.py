@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.answers.solved_by_poses import STIFFENED, built, instants_of, moves_of, with_effects
 from fenics_mech.effects.known import VIBRATION
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.free_linkage import with_freedoms
@@ -21,7 +22,6 @@ from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, Harmonics
 from fenics_mech.solve import BESIDE, FollowedModes, about_motion, followed_modes, forces_about
-from fenics_mech.solved_by_poses import STIFFENED, built, instants_of, moves_of, with_effects
 
 LARGEST_KNOWN = 0.2  # error of a frequency by the mesh, which means that or more
 LITTLE = 1e-6  # of the machine's extent, by which shapes move it: squares of it are rounding

@@ -6,14 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from fenics_mech._arrays import Array
-from fenics_mech.errors import SceneError
-from fenics_mech.estimate import finer_mesh
-from fenics_mech.machine.from_scene import SceneMachine
-from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.scene import Scene
-from fenics_mech.solve import Cycle, Iteration, Path, periodic
-from fenics_mech.solve.harmonic_balance import Balance, Series, balanced
-from fenics_mech.solved_by_poses import (
+from fenics_mech.answers.solved_by_poses import (
     LinearCycle,
     Run,
     Solved,
@@ -23,6 +16,13 @@ from fenics_mech.solved_by_poses import (
     steps_of,
     stiffening,
 )
+from fenics_mech.errors import SceneError
+from fenics_mech.estimate import finer_mesh
+from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.scene import Scene
+from fenics_mech.solve import Cycle, Iteration, Path, periodic
+from fenics_mech.solve.harmonic_balance import Balance, Series, balanced
 
 
 def refuse_impulses(scene: Scene) -> None:

@@ -21,7 +21,9 @@ from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities
 from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.by_poses import COUPLED, FEWEST, choices_of, collected, quantities, read_off, told
+from fenics_mech.answers.by_poses import COUPLED, FEWEST, choices_of, collected, quantities, read_off, told
+from fenics_mech.answers.in_time_by_poses import labelled_in_time
+from fenics_mech.answers.solved_by_poses import EXACT, Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
 from fenics_mech.classical.known import lacking
@@ -33,7 +35,6 @@ from fenics_mech.classical.strains import deflection, end_forces, section_forces
 from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.geometry import End
-from fenics_mech.in_time_by_poses import labelled_in_time
 from fenics_mech.kinematics import Linkage, refuse_unresolved
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
@@ -51,7 +52,6 @@ from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
-from fenics_mech.solved_by_poses import EXACT, Solved, instants_of
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)

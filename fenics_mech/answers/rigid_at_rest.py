@@ -7,15 +7,15 @@ import math
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.by_poses import read_off
+from fenics_mech.answers.by_poses import read_off
+from fenics_mech.answers.held_by_friction import FrictionAtRest, Held, holds
+from fenics_mech.answers.rest_by_poses import LED, Resting, of_freedoms, refuse_friction, without_friction
+from fenics_mech.answers.rigid_by_poses import of_laws, with_all_units
+from fenics_mech.answers.rigid_in_time import freed_of
 from fenics_mech.errors import SolverError
-from fenics_mech.held_by_friction import FrictionAtRest, Held, holds
 from fenics_mech.recovery.at_rest import of_friction, of_small_motions
 from fenics_mech.recovery.dataset import joined
 from fenics_mech.recovery.result import Result
-from fenics_mech.rest_by_poses import LED, Resting, of_freedoms, refuse_friction, without_friction
-from fenics_mech.rigid_by_poses import of_laws, with_all_units
-from fenics_mech.rigid_in_time import freed_of
 from fenics_mech.scene import Scene
 from fenics_mech.scene.start_state import StartState
 from fenics_mech.solve.rest import SmallMotions

@@ -17,7 +17,20 @@ from fenics_mech.accuracy.estimate import Errors
 from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.accuracy.remarks import between_points
-from fenics_mech.balanced_by_poses import Balanced, LinearBalanced
+from fenics_mech.answers.balanced_by_poses import Balanced, LinearBalanced
+from fenics_mech.answers.modes_by_poses import modes_kept
+from fenics_mech.answers.rest_by_poses import FreelyAtRest
+from fenics_mech.answers.solved_by_poses import (
+    COUPLED,
+    EXACT,
+    FREE,
+    STIFFENED,
+    AtRest,
+    LinearCycle,
+    Run,
+    Solved,
+    with_effects,
+)
 from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
@@ -28,7 +41,6 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
-from fenics_mech.modes_by_poses import modes_kept
 from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.between_poses import missed_peaks
@@ -42,23 +54,11 @@ from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.rest_by_poses import FreelyAtRest
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
 from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve import followed_modes, forces_about, held_modes, quasi_static
 from fenics_mech.solve.stability_limits import STABILITY
-from fenics_mech.solved_by_poses import (
-    COUPLED,
-    EXACT,
-    FREE,
-    STIFFENED,
-    AtRest,
-    LinearCycle,
-    Run,
-    Solved,
-    with_effects,
-)
 from fenics_mech.terms.causes import Cause
 
 logger = logging.getLogger(__name__)
