@@ -1,4 +1,4 @@
-"""Springs, dampers and loads of scenes: against link frames, and the power of a cycle."""
+"""Springs, dampers and loads of scenes: the power of a cycle, tangents, and closed forms."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.solve import equilibrium, periodic, rigid_cycle
 from fenics_mech.terms import Spring
-from tests.common import DEMOS, response_of
+from tests.common import DEMOS
 from tests.effects.test_impulses import turning_beam
 
 EXACT = ("coupling", "large-rotations")
@@ -41,26 +41,6 @@ def cycle_of(scene, steps):
     made = machine_of(scene)
     made.machine.chart = rigid_cycle(made.machine, scene.period)
     return made, periodic(made.machine, scene.period, steps)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "parts", [("springs",), ("dampers",), ("loads", "gravity"), tuple(ACTING)], ids=lambda x: x[-1]
-)
-def test_what_acts_on_a_slider_crank_does_as_in_link_frames(parts):
-    """The moments, axial forces and torque of the same scene in link frames, on the same mesh."""
-    scene = loaded(**{part: ACTING[part] for part in parts})
-    made, cycle = cycle_of(scene, 60)
-    ends = [x[:, -1] for x in (cycle.t, cycle.q, cycle.v, cycle.a)]
-    data = response_of(scene).data.isel(theta=(np.arange(60) + 1) * 2 % 120)
-    forces = along_members(made, made.machine.residual(*ends), ends[3], data["s"].to_numpy())
-    for name, here in (("axial_force", forces.axial), ("moment", forces.moment)):
-        known = data[name].transpose("theta", "member", "s").to_numpy()
-        missed = np.abs(here - known).max(axis=(0, 2)) / np.abs(known).max(axis=(0, 2))
-        assert missed.max() < 3e-4, name  # as without them
-    torque = -cycle.a[:, -1, made.machine.n + made.driven[0]]
-    known = data["input_torque"].to_numpy()
-    assert np.abs(torque - known.reshape(torque.shape)).max() < 3e-4 * np.abs(known).max()
 
 
 @pytest.mark.slow
