@@ -28,7 +28,6 @@ class CacheLimits:
 
     most_paths: int = 12  # sets of angles that a linkage keeps: an analysis takes 2 to 8, and 3 beside sharp peaks
     most_made: int = 2  # things of one kind that the positions at a set of angles keep
-    most_shared: int = 2  # links, and linkages, that analyses have in common: those of a survey and those of its run
 
 
 CACHE = CacheLimits()

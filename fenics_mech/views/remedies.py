@@ -30,7 +30,7 @@ def _decided(result: Result) -> list[dict[str, Any]]:
 
 
 def chose_effects(result: Result) -> bool:
-    """Whether the program chose the effects, so that it has estimated them.
+    """Whether a result says how large an effect is that it leaves out.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def advice(result: Result) -> str:
         The result.
     """
     if chose_effects(result):
-        return f"The survey found it small: write effects = {_with(result, EXACT_STRAINS)}."
+        return f"Write effects = {_with(result, EXACT_STRAINS)} to take it along."
     return "Write effects = 'auto' to take what is needed."
 
 
