@@ -98,7 +98,7 @@ def analyse(
     elif scene.tolerance is None:
         result = fine_enough(scene, lambda finer: by_poses(finer, run, names))
     else:
-        result = within(scene.changed(analysis__solver="poses"), RefinedByPoses())
+        result = within(scene, RefinedByPoses())
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result

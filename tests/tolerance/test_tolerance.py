@@ -12,6 +12,7 @@ import fenics_mech.analysis
 import fenics_mech.planning.discretisation
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
+from fenics_mech.answers import by_poses
 from fenics_mech.errors import SceneError, SolverError, percent
 from fenics_mech.planning.discretisation import Discretisation, Trial
 from fenics_mech.planning.meet_tolerance import _next
@@ -110,13 +111,13 @@ def test_graded_and_stated_meshes_keep_their_kind():
 @pytest.fixture
 def runs(monkeypatch):
     """Scenes that were solved, one a trial with another motion."""
-    found, as_stated = [], fenics_mech.analysis._answer
+    found, as_stated = [], by_poses.solution
 
     def noted(scene, *rest):
         found.append(scene)
         return as_stated(scene, *rest)
 
-    monkeypatch.setattr(fenics_mech.analysis, "_answer", noted)
+    monkeypatch.setattr(by_poses, "solution", noted)
     return found
 
 
