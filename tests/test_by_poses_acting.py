@@ -11,7 +11,7 @@ from fenics_mech.errors import SceneError
 from fenics_mech.machine.from_scene import machine_of
 from fenics_mech.solve import frequencies, march, tangents_at
 from tests.common import DEMOS
-from tests.effects import test_air_drag, test_drag, test_impulses
+from tests.effects import test_air_drag, test_drag
 from tests.effects.test_impulses import INERTIA, MASS, E, J, L, blow, ringing, tip_normal, turning_beam
 from tests.test_by_poses import apart, both
 
@@ -176,25 +176,6 @@ def test_oscillator_under_a_load_that_jumps():
     assert errors[0] > 16 * errors[1]  # order 4 and more: steps end at the jumps
 
 
-@pytest.mark.parametrize(
-    "check",
-    [
-        test_impulses.test_drive_pushes_back_where_a_rigid_crank_is_struck,
-        test_impulses.test_drive_meets_at_once_what_a_heavy_beam_does_not_take,
-        test_impulses.test_drive_has_nothing_to_meet_where_a_mass_on_a_bent_massless_beam_is_struck_along_it,
-        test_impulses.test_damping_takes_what_a_blow_gives_to_an_oscillator,
-    ],
-    ids=lambda check: check.__name__[5:30],
-)
-def test_drives_and_damping_meet_impulses_as_in_closed_form(check, monkeypatch):
-    """The checks of link frames, by the equation of poses."""
-
-    def analyse(scene):
-        exact = {"effects": EXACT, "analysis.solver": "poses", "analysis.error_estimates": False}
-        return fm.analyse(scene.changed(exact))
-
-    monkeypatch.setattr(test_impulses, "analyse", analyse)
-    check()
 
 
 def test_a_load_over_the_state_of_a_joint_damps_and_pulls_back():
