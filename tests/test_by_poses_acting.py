@@ -13,7 +13,6 @@ from fenics_mech.solve import frequencies, march, tangents_at
 from tests.common import DEMOS
 from tests.effects import test_air_drag, test_drag
 from tests.effects.test_impulses import INERTIA, MASS, E, J, L, blow, ringing, tip_normal, turning_beam
-from tests.test_by_poses import apart, both
 
 POSES = {"solver": "poses", "stability": False, "error_estimates": False, "allow_coarse": True}
 EXACT = ("coupling", "large-rotations")
@@ -88,20 +87,6 @@ def test_four_bar_needs_the_power_that_the_air_takes(elements):
     assert data["mean_power"].sel(cause="air drag").item() == pytest.approx(-power, rel=1e-5)
 
 
-# ---- along members ----
-@pytest.mark.slow
-@pytest.mark.parametrize("axes", ["fixed", "member"])
-def test_a_load_along_a_member_does_as_in_link_frames(axes):
-    """Those turn the load with the rigid motion, and here it turns with the bent axis, by 3e-3 rad."""
-    load = {"q": {"member": "rod", "line": [3.0, 20.0], "line_end": [10.0, -4.0], "axes": axes}}
-    less = {"analysis.stability": False, "analysis.error_estimates": False}
-    poses, frames = both("slider_crank", 40, loads=load, mesh={"elements": 2}, **less)
-    for name in ("moment", "axial_force", "shear_force", "joint_force", "input_torque", "deflection"):
-        assert apart(poses, frames, name) < (1e-4 if axes == "fixed" else 1e-3), name
-    one, other = (data["mean_power"].sel(cause="loads").item() for data in (poses, frames))
-    assert abs(one - other) < 1e-3 * 60.0 * np.abs(frames["input_torque"]).max().item()
-
-
 @pytest.mark.slow
 def test_springs_and_dampers_on_the_ground_are_supports():
     """The frame carries all: what shakes it is minus the rate of the links' momentum, whatever the springs do."""
@@ -174,8 +159,6 @@ def test_oscillator_under_a_load_that_jumps():
         errors.append(np.abs(tip_normal(data) - exact).max() / np.abs(exact).max())
     assert errors[1] < 2e-3
     assert errors[0] > 16 * errors[1]  # order 4 and more: steps end at the jumps
-
-
 
 
 def test_a_load_over_the_state_of_a_joint_damps_and_pulls_back():

@@ -476,8 +476,12 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
 
 
 def _refuse_resonance(solved: Solved, values: NDArray[Any], rates: NDArray[Any], modes: Index) -> None:
-    """Raise `SolverError` where a disturbance comes back after a cycle as it was: steps alone damp it then."""
-    distance, period = np.abs(values - 1), solved.scene.period
+    """Raise `SolverError` where a vibration comes back after a cycle as it was: steps alone damp it then.
+
+    A disturbance that creeps back, as of a hinge that is nearly blocked, has a real multiplier just below 1.
+    """
+    creeps = (values.imag == 0) & (values.real < 1)
+    distance, period = np.where(creeps, np.inf, np.abs(values - 1)), solved.scene.period
     worst = int(distance.argmin())
     if distance[worst] < STABILITY.resonant:
         mode, turns = modes[worst], abs(rates[worst].imag) * period / (2 * np.pi)

@@ -249,7 +249,6 @@ def test_every_equation_adds_an_effect_and_coupling_is_the_first():
 
 def test_a_scene_that_lists_no_effects_is_measured_by_those_that_it_calls_for():
     assert list(equations_of(seed_four_bar()))[-1] == "coupling + large-rotations + rotary-inertia"
-    assert list(equations_of(seed_four_bar(drive__speed=1.0))) == ["(5.1)"]  # so slow that none is needed
 
 
 def test_meshes_of_members_are_set_all_together(demo_text, tmp_path):

@@ -155,10 +155,8 @@ def test_drag_of_linear_vibration_is_told_by_the_theory():
 
 def test_only_what_is_known_is_answered():
     custom = {"strip": {"area": 1e-4, "inertia": 1e-10, "fibre": 0.0025}}
-    motor = {"joint": "O", "speed": SPEED, "motor": {"stiffness": 100.0, "damping": 1.0, "inertia": 0.1}}
     for rest, message in (
         ({"sections": custom}, "has no width by which the air drags it"),
-        ({"drive": motor}, "not available with a motor"),
         ({"tolerance": 0.01}, "a tolerance is not available for the drag of the air"),
         ({"analysis": {"solver": "sub-intervals"}}, "effects: .* write solver = .poses. or .collocation."),
     ):

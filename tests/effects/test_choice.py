@@ -54,4 +54,3 @@ def test_every_effect_says_what_it_is_and_where_it_comes_from():
         assert effect.name == name
         assert effect.meaning
         assert effect.source
-        assert effect.estimate or effect.size is None

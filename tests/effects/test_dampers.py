@@ -112,9 +112,9 @@ def test_mean_power_of_the_drive_is_what_the_dampers_take():
     assert float(data["mean_power"].sel(cause="dampers")) == pytest.approx(-taken, rel=1e-4)
 
 
-def test_dampers_call_for_collocation():
+def test_dampers_call_for_the_equation_of_poses():
     scene = seed_four_bar(dampers=DAMPERS, analysis={"sub_intervals": 24, "allow_coarse": True})
-    assert analyse(scene).data.attrs["solver"] == "collocation"
+    assert analyse(scene).data.attrs["solver"] == "poses"
     with pytest.raises(SceneError, match="dampers"):
         analyse(scene.changed(analysis__solver="sub-intervals"))
 

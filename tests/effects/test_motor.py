@@ -24,7 +24,7 @@ ACTING = {
 
 
 def with_motor(motor, **rest):
-    data = seed_four_bar(**rest).model_dump()
+    data = seed_four_bar(**{"effects": ("large-rotations",)} | rest).model_dump()
     data["drive"]["motor"] = motor
     return Scene.read(data)
 
@@ -92,12 +92,12 @@ class Rigid:
 
 def test_crank_turns_as_that_of_the_rigid_linkage():
     scene = with_motor(
-        SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False, "allow_coarse": True}, **ACTING
+        SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 120, "stability": False, "allow_coarse": True}, **ACTING
     )
     data = response_of(scene).data
-    twist, rate = Rigid(scene).orbit(SHAFT, scene.drive.speed, 60)
+    twist, rate = Rigid(scene).orbit(SHAFT, scene.drive.speed, 120)
     assert np.ptp(rate) > 0.3 * scene.drive.speed  # far from a small ripple
-    # 60 steps of order 5, and links 1e4 times as stiff as aluminium
+    # 120 steps, and links 1e4 times as stiff as aluminium
     assert np.abs(data["drive_twist"] - twist).max() < 2e-4 * np.abs(twist).max()
     assert np.abs(data["drive_rate"] - rate).max() < 2e-4 * np.ptp(rate)
 
@@ -129,29 +129,24 @@ def test_mirrored_linkage_twists_the_other_way():
 def test_shaft_and_rotor_balance_the_torque_of_the_crank():
     # the torque on the crank is found from the links' forces on the undeformed shape: equal as the links get stiff
     scene = with_motor(
-        SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 60, "stability": False, "allow_coarse": True}
+        SHAFT, materials=stiff(1e4), analysis={"sub_intervals": 240, "stability": False, "allow_coarse": True}
     )
     data = analyse(scene).data
     ripple = np.fft.rfft(data["drive_rate"].to_numpy())
-    change = np.fft.irfft(1j * np.arange(len(ripple)) * scene.drive.speed * ripple, 60)
+    change = np.fft.irfft(1j * np.arange(len(ripple)) * scene.drive.speed * ripple, 240)
     twist, rate = data["drive_twist"], data["drive_rate"] - scene.drive.speed
     shaft = -60.0 * twist - 0.05 * rate - 2e-3 * change
-    assert np.abs(data["input_torque"] - shaft).max() < 2e-3 * np.abs(shaft).max()  # 30 harmonics of the rate
+    assert (
+        np.abs(data["input_torque"] - shaft).max() < 2e-3 * np.abs(shaft).max()
+    )  # measured 1e-3: order 2 of the steps
 
 
 @pytest.mark.parametrize("motor", [SHAFT | {"stiffness": 0.05}, SHAFT | {"stiffness": 3}])
-def test_shaft_whose_motion_is_not_found_is_named(motor):
-    """It was said that the linkage cannot be assembled, at hundreds of degrees; the links are as they should be."""
+def test_of_a_shaft_that_is_too_soft_for_the_load_the_share_that_it_carries_is_told(motor):
     loads = {"press": {"at": "follower.B", "force": (40.0, -40.0)}}
     scene = with_motor(motor, loads=loads, analysis={"sub_intervals": 24, "stability": False, "allow_coarse": True})
-    wanted = (
-        r"motor's shaft \(drive\.motor, joint O\) is not found: Newton's method twists the shaft by -?\d\S* rad at "
-        rf"drive angle \d\S* deg, and no position .* than {motor['stiffness']} N m/rad, more damping or inertia"
-    )
-    with pytest.raises(SolverError, match=wanted) as caught:
+    with pytest.raises(SolverError, match=r"There are answers up to 0\.\d+ of the load"):
         analyse(scene)
-    angle = float(str(caught.value).split("drive angle ")[1].split()[0])
-    assert 0 <= angle < 360
 
 
 @pytest.mark.slow
@@ -186,9 +181,9 @@ def test_motors_that_are_refused(changes, words):
 def test_the_motion_under_a_motor_without_inertia_does_not_depend_on_the_mesh_of_the_crank():
     """Solved for from the equation, the acceleration was 4 % off with four elements, and refused with eight."""
     scene = load(DEMOS / "slider_crank.toml").changed(
-        effects=("coupling", "geometric-stiffness"),
+        effects=("coupling", "large-rotations"),
         drive__motor={"stiffness": 40.0, "damping": 0.02},
-        analysis={"solver": "collocation", "sub_intervals": 90, "stability": False, "allow_coarse": True},
+        analysis={"sub_intervals": 90, "stability": False, "allow_coarse": True},
     )
     coarse, fine = (response_of(scene.changed(mesh__elements=count)).data for count in (3, 8))
     efforts, forces = (np.abs(coarse[name] - fine[name]).max() for name in ("drive_effort", "joint_force"))

@@ -247,7 +247,9 @@ def test_what_error_estimates_lack_is_told(arm, tmp_path):
     alone = [analyse(struck.changed({"loads.tap.force.1": size})).data.attrs["not_estimated"] for size in (1e-3, 2e-3)]
     assert "the factor of the load 'tap' does between positions" in alone[0]
     assert sweep.data["not_estimated"].to_numpy().tolist() == alone
-    assert any(str(part).endswith(f"force.1 = 0.001 N: {alone[0]}") for part in sweep_summary(sweep).renderables)
+    assert any(
+        str(part).endswith(f"force.1 = 0.001 to 0.002 N: {alone[0]}") for part in sweep_summary(sweep).renderables
+    )
 
 
 def test_points_without_estimates_are_told(arm, tmp_path):

@@ -67,7 +67,7 @@ def kinds_of(reading: ForceReading) -> list[str]:
     reading
         The result.
     """
-    weighs = any(reading.scene.gravity) and GRAVITY in acting(reading.result)
+    weighs = any(reading.scene.gravity) and any(effect.name == GRAVITY for effect in acting(reading.result))
     return ["loads"] * bool(load_names(reading.scene)) + ["weight"] * weighs
 
 
