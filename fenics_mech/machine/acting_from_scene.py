@@ -66,7 +66,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     acting: dict[str, Term] = {}
     for name, spring in scene.springs.items():
         pair, look, near = _between(scene, at, spring, bodies)
-        cyclic = scene.drives and scene.analysis.method not in ("transient", "static")
+        cyclic = scene.drives and scene.analysis.method == "periodic"
         if near and cyclic and abs(np.subtract(*near(np.array([0.0, 0.999999 * scene.period])))) > TURN / 2:
             raise SceneError(
                 "the bodies turn against each other without end, which winds the spring up in every cycle",

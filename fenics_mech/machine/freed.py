@@ -474,14 +474,3 @@ class Freed:
         return solved(mass, force)
 
     # ---- as an equation of motion at many states ----
-
-    def tangents_at(
-        self, time: Array, place: Array, rate: Array, second: Array, *, moving: bool = True
-    ) -> tuple[Array, Array, Array]:
-        """Give tangents by second rates, rates and values ``(instants, freedoms, freedoms)`` each."""
-        known = self.carried(time, place, rate, second)
-        known = known if moving else known.resting()
-        pulls = self._balanced(known, moving=moving).pulls  # which make geometric stiffness
-        found = self._condensed(known, self._balanced(known, pulls, moving))
-        M, C, K = (x.reshape(len(time), self.n, self.n) for x in (found.M, found.C, found.K))
-        return M, C, K

@@ -41,8 +41,8 @@ def struck(**rest):
 def test_pulse_narrower_than_any_sample_is_an_impulse(factor, sign, analysis):
     """It acts for so short a time that displacements stay: what counts is force times time.
 
-    Relative to the strains the difference is the width by the pace of the modes that it excites, 7e-4. In a cycle it is 2e-3 at
-    the first position after the pulse, where steps do not follow modes that both excite.
+    Relative to the strains the difference is the width by the pace of the modes that it excites, 7e-4. In a cycle it
+    is 2e-3 at the first position after the pulse, where steps do not follow modes that both excite.
     """
     pulse = struck(loads__p__factor=factor, analysis=analysis)
     pulse = pulse.changed(drive__speed=sign * pulse.drive.speed)

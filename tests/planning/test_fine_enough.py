@@ -39,7 +39,7 @@ class Found:
 def test_what_is_stated_stays_known_in_changed_scenes():
     """A key that a file or a call states is stated, also where it is the default; others are the program's."""
     scene = load(DEMOS / "slider_crank.toml")  # which states sub_intervals and modes, and no mesh
-    assert free_numbers(scene).keys() == {"elements", "harmonics", "time_tolerance", "solver"}
+    assert free_numbers(scene).keys() == {"elements", "harmonics", "time_tolerance"}
     assert free_numbers(scene.changed({"drive.speed": 10.0})).keys() == free_numbers(scene).keys()
     assert "elements" not in free_numbers(scene.changed(mesh__elements=3))
     assert scene.changed(mesh__elements=3) == scene
