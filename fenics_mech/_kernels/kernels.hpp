@@ -67,9 +67,11 @@ void relations(long T, long E, Poses p, const int *pose, const double *arms, con
     });
 }
 
-// Gaps of E pins from the elements on which they may ride: pose (E, 3), arms of both ends and of the pin; share (T, E).
+// What E pins look at on the elements on which they may ride: pose (E, 3), arms of both ends and of the pin, a Riding of
+// each, strokes at both ends of each element (E, 2); share (T, E).
 template <class G>
-void rides(long T, long E, Poses p, const int *pose, const double *arms, double *v, double *g, double *h, double *share) {
+void rides(long T, long E, Poses p, const int *pose, const double *arms, const int *look, const double *marks, double *v,
+           double *g, double *h, double *share) {
     constexpr int d = G::d, k = G::turns;
     for (long t = 0; t < T; t++)
         for (long e = 0; e < E; e++) {
@@ -78,9 +80,9 @@ void rides(long T, long E, Poses p, const int *pose, const double *arms, double 
                 const long a = t * p.count + pose[3 * e + j];
                 r[j] = p.r + a * d, c[j] = p.c + a * k, R0[j] = p.R0 + a * d * d;
             }
-            typename Ride<G>::Number gap;
-            share[t * E + e] = Ride<G>::share_and_gap(r, c, R0, arms + e * 3 * (d + d * d), gap);
-            put(gap, t * E + e, v, g, h);
+            typename Ride<G>::Number x;
+            share[t * E + e] = Ride<G>::measured(r, c, R0, arms + e * 3 * (d + d * d), look[e], marks + 2 * e, x);
+            put(x, t * E + e, v, g, h);
         }
 }
 

@@ -155,15 +155,22 @@ typename Ends<G>::Number relation(const Ends<G> &ends, int measure, int i, int j
     }
 }
 
-// Distance of a pin from the bent axis of an element: from the cubic y(x) over its chord that has the slopes of both first
-// axes. Variables are the place and the chart vector of both ends' poses, then of the pin's. Gives its share of the chord.
+// What a pin looks at on the bent axis of an element. That is the cubic y(x) over its chord that has the slopes of both
+// first axes. Variables are the place and the chart vector of both ends' poses, then of the pin's.
+enum Riding {
+    ACROSS,  // distance of the pin from the axis
+    TURNED,  // sine of the angle by which the pin's first axis is turned from the tangent there
+    STROKE   // place along the straight element, from a mark at its first end
+};
+
 template <class G>
 struct Ride {
     static constexpr int d = G::d, own = d + G::turns, N = 3 * own;
     using Number = Jet<N>;
 
-    static double share_and_gap(const double *const *r, const double *const *c, const double *const *R0, const double *arms,
-                                Number &gap) {
+    // marks: strokes at both ends. Gives the pin's share of the chord.
+    static double measured(const double *const *r, const double *const *c, const double *const *R0, const double *arms,
+                           int look, const double *marks, Number &value) {
         Number p[3][d], E[3][d][d], e[d], n[d];
         for (int j = 0; j < 3; j++) {
             end_of<G>(c[j], j * own + d, R0[j], arms + j * (d + d * d), p[j], E[j]);
@@ -180,7 +187,14 @@ struct Ride {
         for (int i = 0; i < d; i++) n[i] = n[i] * size;
         const Number x = dot(e, p[2]) * inverse_length, rest = 1. - x;
         const Number one = dot(n, first) / dot(e, first), two = dot(n, last) / dot(e, last);  // slopes
-        gap = dot(n, p[2]) - length * (x * rest) * (rest * one - x * two);
+        if (look == STROKE) value = marks[0] + (marks[1] - marks[0]) * x;
+        else if (look == ACROSS) value = dot(n, p[2]) - length * (x * rest) * (rest * one - x * two);
+        else {
+            const Number slope = rest * (1. - 3. * x) * one + x * (3. * x - 2.) * two;
+            Number across[d], axis[d];
+            for (int i = 0; i < d; i++) across[i] = n[i] - slope * e[i], axis[i] = E[2][i][0];
+            value = dot(across, axis) * inverse(sqrt(1. + slope * slope));
+        }
         return x.v;
     }
 

@@ -1,4 +1,4 @@
-"""Pins that ride along bent members: rows of which each looks at one element at a time."""
+"""Pins and blocks that ride along bent members: rows of which each looks at one element at a time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Rides:
     """The elements that pins may ride on, where they lie.
 
     The axis is the cubic over each chord with the slopes of both first axes, so that its tangent goes on from element
-    to element. The multiplier is the force normal to it.
+    to element. The multiplier is the force normal to it, the moment that turns a block, or the force along the chord.
 
     Parameters
     ----------
@@ -37,7 +37,12 @@ class Rides:
         ends = [(*pair, ride.pin) for ride in rides for pair in ride.elements]
         self.pose = np.array([[end.pose for end in own] for own in ends], dtype=np.int32).reshape(-1, 3)
         self.arms = np.array([[[*end.offset, *end.turn.ravel()] for end in own] for own in ends], dtype=float)
+        self.look = np.array([ride.look for ride in rides for _ in ride.elements], dtype=np.int32)
+        marks = [ride.marks or (0.0,) * (1 + len(ride.elements)) for ride in rides]
+        self.marks = np.array([pair for own in marks for pair in zip(own, own[1:])]).reshape(-1, 2)
         self.dof = np.ascontiguousarray(places[self.pose].reshape(len(self.pose), 3 * geometry.size))
+        self.scale = np.array([ride.scale for ride in rides], dtype=int)
+        self.on_scale = places[self.scale, :1]  # coordinate, or -1
         self.starts = np.cumsum([0, *(len(ride.elements) for ride in rides)])
         self.of = np.repeat(np.arange(len(self.rides)), np.diff(self.starts))
         self._entries: tuple[Places, Places, Places, Places] | None = None
@@ -45,16 +50,19 @@ class Rides:
 
     @property
     def block(self) -> Places:
-        """Coordinates that meet in each element, and the row."""
-        return np.concatenate([self.dof, self.row], axis=1)
+        """Coordinates that meet in each element, the row, and its scale."""
+        return np.concatenate([self.dof, self.row, self.on_scale[self.of]], axis=1)
 
     def add(self, at: Moved, a: Array, pattern: Pattern, tangents: bool, target: Target) -> None:
-        """Add the forces of the multipliers, and the distances of the pins from their members."""
+        """Add the forces of the multipliers, and what the rows miss."""
         gap, gradient, hessian, ridden, _ = self._measured(at)
         (T, E), g = gap.shape, self.geometry
         rows = np.arange(self.first, self.first + len(self.rides))
         slack = np.array([ride.slack for ride in self.rides])
-        target[0][:, rows] = np.add.reduceat(gap, self.starts[:-1], axis=1) - slack * a[:, rows]
+        shown = at.r[:, self.scale, 0]
+        target[0][:, rows] = np.add.reduceat(gap, self.starts[:-1], axis=1) - shown - slack * a[:, rows]
+        led = self.on_scale[:, 0] >= 0
+        target[0][:, self.on_scale[led, 0]] -= a[:, rows[led]]
         force = np.ascontiguousarray(a[:, self.row[:, 0], None] * ridden[..., None])
         sizes = target[0].shape[1], target[3].shape[1]
         call(
@@ -65,23 +73,31 @@ class Rides:
             _, by, on, own = self._at(pattern)
             call(f"conditions_ride_{g.name}", T, E, gradient, by, on, *sizes, *target)
             target[1][:, own] = -slack
+            numbers = rows[led, None].astype(np.int32)
+            for values, one, other in ((target[3], numbers, self.on_scale[led]), (target[1], self.on_scale[led], numbers)):
+                values[:, pattern.at(one, other)[:, 0, 0]] = -1.0
 
     def loads(self, at: Moved, a: Array) -> Array:
         """Give what the pins exert on both poses of every element, ``(instants, elements, 2, d + turns)`` (N, N m)."""
         load = self._measured(at)[1] * a[:, self.row[:, 0], None]
         return load.reshape(*load.shape[:2], 3, -1)[:, :, :2]
 
-    def pushes(self, at: Moved, a: Array) -> tuple[Array, Array]:
-        """Give where along every element a pin is, 0..1, and what it exerts there ``(instants, elements, d)`` (N)."""
-        _, gradient, _, _, share = self._measured(at)
-        there = gradient.reshape(*share.shape, 3, -1)[:, :, 2, : self.geometry.d]
-        return share, there * a[:, self.row[:, 0], None]
+    def pushes(self, at: Moved, a: Array) -> tuple[Array, Array, Array]:
+        """Give where along every element a pin is, 0..1, and the force and moment that it exerts there.
+
+        They are ``(instants, elements, d)`` (N) and ``(instants, elements, turns)`` (N m).
+        """
+        g, (_, gradient, _, _, share) = self.geometry, self._measured(at)
+        there = gradient.reshape(*share.shape, 3, -1)[:, :, 2] * a[:, self.row[:, 0], None]
+        force, pose = there[..., : g.d], self.pose[:, 2]
+        arm = (at.R[:, pose] @ self.arms[:, 2, : g.d, None])[..., 0]
+        return share, force, g.from_chart(at.c[:, pose], there[..., g.d :]) - g.moment(arm, force)
 
     def _measured(self, at: Moved) -> tuple[Array, Array, Array, Array, Array]:
-        """Give distances, their gradients and Hessians, 1 where a pin is, else 0, as the first two are, and shares."""
+        """Give what rows look at, the gradients and Hessians, 1 where a pin is, else 0, as the first two are, and shares."""
         g, (T, poses), (E, N) = self.geometry, at.r.shape[:2], self.dof.shape
         gap, gradient, hessian, share = (np.empty((T, E, *s)) for s in ((), (N,), (N * (N + 1) // 2,), ()))
-        given = (T, E, poses, at.r, at.c, at.R0, self.pose, self.arms)
+        given = (T, E, poses, at.r, at.c, at.R0, self.pose, self.arms, self.look, self.marks)
         call(f"rides_{g.name}", *given, gap, gradient, hessian, share)
         ridden = self._ridden(share)
         return gap * ridden, gradient * ridden[..., None], hessian, ridden, share

@@ -304,13 +304,17 @@ class OfPoses:
                     yield term, side
 
     def _under_pin(self, name: str, body: str) -> Array:
-        """Give the force of a pin that rides along a member on one of both bodies; a pin holds no moment."""
-        motion, riders = self.motion, self.motion.machine.riders
-        push = riders.pushes(motion.found.at, motion.a)[1]
+        """Give the force and moment of a pin or block that rides along a member on one of both bodies."""
+        motion, riders, points = self.motion, self.motion.machine.riders, self.made.scene.joints[name].connect
         which = [k for k, ride in enumerate(riders.rides) if ride.name == name]
+        push = np.concatenate(riders.pushes(motion.found.at, motion.a)[1:], axis=2)
         whole = push[:, np.isin(riders.of, which)].sum(axis=1)  # on the member, which is that of the first point
-        first = self.made.scene.joints[name].connect[0].split(".")[0]
-        return np.concatenate([whole if body == first else -whole, np.zeros((len(motion.t), 1))], axis=1)
+        if body != points[0].split(".")[0]:
+            return -whole
+        guide, pin = (motion.of_end(self.made.end(point))[0] for point in points[:2])
+        arm = pin - guide
+        whole[:, 2] += arm[:, 0] * whole[:, 1] - arm[:, 1] * whole[:, 0]
+        return whole
 
     @cached_property
     def _ends(self) -> EndForces:
