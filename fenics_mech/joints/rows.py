@@ -67,6 +67,9 @@ class Ride:
         What the row looks at. It is 0, or of a stroke what a scale shows.
     marks
         Strokes at the ends of all elements (m), one more than elements.
+    bends
+        Length of each element (m), and its length over its bending stiffness (1/(N m)), by which it gives way beside
+        the cubic under the pin. None where it does not.
     scale
         The pose of this scale, see `Machine.add_scale`; by default the ground.
     """
@@ -78,3 +81,4 @@ class Ride:
     look: Riding = Riding.ACROSS
     marks: tuple[float, ...] = ()
     scale: int = 0
+    bends: tuple[tuple[float, float], ...] = ()
