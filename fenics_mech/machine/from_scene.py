@@ -348,13 +348,13 @@ def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
         joint, member = scene.joints[name], list(mesh.members).index(label)
         elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
         first, pin = _with_same_axes(machine, elements[0][0], made.end(joint.connect[1]))
-        own = [machine.beams.elements[e] for e in np.nonzero(mesh.cell_member == member)[0]]
-        bends = tuple((element.length, 1 / element.stiffness[2, 2]) for element in own)
-        if not isinstance(joint, Prismatic):
-            bends = ()
-        machine.rides.append(Ride(pin, elements, name=name, bends=bends))
         if isinstance(joint, Prismatic):
-            machine.rides.append(Ride(pin, elements, name=name, look=Riding.TURNED, bends=bends))
+            own = [machine.beams.elements[e] for e in np.nonzero(mesh.cell_member == member)[0]]
+            bends = tuple((element.length, 1 / float(element.stiffness[2, 2])) for element in own)
+            looks = Riding.ACROSS, Riding.TURNED
+            machine.rides += [Ride(pin, elements, name=name, look=look, bends=bends) for look in looks]
+        else:
+            machine.rides.append(Ride(pin, elements, name=name))
         if name in shown:
             along = (machine.R[first.pose] @ first.turn)[:, 0]
             places = [machine.drawn(end) for end in (first, *(last for _, last in elements), pin)]

@@ -88,7 +88,10 @@ class Rides:
             two = np.flatnonzero(self.partner >= 0)
             target[1][:, pattern.at(rows[two, None], rows[self.partner[two], None])[:, 0, 0]] = -softness[:, two, 1]
             numbers = rows[led, None].astype(np.int32)
-            for values, one, other in ((target[3], numbers, self.on_scale[led]), (target[1], self.on_scale[led], numbers)):
+            for values, one, other in (
+                (target[3], numbers, self.on_scale[led]),
+                (target[1], self.on_scale[led], numbers),
+            ):
                 values[:, pattern.at(one, other)[:, 0, 0]] = -1.0
 
     def stiffen(self, M: Array, pattern: Pattern) -> None:

@@ -14,6 +14,7 @@ from fenics_mech.machine.rides import Rides
 from fenics_mech.terms import AlongBeams, Beams, Shapes
 from fenics_mech.terms.inertia import beside_line
 
+AT_ONCE = 1e-10  # of an element: a force as near to a station acts behind it, whatever rounding says
 Line = Callable[[Array, Array, Array, Array], Array]
 
 
@@ -288,7 +289,7 @@ def inside(
     for k, element in enumerate(() if loads is None else loads.element):
         assert loads is not None
         own = np.nonzero(elements == element)[0]
-        before = loads.place[:, k, None] < places[own]
+        before = loads.place[:, k, None] < places[own] - AT_ONCE
         push = before[..., None] * loads.force[:, k, None]
         acts = np.einsum("ti,tsid->tsd", shapes.at(loads.place[:, k]), vectors[:, own])
         force[:, own] -= push

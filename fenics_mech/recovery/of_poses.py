@@ -83,7 +83,8 @@ class OfPoses:
         if self.made.machine.rides:
             at = np.unique(np.max(found, axis=0).argmax(axis=0))
             pins = np.add.outer(self._under_pins()[at].ravel(), [-BESIDE, BESIDE]).ravel()
-            found.append(self._largest_at(np.unique(pins[(pins > 0) & (pins < 1)])))
+            if len(pins := np.unique(pins[(pins > 0) & (pins < 1)])):
+                found.append(self._largest_at(pins))
         return np.max(found, axis=(0, 1))
 
     def _largest_at(self, places: Array) -> Array:
@@ -97,7 +98,7 @@ class OfPoses:
         here = InnerForces.of_rides(motion.machine.beams, motion.machine.riders, motion.found.at, motion.a)
         lengths = mesh.cell_length[here.element], mesh.member_length[mesh.cell_member[here.element]]
         places = (mesh.cell_start[here.element] + here.place * lengths[0]) / lengths[1]
-        return np.where((here.place >= 0) & (here.place <= 1), places, -1.0)
+        return np.where((here.place > -BESIDE) & (here.place < 1 + BESIDE), places, -1.0)
 
     @cached_property
     def sections(self) -> Sections:

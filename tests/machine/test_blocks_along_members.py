@@ -50,7 +50,10 @@ def beam(clamped=False, *, ends=("A", "B"), guide="A", law=None, load=None, elem
 
 def turned(data):
     """How far the block is turned from the straight beam ``(positions,)`` (rad)."""
-    way = np.diff(data["point_position_bent"].sel(point=["block.P", "block.Q"]).to_numpy(), axis=1)[:, 0] @ [[np.cos(ANGLE), -np.sin(ANGLE)], [np.sin(ANGLE), np.cos(ANGLE)]]
+    way = np.diff(data["point_position_bent"].sel(point=["block.P", "block.Q"]).to_numpy(), axis=1)[:, 0] @ [
+        [np.cos(ANGLE), -np.sin(ANGLE)],
+        [np.sin(ANGLE), np.cos(ANGLE)],
+    ]
     return np.arctan2(way[:, 1], way[:, 0])
 
 
@@ -76,7 +79,9 @@ def test_block_under_a_couple(ends, guide, mean):
 def test_block_that_turns_far():
     """A couple bends a clamped beam to a circle, by 100 degrees as far as to the block."""
     angle = np.radians(100)
-    data = analyse(beam(True, law={"mean": 0.75}, load={"force": (0, 0), "moment": EI * angle / 0.75}, elements=16)).data
+    data = analyse(
+        beam(True, law={"mean": 0.75}, load={"force": (0, 0), "moment": EI * angle / 0.75}, elements=16)
+    ).data
     assert turned(data) == pytest.approx(angle, rel=2e-3)
     place = data["point_position_bent"].sel(point="block.P").to_numpy()
     across, along = (place @ [-np.sin(ANGLE), np.cos(ANGLE)], place @ [np.cos(ANGLE), np.sin(ANGLE)])
