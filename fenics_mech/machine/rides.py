@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -39,7 +40,7 @@ class Rides:
         self.arms = np.array([[[*end.offset, *end.turn.ravel()] for end in own] for own in ends], dtype=float)
         self.look = np.array([ride.look for ride in rides for _ in ride.elements], dtype=np.int32)
         marks = [ride.marks or (0.0,) * (1 + len(ride.elements)) for ride in rides]
-        self.marks = np.array([pair for own in marks for pair in zip(own, own[1:])]).reshape(-1, 2)
+        self.marks = np.array([pair for own in marks for pair in pairwise(own)]).reshape(-1, 2)
         bends = [ride.bends or ((0.0, 0.0),) * len(ride.elements) for ride in rides]
         self.bends = np.array([pair for own in bends for pair in own]).reshape(-1, 2)
         self.partner = np.array(  # that looks at the other of force and couple of the same pin, or -1

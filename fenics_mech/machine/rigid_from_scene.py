@@ -183,7 +183,7 @@ def poses_of_links(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMoti
 
 
 def _stroke(made: SceneMachine, name: str, motion: PoseMotion) -> tuple[Array, Array, Array]:
-    """Give the stroke of a joint along a member that does not bend, and two derivatives by time ``(instants,)`` each."""
+    """Give the stroke along a member that does not bend, and two derivatives by time ``(instants,)`` each."""
     joint = made.scene.joints[name]
     assert isinstance(joint, Slot | Prismatic)
     ends = [made.end(point, made.scene.guide_angle(joint)) for point in joint.connect]
