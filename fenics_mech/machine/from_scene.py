@@ -343,7 +343,6 @@ def _with_places(scene: Scene, links: LinkMatrices, e: int, inner: int) -> Eleme
 def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
     """Let pins ride along the bent axes of members, blocks turn with them, and scales show strokes that others need."""
     scene, machine, mesh = made.scene, made.machine, links.mesh
-    shown = {*scene.moved_joints, *(getattr(load.factor, "joint", None) for load in scene.loads.values())}
     for name, label in members_under_pins(scene.constraints, scene.members()).items():
         joint, member = scene.joints[name], list(mesh.members).index(label)
         elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
@@ -355,7 +354,7 @@ def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
             machine.rides += [Ride(pin, elements, name=name, look=look, bends=bends) for look in looks]
         else:
             machine.rides.append(Ride(pin, elements, name=name))
-        if name in shown:
+        if name in (*scene.moved_joints, *(getattr(load.factor, "joint", None) for load in scene.loads.values())):
             along = (machine.R[first.pose] @ first.turn)[:, 0]
             places = [machine.drawn(end) for end in (first, *(last for _, last in elements), pin)]
             *marks, value = (np.array(places) - machine.drawn(made.end(joint.connect[0]))) @ along
