@@ -22,7 +22,10 @@ FUNCTIONS = {
         " const double *D, const double *B, const double *v, const int *dof, const int *at, int tangents,"
         f" {TARGET})"
     ),
-    "rides": f"({ENDS}, double *v, double *g, double *h, double *share)",
+    "rides": (
+        f"({ENDS}, const int *look, const double *marks, const double *bend, const double *pulls, double *v, double *g,"
+        " double *f, double *h, double *soft, double *share)"
+    ),
     "inner_strains": (
         f"({ENDS}, const double *par, long points, const double *table, double *v, double *g, double *h)"
     ),
@@ -38,7 +41,7 @@ CALLS = {
     "relations": "T, E, Poses{poses, r, c, R0}, pose, arms, code, before, v, g, h",
     "rotations": "n, c, v, a, R0, w0, al0, R, J, H, z1, z2, z2_c, z2_v, u, u_c",
     "spread": "T, E, m, g, h, s, predicted, D, B, v, dof, at, tangents, Target{size, entries, F, M, C, K}",
-    "rides": "T, E, Poses{poses, r, c, R0}, pose, arms, v, g, h, share",
+    "rides": "T, E, Poses{poses, r, c, R0}, pose, arms, look, marks, bend, pulls, v, g, f, h, soft, share",
     "inner_strains": "T, E, Poses{poses, r, c, R0}, pose, arms, par, points, table, v, g, h",
     "conditions": "T, E, g, by, on, Target{size, entries, F, M, C, K}",
     "inertia": (

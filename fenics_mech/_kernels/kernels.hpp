@@ -67,9 +67,13 @@ void relations(long T, long E, Poses p, const int *pose, const double *arms, con
     });
 }
 
-// Gaps of E pins from the elements on which they may ride: pose (E, 3), arms of both ends and of the pin; share (T, E).
+// What E pins look at on the elements on which they may ride: pose (E, 3), arms of both ends and of the pin, a Riding of
+// each; strokes at both ends, length and length over stiffness of each element (E, 2); pulls (T, E, 2). The gradient g is
+// that of v, the gradient f and the Hessian h are those of the work. soft (T, E, 2), share (T, E).
 template <class G>
-void rides(long T, long E, Poses p, const int *pose, const double *arms, double *v, double *g, double *h, double *share) {
+void rides(long T, long E, Poses p, const int *pose, const double *arms, const int *look, const double *marks,
+           const double *bend, const double *pulls, double *v, double *g, double *f, double *h, double *soft,
+           double *share) {
     constexpr int d = G::d, k = G::turns;
     for (long t = 0; t < T; t++)
         for (long e = 0; e < E; e++) {
@@ -78,9 +82,13 @@ void rides(long T, long E, Poses p, const int *pose, const double *arms, double 
                 const long a = t * p.count + pose[3 * e + j];
                 r[j] = p.r + a * d, c[j] = p.c + a * k, R0[j] = p.R0 + a * d * d;
             }
-            typename Ride<G>::Number gap;
-            share[t * E + e] = Ride<G>::share_and_gap(r, c, R0, arms + e * 3 * (d + d * d), gap);
-            put(gap, t * E + e, v, g, h);
+            typename Ride<G>::Number x, work;
+            const long at = t * E + e;
+            share[at] = Ride<G>::measured(r, c, R0, arms + e * 3 * (d + d * d), look[e], marks + 2 * e, bend + 2 * e,
+                                          pulls + 2 * at, x, work, soft[2 * at], soft[2 * at + 1]);
+            put(work, at, v, f, h);
+            v[at] = x.v;
+            std::memcpy(g + at * Ride<G>::N, x.g, sizeof x.g);
         }
 }
 

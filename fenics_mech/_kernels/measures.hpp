@@ -155,15 +155,26 @@ typename Ends<G>::Number relation(const Ends<G> &ends, int measure, int i, int j
     }
 }
 
-// Distance of a pin from the bent axis of an element: from the cubic y(x) over its chord that has the slopes of both first
-// axes. Variables are the place and the chart vector of both ends' poses, then of the pin's. Gives its share of the chord.
+// What a pin looks at on the bent axis of an element. That is the cubic y(x) over its chord that has the slopes of both
+// first axes, and beside it the bow that the pin's own force and couple make, as between clamped ends.
+// Variables are the place and the chart vector of both ends' poses, then of the pin's.
+enum Riding {
+    ACROSS,  // distance of the pin from the axis
+    TURNED,  // sine of the angle by which the pin's first axis is turned from the tangent there
+    STROKE   // place along the straight element, from a mark at its first end
+};
+
 template <class G>
 struct Ride {
     static constexpr int d = G::d, own = d + G::turns, N = 3 * own;
     using Number = Jet<N>;
 
-    static double share_and_gap(const double *const *r, const double *const *c, const double *const *R0, const double *arms,
-                                Number &gap) {
+    // marks: strokes at both ends; bend: the length L of the element, and L/EI; pulls: the pin's force and couple. by_own
+    // and by_other are the compliances by the own pull and by the other one. The work of the pulls p against the bow is
+    // half of p times it, so that `work` is the value with half of the bow. Gives the pin's share of the chord.
+    static double measured(const double *const *r, const double *const *c, const double *const *R0, const double *arms,
+                           int look, const double *marks, const double *bend, const double *pulls, Number &value,
+                           Number &work, double &by_own, double &by_other) {
         Number p[3][d], E[3][d][d], e[d], n[d];
         for (int j = 0; j < 3; j++) {
             end_of<G>(c[j], j * own + d, R0[j], arms + j * (d + d * d), p[j], E[j]);
@@ -180,7 +191,25 @@ struct Ride {
         for (int i = 0; i < d; i++) n[i] = n[i] * size;
         const Number x = dot(e, p[2]) * inverse_length, rest = 1. - x;
         const Number one = dot(n, first) / dot(e, first), two = dot(n, last) / dot(e, last);  // slopes
-        gap = dot(n, p[2]) - length * (x * rest) * (rest * one - x * two);
+        by_own = by_other = 0;
+        if (look == STROKE) {
+            value = work = marks[0] + (marks[1] - marks[0]) * x;
+            return x.v;
+        }
+        if (look == ACROSS) value = dot(n, p[2]) - length * (x * rest) * (rest * one - x * two);
+        else {
+            const Number slope = rest * (1. - 3. * x) * one + x * (3. * x - 2.) * two;
+            Number across[d], axis[d];
+            for (int i = 0; i < d; i++) across[i] = n[i] - slope * e[i], axis[i] = E[2][i][0];
+            value = dot(across, axis) * inverse(sqrt(1. + slope * slope));
+        }
+        work = value;
+        if (bend[1] == 0 || x.v < 0 || x.v > 1) return x.v;
+        const Number both = x * rest, cross = (0.5 * bend[0] * bend[1]) * (both * both * (1. - 2. * x));
+        const Number mine = look == ACROSS ? (bend[0] * bend[0] * bend[1] / 3) * (both * both * both)
+                                           : bend[1] * (both * (1. - 3. * both));
+        const Number bow = mine * pulls[look] + cross * pulls[1 - look];
+        by_own = mine.v, by_other = cross.v, value = value - bow, work = work - 0.5 * bow;
         return x.v;
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 
 from fenics_mech._arrays import Array
 from fenics_mech.geometry import End
@@ -40,9 +41,17 @@ class Row:
         return callable(self.value)
 
 
+class Riding(IntEnum):
+    """What a pin on a member looks at, numbered as in the kernels."""
+
+    ACROSS = 0  # its distance from the axis
+    TURNED = 1  # sine of the angle from the axis to its first axis
+    STROKE = 2  # its place along the straight member
+
+
 @dataclass(frozen=True)
 class Ride:
-    """A pin that rides along the bent axis of a member: a row that holds it on the element where it is.
+    """A pin that rides along the bent axis of a member: a row that looks at the element where it is.
 
     In space it is held along the second axis of the elements alone.
 
@@ -54,9 +63,22 @@ class Ride:
         Ends of the member's elements, one after the other; their first axes lie along it.
     slack, name
         As of a row.
+    look
+        What the row looks at. It is 0, or of a stroke what a scale shows.
+    marks
+        Strokes at the ends of all elements (m), one more than elements.
+    bends
+        Length of each element (m), and its length over its bending stiffness (1/(N m)), by which it gives way beside
+        the cubic under the pin. None where it does not.
+    scale
+        The pose of this scale, see `Machine.add_scale`; by default the ground.
     """
 
     pin: End
     elements: tuple[tuple[End, End], ...]
     slack: float = 0.0
     name: str = ""
+    look: Riding = Riding.ACROSS
+    marks: tuple[float, ...] = ()
+    scale: int = 0
+    bends: tuple[tuple[float, float], ...] = ()

@@ -129,18 +129,18 @@ def _load(
     if not by_state:
         return term
     assert isinstance(load.factor, FactorFormula)
-    pair, measure, near = _of_joint(scene, at, load.factor.joint or "", bodies)
+    pair, measure, near = _of_joint(scene, machine, at, load.factor.joint or "", bodies)
     return OverState(term, pair, measure, load.factor.with_derivatives, near)
 
 
 def _of_joint(
-    scene: Scene, at: Ends, name: str, bodies: Bodies
+    scene: Scene, machine: Machine, at: Ends, name: str, bodies: Bodies
 ) -> tuple[tuple[End, End], Measure, Callable[[Array], Array] | None]:
     """Give the ends of a joint, the measure that is its angle or stroke, and its angle in the rigid motion by time."""
     joint = scene.joints[name]
     if isinstance(joint, Slot | Prismatic):
         if joint.member is not None:
-            raise SceneError("no measure is the stroke along a member yet", place=f"joints.{name}.member")
+            return machine.along(name), Measure(Look.ALONG, 0), None
         guide, slide = (at.end(point, joint.angle) for point in joint.connect)
         return (guide, slide), Measure(Look.ALONG, 0), None
     pair, look, near = _between(scene, at, HingeSpring(joint=name, stiffness=1.0), bodies)

@@ -20,6 +20,8 @@ from fenics_mech.machine.section_forces import (
 from fenics_mech.scene.sections import Rigidity
 from fenics_mech.terms import AlongBeams
 
+ROUNDING = 1e-12  # of a member
+
 
 def along_members(made: SceneMachine, found: Evaluation, a: Array, s: Array, bent: bool = True) -> Sections:
     """Give the forces in sections at stations of all members, ``(instants, members, stations)`` each.
@@ -123,7 +125,8 @@ def elements_at(mesh: BeamMesh, s: Array) -> tuple[Index, Array, list[tuple[str,
     for number, label in enumerate(mesh.members):
         cells = np.nonzero(mesh.cell_member == number)[0]
         whole = float(mesh.member_length[number])
-        own = cells[np.clip(np.searchsorted(mesh.cell_start[cells], s * whole, side="right") - 1, 0, None)]
+        at = (s + ROUNDING) * whole  # so that no rounding says on which side of a node a station is
+        own = cells[np.clip(np.searchsorted(mesh.cell_start[cells], at, side="right") - 1, 0, None)]
         first, length = mesh.cell_start[own], mesh.cell_length[own]
         elements.append(own)
         places.append((s * whole - first) / length)

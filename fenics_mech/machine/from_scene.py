@@ -16,7 +16,7 @@ from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.timoshenko import sheared, with_rotary_inertia
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
-from fenics_mech.joints import Ride
+from fenics_mech.joints import Ride, Riding
 from fenics_mech.machine.acting_from_scene import add_acting
 from fenics_mech.machine.drawn_from_scene import Bodies, Law, bodies_of, clock_of, law_of
 from fenics_mech.machine.machine import Machine
@@ -104,10 +104,14 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
     links = _matrices(scene)
     nodes = _Nodes(scene, machine, None if links is None else links.mesh, bodies.frames())
     made = SceneMachine(scene, machine, links, nodes.pose, [], nodes.end, bodies)
-    _add_joints(made, nodes)
+    _add_joints(scene, machine, nodes)
     if links is not None:
         _add_beams(made, links, nodes.frames, inner)
         _add_rides(made, links)
+    clock = clock_of(scene)
+    for number, drive in enumerate(scene.drives):
+        if drive.motor is None:
+            made.driven.append(lead(made, drive.joint, law_of(scene, number, clock)))
     _add_bodies(made, nodes)
     made.acting.update(add_acting(scene, machine, nodes, bodies, links))
     for effect in ADDED:  # of other packages
@@ -247,13 +251,12 @@ class _Nodes:
         return RESTING if link == "ground" else BENDING if self.scene.links[link].rigid is None else STIFF
 
 
-def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
-    """Hold pins, guides and drives by rows.
+def _add_joints(scene: Scene, machine: Machine, nodes: _Nodes) -> None:
+    """Hold pins and guides by rows.
 
     The points of a pin come in the order of what carries them: the ground, links that bend, rigid links. So no place is
     shared after it has rows. Welds have no rows, and pins that ride along members follow with the elements.
     """
-    scene, machine = made.scene, made.machine
     for name, joint in scene.constraints.items():
         if isinstance(joint, Revolute):
             first, *others = sorted(joint.connect, key=nodes.stiffness)
@@ -265,12 +268,6 @@ def _add_joints(made: SceneMachine, nodes: _Nodes) -> None:
         elif joint.member is None:
             ends = (nodes.end(point, joint.angle) for point in joint.connect)
             machine.join(joint.kind, _with_same_axes(machine, *ends), name=name)
-        elif isinstance(joint, Prismatic) or (joint.member is not None and name in scene.moved_joints):
-            raise SceneError("no row states turns or strokes along a member yet", place=f"joints.{name}.member")
-    clock = clock_of(scene)
-    for number, drive in enumerate(scene.drives):
-        if drive.motor is None:
-            made.driven.append(lead(made, drive.joint, law_of(scene, number, clock)))
 
 
 def _with_same_axes(machine: Machine, one: End, other: End) -> tuple[End, End]:
@@ -281,6 +278,8 @@ def _with_same_axes(machine: Machine, one: End, other: End) -> tuple[End, End]:
 def moved_ends(made: SceneMachine, name: str) -> tuple[str, tuple[End, End]]:
     """Give the freedom of a joint that a drive may lead, "angle" or "stroke", and its ends."""
     joint = made.scene.joints[name]
+    if joint.member is not None:
+        return "stroke", made.machine.along(name)
     turn, freedom = (0.0, "angle") if isinstance(joint, Revolute) else (joint.angle, "stroke")  # type: ignore[union-attr]
     return freedom, (made.end(joint.connect[0], turn), made.end(joint.connect[1], turn))
 
@@ -342,12 +341,25 @@ def _with_places(scene: Scene, links: LinkMatrices, e: int, inner: int) -> Eleme
 
 
 def _add_rides(made: SceneMachine, links: LinkMatrices) -> None:
-    """Let pins ride along the bent axes of members."""
-    mesh = links.mesh
-    for name, label in members_under_pins(made.scene.constraints, made.scene.members()).items():
-        member = list(mesh.members).index(label)
+    """Let pins ride along the bent axes of members, blocks turn with them, and scales show strokes that others need."""
+    scene, machine, mesh = made.scene, made.machine, links.mesh
+    for name, label in members_under_pins(scene.constraints, scene.members()).items():
+        joint, member = scene.joints[name], list(mesh.members).index(label)
         elements = tuple(made.element_ends[e] for e in np.nonzero(mesh.cell_member == member)[0])
-        made.machine.rides.append(Ride(made.end(made.scene.joints[name].connect[1]), elements, name=name))
+        first, pin = _with_same_axes(machine, elements[0][0], made.end(joint.connect[1]))
+        if isinstance(joint, Prismatic):
+            own = [machine.beams.elements[e] for e in np.nonzero(mesh.cell_member == member)[0]]
+            bends = tuple((element.length, 1 / float(element.stiffness[2, 2])) for element in own)
+            looks = Riding.ACROSS, Riding.TURNED
+            machine.rides += [Ride(pin, elements, name=name, look=look, bends=bends) for look in looks]
+        else:
+            machine.rides.append(Ride(pin, elements, name=name))
+        if name in (*scene.moved_joints, *(getattr(load.factor, "joint", None) for load in scene.loads.values())):
+            along = (machine.R[first.pose] @ first.turn)[:, 0]
+            places = [machine.drawn(end) for end in (first, *(last for _, last in elements), pin)]
+            *marks, value = (np.array(places) - machine.drawn(made.end(joint.connect[0]))) @ along
+            scale = machine.add_scale(value)
+            machine.rides.append(Ride(pin, elements, 0.0, name, Riding.STROKE, tuple(marks), scale))
 
 
 def _add_bodies(made: SceneMachine, nodes: _Nodes) -> None:

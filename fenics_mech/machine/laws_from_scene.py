@@ -56,11 +56,11 @@ def add_laws(
     rotors: dict[str, tuple[str, float]] = {}  # joint and inertia, by place
     for number, drive in enumerate(scene.drives):
         if (motor := drive.motor) is not None:
-            pair, _, _ = _joint(scene, end, drive.joint, bodies)
+            pair, _, _ = _joint(scene, machine, end, drive.joint, bodies)
             found[SHAFT] = Shaft(pair, motor.stiffness, motor.damping, law_of(scene, number), scene.cycle_rate)
             rotors[f"{SHAFT}.inertia"] = drive.joint, motor.inertia
     for name, freedom in scene.freedoms.items():  # without an effort too: steps in time count its whole turns
-        pair, measure, _ = _joint(scene, end, name, bodies)
+        pair, measure, _ = _joint(scene, machine, end, name, bodies)
         found[f"freedoms.{name}"] = _effort(pair, measure, freedom.effort, freedom.start or 0.0)
         rotors[f"freedoms.{name}.inertia"] = name, freedom.inertia
     for place, (joint, inertia) in rotors.items():
@@ -72,7 +72,7 @@ def add_laws(
         machine.masses.add_body(end(moving[0]), 0.0, np.eye(2) * inertia / 2)
     for name, law in scene.joint_laws.items():
         place = f"joint_laws.{name}"
-        pair, measure, start = _joint(scene, end, law.joint, bodies)
+        pair, measure, start = _joint(scene, machine, end, law.joint, bodies)
         match law:
             case JointEffort():
                 found[place] = _effort(pair, measure, law.effort, start)
@@ -133,10 +133,14 @@ def _effort(pair: tuple[End, End], measure: Measure, effort: Stated, start: floa
     return Effort(pair, measure, law, start)
 
 
-def _joint(scene: Scene, end: Callable[..., End], name: str, bodies: Bodies) -> tuple[tuple[End, End], Measure, float]:
+def _joint(
+    scene: Scene, machine: Machine, end: Callable[..., End], name: str, bodies: Bodies
+) -> tuple[tuple[End, End], Measure, float]:
     """Give the ends of a joint, the measure that is its angle or stroke, and the angle at the start (rad)."""
     joint = scene.joints[name]
     first, second = joint.connect[:2]
+    if joint.member is not None and name in scene.moved_joints:
+        return machine.along(name), Measure(Look.ALONG, 0), 0.0
     if isinstance(joint, Slot | Prismatic):
         return (end(first, joint.angle), end(second, joint.angle)), Measure(Look.ALONG, 0), 0.0
     one, other = (bodies.at_start[point.split(".")[0]] for point in (first, second))

@@ -13,7 +13,7 @@ from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
 from fenics_mech.geometry import Chart, End, Geometry, PoseMotion, Rest
 from fenics_mech.geometry.charts import Path
-from fenics_mech.joints import Ride, Row, kind_of
+from fenics_mech.joints import Ride, Riding, Row, kind_of
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.groups import Drag, Group, InertiaPlan, Moved, Placed, Target
 from fenics_mech.machine.measured import Measured
@@ -95,6 +95,20 @@ class Machine:
         self._turns.append([-1] * turns if "turn" in fixed else self._new(turns))
         self.forget_plan()
         return len(self.r) - 1
+
+    def add_scale(self, value: float) -> int:
+        """Add a pose without mass that moves along the first axis of the fixed frame alone, and give its number.
+
+        It shows the stroke of a ride, so that rows and terms can look at it (m).
+        """
+        pose = self.add_pose(value * np.eye(self.geometry.d)[0], fixed="place and turn")
+        self._places[pose][0] = self._new(1)[0]
+        return pose
+
+    def along(self, name: str) -> tuple[End, End]:
+        """Give the ground and the scale of a ride by its name: the way between them is its stroke."""
+        scale = next(ride.scale for ride in self.rides if ride.name == name and ride.look == Riding.STROKE)
+        return self.at_ground(), self.end(scale)
 
     def _new(self, count: int) -> list[int]:
         self.n += count

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.joints import Row
+from fenics_mech.joints import Riding, Row
 from fenics_mech.machine.machine import Machine
 from fenics_mech.terms import Beams, Look, Measure
 
@@ -90,7 +90,10 @@ def loosen(machine: Machine, redundant: list[int]) -> None:
     rows = len(machine.rows)
     for k in redundant:
         if k >= rows:
-            machine.rides[k - rows] = replace(machine.rides[k - rows], slack=SLACK)
+            turned = machine.rides[k - rows].look == Riding.TURNED
+            machine.rides[k - rows] = replace(
+                machine.rides[k - rows], slack=SLACK / machine.extent**2 if turned else SLACK
+            )
             continue
         turns = machine.rows[k].measure.look in {Look.ALIGNED, Look.ANGLE}
         machine.rows[k] = replace(machine.rows[k], slack=SLACK / machine.extent**2 if turns else SLACK)

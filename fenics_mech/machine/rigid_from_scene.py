@@ -10,12 +10,14 @@ import numpy as np
 from fenics_mech._arrays import Array, Index
 from fenics_mech.errors import AssemblyError
 from fenics_mech.geometry import PLANE, Given, PoseMotion
+from fenics_mech.joints import Riding
 from fenics_mech.machine.assembly import COARSELY_MET, closed, rates_of
 from fenics_mech.machine.drawn_from_scene import Law
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.motion import coordinates
 from fenics_mech.scene.formulas.expression import Jet
+from fenics_mech.scene.joints import Prismatic, Slot
 from fenics_mech.terms import Beams
 
 Places = tuple[Array, Array, Array]  # of freedoms, and two derivatives by time ``(instants, freedoms)`` each
@@ -172,7 +174,29 @@ def poses_of_links(made: SceneMachine, q: Array, v: Array, a: Array) -> PoseMoti
         w[:, pose], al[:, pose] = rates[:, 2:], seconds[:, 2:]
         velocity[:, pose] = rates[:, :2] + rates[:, 2:] * across
         acceleration[:, pose] = seconds[:, :2] + seconds[:, 2:] * across - rates[:, 2:] ** 2 * arm
-    return PoseMotion(r, R, velocity, w, acceleration, al)
+    motion = PoseMotion(r, R, velocity, w, acceleration, al)
+    for ride in machine.rides:
+        if ride.look == Riding.STROKE:
+            for part, shown in zip((r, velocity, acceleration), _stroke(made, ride.name, motion)):
+                part[:, ride.scale, 0] = shown
+    return motion
+
+
+def _stroke(made: SceneMachine, name: str, motion: PoseMotion) -> tuple[Array, Array, Array]:
+    """Give the stroke along a member that does not bend, and two derivatives by time ``(instants,)`` each."""
+    joint = made.scene.joints[name]
+    assert isinstance(joint, Slot | Prismatic)
+    ends = [made.end(point, made.scene.guide_angle(joint)) for point in joint.connect]
+    moved = []
+    for end in ends:
+        arm, w, al = motion.R[:, end.pose] @ end.offset, motion.w[:, end.pose], motion.al[:, end.pose]
+        across = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+        velocity, acceleration = motion.v[:, end.pose] + w * across, motion.a[:, end.pose] + al * across - w**2 * arm
+        moved.append((motion.r[:, end.pose] + arm, velocity, acceleration))
+    axes = motion.R[:, ends[0].pose] @ ends[0].turn
+    (x, y), (x1, y1), (x2, _) = (np.einsum("tia,ti->at", axes, one - first) for first, one in zip(*moved))
+    w, al = motion.w[:, ends[0].pose, 0], motion.al[:, ends[0].pose, 0]
+    return x, x1 + w * y, x2 + 2 * w * y1 + al * y - w**2 * x
 
 
 def near_links(made: SceneMachine, motion: PoseMotion) -> Array:

@@ -14,6 +14,7 @@ from fenics_mech.machine.rides import Rides
 from fenics_mech.terms import AlongBeams, Beams, Shapes
 from fenics_mech.terms.inertia import beside_line
 
+AT_ONCE = 1e-10  # of an element: a force as near to a station acts behind it, whatever rounding says
 Line = Callable[[Array, Array, Array, Array], Array]
 
 
@@ -139,7 +140,7 @@ def _ridden(beams: Beams, rides: Rides) -> list[int]:
 
 @dataclass(frozen=True)
 class InnerForces:
-    """Forces that act inside elements.
+    """Forces and moments that act inside elements.
 
     Parameters
     ----------
@@ -147,13 +148,14 @@ class InnerForces:
         The element of each ``(forces,)``.
     place
         Where they act, 0..1 along it ``(instants, forces)``.
-    force
-        ``(instants, forces, 2)`` (N).
+    force, moment
+        ``(instants, forces, 2)`` (N) and ``(instants, forces, 1)`` (N m).
     """
 
     element: Index
     place: Array
     force: Array
+    moment: Array
 
     @classmethod
     def of_rides(cls, beams: Beams, rides: Rides, at: Moved, a: Array) -> InnerForces:
@@ -259,6 +261,8 @@ def inside(
                 push = np.sum(loads.force[:, k] * across, axis=-1, keepdims=True) * across
                 share = _clamped_under(loads.place[:, k, None], x[own], derivative)
                 along[:, own] += (length[own] ** 3 / bending[own] * share)[..., None] * push[:, None]
+                share = loads.moment[:, k] * _clamped_under_couple(loads.place[:, k, None], x[own], derivative)
+                along[:, own] += (length[own] ** 2 / bending[own] * share)[..., None] * across[:, None]
         if softness is not None:
             return along + _bow_of_varying(x, bows, [turned * turn for turn in turns], softness, derivative)
         even, odd = x**2 * (1 - x) ** 2, 2 * x - 1
@@ -285,10 +289,11 @@ def inside(
     for k, element in enumerate(() if loads is None else loads.element):
         assert loads is not None
         own = np.nonzero(elements == element)[0]
-        push = (loads.place[:, k, None] < places[own])[..., None] * loads.force[:, k, None]
+        before = loads.place[:, k, None] < places[own] - AT_ONCE
+        push = before[..., None] * loads.force[:, k, None]
         acts = np.einsum("ti,tsid->tsd", shapes.at(loads.place[:, k]), vectors[:, own])
         force[:, own] -= push
-        moment[:, own] -= _cross(acts - cut[:, own], push)
+        moment[:, own] -= _cross(acts - cut[:, own], push) + before * loads.moment[:, k]
     tangent = _between_all(shapes.at(places, 1), vectors) + (bow(places, 1) if bent else 0.0)
     tangent /= np.linalg.norm(tangent, axis=-1, keepdims=True)
     place = cut if bent else cut + bow(places)
@@ -352,6 +357,16 @@ def _clamped_under(place: Array, x: Array, derivative: int) -> Array:
     if derivative:
         return np.asarray(np.where(left, 1, -1) * b**2 * at * (2 * a - at * (3 * a + b)) / 2)
     return np.asarray(b**2 * at**2 * (3 * a - at * (3 * a + b)) / 6)
+
+
+def _clamped_under_couple(place: Array, x: Array, derivative: int) -> Array:
+    """Give the same under a couple of 1: the derivative by the place of a force."""
+    left = place > x
+    a, at = np.where(left, place, 1 - place), np.where(left, x, 1 - x)
+    b = 1 - a
+    if derivative:
+        return np.asarray(b * at * (b - 2 * a + 3 * a * at))
+    return np.asarray(np.where(left, 1, -1) * b * at**2 * (b - 2 * a + 2 * a * at) / 2)
 
 
 def _bow_of_varying(

@@ -22,7 +22,7 @@ from fenics_mech.machine.joint_forces import Reactions
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.section_forces import EndForces, Sections
+from fenics_mech.machine.section_forces import EndForces, InnerForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
 from fenics_mech.recovery.viscous import elastic_strain
@@ -71,15 +71,34 @@ class OfPoses:
     def largest_strains(self) -> Array:
         """Largest strain of every member ``(members,)``: at the stations, and to both sides of what acts between them.
 
-        It is looked for at even places too, where pins travel along members or their sections vary.
+        It is looked for at even places too, where pins travel along members or their sections vary. Where it is
+        largest, it is looked for to both sides of these pins as well.
         """
         scene, places = self.made.scene, self.made.scene.loaded_places()
         beside = np.add.outer([x for own in places.values() for x in own], [-BESIDE, BESIDE]).ravel()
         if self.made.machine.rides or any(np.ptp(part.bending) > 0 for part in scene.rigidities(self.stations)):
             beside = np.append(beside, np.linspace(0.0, 1.0, EVEN))
         between = np.setdiff1d(np.clip(beside, 0.0, 1.0), self.stations)
-        found = [self.strains] + ([replace(self, places=between).strains] if len(between) else [])
-        return np.max([np.abs(axial[..., None] + bending).max(axis=(0, 2, 3)) for axial, bending in found], axis=0)
+        found = [self._largest_at(self.stations)] + ([self._largest_at(between)] if len(between) else [])
+        if self.made.machine.rides:
+            at = np.unique(np.max(found, axis=0).argmax(axis=0))
+            pins = np.add.outer(self._under_pins()[at].ravel(), [-BESIDE, BESIDE]).ravel()
+            if len(pins := np.unique(pins[(pins > 0) & (pins < 1)])):
+                found.append(self._largest_at(pins))
+        return np.max(found, axis=(0, 1))
+
+    def _largest_at(self, places: Array) -> Array:
+        """Give the largest strain of every member at some places ``(instants, members)``."""
+        axial, bending = (self if places is self.stations else replace(self, places=places)).strains
+        return np.abs(axial[..., None] + bending).max(axis=(2, 3), initial=0.0)
+
+    def _under_pins(self) -> Array:
+        """Give where along its member each pin is, 0..1 where it is on an element ``(instants, elements)``."""
+        motion, mesh = self.motion, self.mesh
+        here = InnerForces.of_rides(motion.machine.beams, motion.machine.riders, motion.found.at, motion.a)
+        lengths = mesh.cell_length[here.element], mesh.member_length[mesh.cell_member[here.element]]
+        places = (mesh.cell_start[here.element] + here.place * lengths[0]) / lengths[1]
+        return np.where((here.place > -BESIDE) & (here.place < 1 + BESIDE), places, -1.0)
 
     @cached_property
     def sections(self) -> Sections:
@@ -304,13 +323,17 @@ class OfPoses:
                     yield term, side
 
     def _under_pin(self, name: str, body: str) -> Array:
-        """Give the force of a pin that rides along a member on one of both bodies; a pin holds no moment."""
-        motion, riders = self.motion, self.motion.machine.riders
-        push = riders.pushes(motion.found.at, motion.a)[1]
+        """Give the force and moment of a pin or block that rides along a member on one of both bodies."""
+        motion, riders, points = self.motion, self.motion.machine.riders, self.made.scene.joints[name].connect
         which = [k for k, ride in enumerate(riders.rides) if ride.name == name]
+        push = np.concatenate(riders.pushes(motion.found.at, motion.a)[1:], axis=2)
         whole = push[:, np.isin(riders.of, which)].sum(axis=1)  # on the member, which is that of the first point
-        first = self.made.scene.joints[name].connect[0].split(".")[0]
-        return np.concatenate([whole if body == first else -whole, np.zeros((len(motion.t), 1))], axis=1)
+        if body != points[0].split(".")[0]:
+            return -whole
+        guide, pin = (motion.of_end(self.made.end(point))[0] for point in points[:2])
+        arm = pin - guide
+        whole[:, 2] += arm[:, 0] * whole[:, 1] - arm[:, 1] * whole[:, 0]
+        return whole
 
     @cached_property
     def _ends(self) -> EndForces:

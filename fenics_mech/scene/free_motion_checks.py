@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.base import check_known
-from fenics_mech.scene.joints import members_under_pins
 from fenics_mech.scene.state_factors import StateFactor
 
 if TYPE_CHECKING:
@@ -198,13 +197,3 @@ def _check_free_motion(scene: Scene) -> None:
     for wrong, place, why in refused:
         if wrong:
             raise SceneError(why, place=place)
-    under = members_under_pins(scene.joints, members := scene.members())
-    for name, label in under.items() if in_time else ():
-        mesh = members[label][1].mesh or scene.mesh
-        if scene.joints[name].kind == "prismatic" and mesh.count > 1:
-            raise SceneError(
-                f"it turns with the slope of member {label!r}, whose rate jumps at the nodes of {mesh.count} elements: "
-                f"motions with {what} stop there",
-                place=f"joints.{name}",
-                hint="Give that member mesh = { elements = 1 }, or let the joint be a slot",
-            )

@@ -165,6 +165,8 @@ def mass_with_rows(machine: Machine, found: Evaluation) -> Array:
     n, kept, order = machine.n, machine.n + machine.held, order_of(found.pattern, machine.n)
     of_gaps, of_modes = (order.row >= n) & (order.column < n), (order.row >= kept) != (order.column >= kept)
     values = np.where(of_modes, 0.0, np.where(of_gaps, found.K, found.M))
+    if machine.rides:  # impulses are too short for members to give way
+        machine.riders.stiffen(values, found.pattern)
     values[:, (order.row == order.column) & (order.row < n)] += MASSLESS * np.abs(found.M).max()
     return values
 

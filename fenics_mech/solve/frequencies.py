@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.csgraph import structural_rank
 
 from fenics_mech._arrays import Array
 from fenics_mech._petsc import PETSc, SLEPc, configured
@@ -85,7 +86,7 @@ def frequencies(M: sp.csr_matrix, C: sp.csr_matrix | None, K: sp.csr_matrix, cou
     # K + s^2 M is not singular, though rigid motions be possible. The rates that coordinates have alone are those of
     # fast modes: s^2 is as far below their squares as rounding is below s^2.
     s = ROUNDING**0.25 * (np.sqrt(np.median(stiffness[held] / mass[held])) if held.any() else 1.0)
-    free = int(heavy.sum() - rows.sum())
+    free = int(heavy.sum() - rows.sum() + structural_rank(K[rows][:, rows]))  # a scale has no mass, and frees its row
     if free < 1:
         raise SolverError(
             f"natural modes: there are none. {int(heavy.sum())} coordinates have mass, and {int(rows.sum())} rows of "

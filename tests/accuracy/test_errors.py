@@ -451,11 +451,11 @@ def test_what_polynomials_miss_of_a_section(elements):
 
 
 def test_mesh_under_a_slider_that_passes_nodes():
-    """Against one element, which has no nodes to pass. Measured 0.96 and 1.24, and 0.30 and 0.50 without the blows."""
-    exact = crane().changed(mesh__elements=1, analysis=WHOLE | {"sub_intervals": 120})
-    found, exact = analysed(exact.changed(mesh__elements=3)).data, response_of(exact).data
-    assert ratio(found, exact, "mesh")[2:] == pytest.approx(1.1, abs=0.3)  # of the barrel and the piston
-    assert float(found["error_order"].sel(source="mesh")) == 1
+    """Elements give way under the slider, so that its turn has no kink at nodes. Measured 0.97 and 0.49."""
+    scene = crane().changed(analysis=WHOLE | {"sub_intervals": 120})
+    found, exact = meshed(scene, 3, 12)
+    assert ratio(found, exact, "mesh")[2:] == pytest.approx([1, 0.5], abs=0.2)  # of the barrel and the piston
+    assert (distance(found, exact) < 2e-3 * np.abs(found["strain"]).max(EVERY)).all()  # measured 9e-4
 
 
 def test_error_of_the_mesh_where_members_bend_far():

@@ -97,12 +97,11 @@ def test_energy_of_the_cycle_balances_with_every_effect(name, changes, largest):
 
 
 def test_residual_of_a_travelling_pin_is_within_the_errors_of_the_efforts():
-    # where the pin passes a node its slope turns at once, which no step sees: 3e-4, and 1e-4 with 6 elements. Equal
-    # samples of the jumping effort leave 0.12
-    scene = crane().changed(effects=("coupling",), analysis__stability=False, analysis__sub_intervals=120)
-    scene = scene.changed(analysis__stations=3, analysis__allow_coarse=True)
+    # 2e-5, as elements give way under the slider, whose turn has no kink at nodes
+    scene = crane().changed(effects=("coupling", "large-rotations"), analysis__sub_intervals=120)
+    scene = scene.changed(analysis__stations=3, analysis__stability=False, analysis__allow_coarse=True)
     data = analyse(scene).data
-    assert data.attrs["power_balance_error"] < 2e-3
+    assert data.attrs["power_balance_error"] < 2e-4
     assert abs(data.attrs["power_residual"]) < data.attrs["power_error"]
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fenics_mech.geometry import PLANE, SPACE, PoseMotion
-from fenics_mech.joints import Ride
+from fenics_mech.joints import Ride, Riding
 from fenics_mech.machine import Machine, Row
 from fenics_mech.terms import Damper, Element, Look, Measure, ModalDamping, PointLoad, Spring
 
@@ -55,7 +55,10 @@ def everything(g, seed):
         machine.terms.append(jet)
     measures = [Measure(Look.PLACE, 1), Measure(Look.ALONG, 1), Measure(Look.ALIGNED, 1, 0)]
     machine.rows += [Row(pairs[2], measure, slack=1e-3) for measure in measures]
-    machine.rides.append(Ride(pairs[2][1], tuple(pairs[:2]), slack=1e-3))
+    machine.rides.append(Ride(pairs[2][1], tuple(pairs[:2]), slack=1e-3, bends=((0.4, 0.3), (0.5, 0.2))))
+    machine.rides.append(Ride(pairs[2][1], tuple(pairs[:2]), look=Riding.TURNED, bends=((0.4, 0.3), (0.5, 0.2))))
+    marks, scale = (0.2, 0.5, 1.1), machine.add_scale(0.3)
+    machine.rides.append(Ride(pairs[2][1], tuple(pairs[:2]), look=Riding.STROKE, marks=marks, scale=scale))
     machine.chart = Moving(machine, rng)
     return machine, rng
 

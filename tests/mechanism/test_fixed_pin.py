@@ -185,6 +185,7 @@ def test_clamped_rod_on_a_support():
     data = analyse(clamped_rod(LENGTH / 3)).data.isel(theta=0)
     force = FORCE[1] * (3 * LENGTH - LENGTH / 3) / (2 * LENGTH / 3)
     assert data["joint_force"].sel(joint="C", component="y") == pytest.approx(force, rel=1e-9)
+    assert data["shaking_moment"] == pytest.approx(FORCE[1] * LENGTH, rel=1e-9)  # of the load about A
 
 
 def test_a_support_where_the_rod_is_clamped_is_refused():
