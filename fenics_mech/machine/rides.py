@@ -52,7 +52,7 @@ class Rides:
         )
         self.dof = np.ascontiguousarray(places[self.pose].reshape(len(self.pose), 3 * geometry.size))
         self.scale = np.array([ride.scale for ride in rides], dtype=int)
-        self.on_scale = places[self.scale, :1]  # coordinate, or -1
+        self.on_scale = np.where(self.scale[:, None] > 0, places[self.scale, :1], -1)  # coordinate; the ground shows 0
         self.starts = np.cumsum([0, *(len(ride.elements) for ride in rides)])
         self.of = np.repeat(np.arange(len(self.rides)), np.diff(self.starts))
         self._entries: tuple[Places, Places, Places, Places] | None = None
