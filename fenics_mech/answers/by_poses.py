@@ -18,6 +18,7 @@ from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
 from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
 from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.answers.balanced_by_poses import Balanced, LinearBalanced
+from fenics_mech.answers.buckled_links import with_buckled
 from fenics_mech.answers.modes_by_poses import modes_kept
 from fenics_mech.answers.rest_by_poses import FreelyAtRest
 from fenics_mech.answers.solved_by_poses import (
@@ -245,14 +246,14 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
         When there is none.
     """
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
+    if analysis.method != "static" and scene.drives and not analysis.allow_coarse:
+        path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
+        assert path is not None
+        refuse_unresolved(path, vibrates=analysis.method == "periodic")
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
         if scene.freedoms:
             return FreelyAtRest.of(scene)
-        if analysis.method == "quasi-static" and scene.drives and not analysis.allow_coarse:
-            path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
-            assert path is not None
-            refuse_unresolved(path, vibrates=False)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
     if EXACT not in scene.named_effects:
@@ -645,7 +646,11 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
 def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
     scene, machine, t = solved.scene, solved.made.machine, solved.positions.motion.t
-    found = followed_modes(machine, t, about=forces_about(machine, t) if STIFFENED in scene.named_effects else None)
+    about = forces_about(machine, t) if STIFFENED in scene.named_effects else None
+    try:
+        found = followed_modes(machine, t, about=about)
+    except SolverError as error:
+        raise with_buckled(solved.made, t, True, error) from error
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
     here, finer = (held_modes(x.machine, 0.0)[0][:count] for x in (solved.made, solved.finer))
     along = ("theta", "mode")

@@ -273,7 +273,7 @@ def followed_modes(
     place = machine.places[poses, :d]
     first = last = np.zeros((machine.n, 0))
     for R, (held, stiff, mass) in zip(axes[:, poses], found):
-        few = slice(None) if count is None else slice(min(max(count, FOLLOWED), int((held < MASSLESS).sum())))
+        few = slice(min(len(held) if count is None else max(count, FOLLOWED), int((held < MASSLESS).sum())))
         omega, shape = held[few], (np.where(held > 0, held, 1.0) * stiff[: machine.n])[:, few]
         momentum = mass @ shape
         carried, pushed = shape.copy(), momentum.copy()  # in axes that turn with the poses
@@ -292,6 +292,9 @@ def followed_modes(
         shapes.append(shape)
         momenta.append(momentum)
     assurance.append(np.minimum((last.T @ first) ** 2, 1.0).max(axis=1))
+    fewest = min(map(len, omegas))  # of links of hardly any mass, the fastest are not found at every position
+    shapes, momenta = ([x[:, :fewest] for x in kept] for kept in (shapes, momenta))
+    omegas, assurance = ([x[:fewest] for x in kept] for kept in (omegas, assurance))
     return FollowedModes(np.array(omegas), np.array(shapes), np.array(momenta), np.array(assurance))
 
 
