@@ -138,7 +138,7 @@ def _cure(result: Result, source: str) -> str:
     if source in CURES:
         return CURES[source]
     decided = json.loads(result.data.attrs["effects"])
-    if not any(one["size"] is not None for one in decided):  # the scene lists its effects
+    if result.scene.effects != "auto":
         return "Write effects = 'auto', or give a larger tolerance"
     if source == "effects" and leaves_vibration(decided):
         return "Vibration is the largest of these: write analysis.method = 'periodic'"

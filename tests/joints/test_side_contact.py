@@ -127,7 +127,7 @@ def test_a_beam_bends_under_an_arm_that_lies_on_it():
     down = push * np.cos(slope)  # it pushes across the bent axis
     bent = down * x**3 / (3 * rigidity) + line * x**2 * (6 * length**2 - 4 * length * x + x**2) / (24 * rigidity)
     bent -= down * element**3 / (192 * rigidity) + line * element**4 / (384 * rigidity)  # bow of the element there
-    assert height == pytest.approx(-bent - push / 1e7, rel=2e-4)
+    assert height == pytest.approx(-bent - push / 1e7, rel=5e-3)  # slopes of 0.06: their squares are left out here
     moment = push * 0.5 * np.cos(np.pi - angle - slope)  # about C, of the push across the axis
     assert moment == pytest.approx(2 * 9.81 * 0.4 * abs(np.cos(angle)), rel=1e-4)
     exact = fm.analyse(arm_on_a_beam().changed({"effects": ("gravity", "large-rotations")})).data

@@ -2,16 +2,12 @@
 
 import json
 
-import numpy as np
 import pytest
 
-from fenics_mech import load
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.studies.one_equation import MOST_TIMES, OneEquation, union
 from fenics_mech.studies.sweep import run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes, stated_data
-from fenics_mech.views.sweep_summary import sweep_summary
-from tests.common import DEMOS
 
 
 def record(effects="coupling, vibration", error="", **numbers):
@@ -69,15 +65,3 @@ def test_a_tolerance_has_one_equation_too(tmp_path):
     found = run_sweep(scene, parse_axes(scene, ["drive.speed=40 rpm:200 rpm:2"]), tmp_path)
     assert set(found.data["effects"].to_numpy()) == {"coupling, large-rotations, rotary-inertia, vibration"}
     assert (found.data["error"] == "").all()
-
-
-@pytest.mark.slow
-def test_a_sweep_has_one_solver_at_all_points(tmp_path):
-    """Below 250 rpm sub-intervals ring, and steps with all coordinates answer: then they do at all speeds."""
-    scene = load(DEMOS / "slider_crank.toml").changed({"analysis.error_estimates": False, "analysis.modes": 3})
-    found = run_sweep(scene, parse_axes(scene, ["drive.speed=150 rpm:300 rpm:3"]), tmp_path)
-    assert (found.data["error"] == "").all()
-    assert set(found.data["numbers"].to_numpy()) == {'{"solver": "collocation"}'}
-    said = [str(part) for part in sweep_summary(found).renderables]
-    assert "Chosen by the program as the scene states none: solver 'collocation' at all points." in said
-    assert np.isfinite(found.data["safety_min"]).all()
