@@ -75,7 +75,8 @@ def test_amplification_up_to_the_euler_load(column, way, effects):
         scene = pressed(column, share, way, effects).changed(analysis__stability=False)
         found = response_of(scene).data["deflection"].sel(member="column", s=0.5)
         # the load across is so small that exact strains differ by 1e-6
-        assert found.sel(component="x").to_numpy() == pytest.approx(expected, rel=1.1 * SOFTER / (1 - share))
+        close = max(1.1 * SOFTER, 1e-4 * (way == "in time")) / (1 - share)  # steps in time leave 2.6e-5 of the first
+        assert found.sel(component="x").to_numpy() == pytest.approx(expected, rel=close)
 
 
 @pytest.mark.parametrize("share", [1.001, 1.1, 4.0])
