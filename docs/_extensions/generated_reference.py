@@ -312,8 +312,6 @@ def effects() -> str:
         text.append(
             f"(effect-{effect.name})=\n## {effect.name}\n\n{effect.meaning[:1].upper()}{effect.meaning[1:]}.\n\n{by}"
         )
-        if effect.estimate:
-            text.append(f'With `effects = "auto"` its size is estimated as: {effect.estimate}.')
         if effect.replaces:
             text.append(f"It holds `{effect.replaces}` in itself.")
         if effect.refuses:
