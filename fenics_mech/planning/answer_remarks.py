@@ -138,11 +138,11 @@ def _cure(result: Result, source: str) -> str:
     if source in CURES:
         return CURES[source]
     decided = json.loads(result.data.attrs["effects"])
-    if result.scene.effects != "auto":
-        return "Write effects = 'auto', or give a larger tolerance"
     if source == "effects" and leaves_vibration(decided):
         return "Vibration is the largest of these: write analysis.method = 'periodic'"
     lacking = [one for one in decided if one["lacking"]]
     if source == "effects" and lacking:
         return "; ".join(f"The effect {one['name']!r} lacks data: {one['lacking']}" for one in lacking)
+    if result.scene.effects != "auto":
+        return "Write effects = 'auto', or give a larger tolerance"
     return "Give a larger tolerance"
