@@ -111,12 +111,7 @@ class AssemblyError(MechanismError):
 
 
 class SolverError(MechanismError):
-    """A linear or eigenvalue solver did not converge, or its answer is not accurate.
-
-    Where loads were brought up, `found_up_to` is the share of them up to which there were answers.
-    """
-
-    found_up_to: float = 0.0
+    """A linear or eigenvalue solver did not converge, or its answer is not accurate."""
 
 
 class DerivativeError(SolverError):

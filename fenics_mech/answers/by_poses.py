@@ -22,10 +22,7 @@ from fenics_mech.answers.buckled_links import with_buckled
 from fenics_mech.answers.modes_by_poses import modes_kept
 from fenics_mech.answers.rest_by_poses import FreelyAtRest
 from fenics_mech.answers.solved_by_poses import (
-    COUPLED,
-    EXACT,
     FREE,
-    STIFFENED,
     AtRest,
     LinearCycle,
     Run,
@@ -35,9 +32,10 @@ from fenics_mech.answers.solved_by_poses import (
 from fenics_mech.classical.known import has_modes
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
+from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.joints.torsional_springs import too_stiff
-from fenics_mech.kinematics import refuse_unresolved, solve_motion
+from fenics_mech.kinematics import refuse_unresolved
 from fenics_mech.machine.along_members import along_members
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
@@ -199,17 +197,18 @@ def planned(scene: Scene) -> Scene:
     """
     in_time = scene.analysis.method == "transient"
     scene = with_effects(with_exact_strains(scene) if in_time else scene)
-    if scene.analysis.method == "periodic" and COUPLED not in scene.named_effects:
-        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+    if scene.analysis.method == "periodic" and COUPLING not in scene.named_effects:
+        scene = scene.changed(effects=(*scene.named_effects, COUPLING))
     if scene.freedoms and scene.analysis.method == "static":  # links go along with them by any angle
-        kept = (name for name in scene.named_effects if name not in (STIFFENED, EXACT))
-        scene = scene.changed(effects=(*kept, EXACT))
+        kept = (name for name in scene.named_effects if name not in (STIFFENING, EXACT_STRAINS))
+        scene = scene.changed(effects=(*kept, EXACT_STRAINS))
     acting = {effect.name for effect in active(scene)}
-    if "motor" in acting and EXACT not in acting:
+    if "motor" in acting and EXACT_STRAINS not in acting:
         raise SceneError(
-            f"where a motor's shaft twists, the equation of poses has exact strains alone, and {EXACT!r} is not listed",
+            "where a motor's shaft twists, the equation of poses has exact strains alone, and "
+            f"{EXACT_STRAINS!r} is not listed",
             place="effects",
-            hint=f"Add {EXACT!r}",
+            hint=f"Add {EXACT_STRAINS!r}",
         )
     return scene
 
@@ -222,10 +221,10 @@ def with_exact_strains(scene: Scene) -> Scene:
     scene
         The scene.
     """
-    if scene.effects == "auto" or EXACT in scene.named_effects:
+    if scene.effects == "auto" or EXACT_STRAINS in scene.named_effects:
         return scene
-    kept = (name for name in scene.named_effects if name not in (STIFFENED, COUPLED, EXACT))
-    return scene.changed(effects=(COUPLED, EXACT, *kept))
+    kept = (name for name in scene.named_effects if name not in (STIFFENING, COUPLING, EXACT_STRAINS))
+    return scene.changed(effects=(COUPLING, EXACT_STRAINS, *kept))
 
 
 def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
@@ -246,17 +245,14 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
         When there is none.
     """
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
-    if analysis.method != "static" and scene.drives and not analysis.allow_coarse:
-        path = solve_motion(scene, scene.drive_angles(analysis.sub_intervals)).path
-        assert path is not None
-        refuse_unresolved(path, vibrates=analysis.method == "periodic")
+    refuse_unresolved(scene)
     if analysis.method != "periodic":
         refuse_undersampled(scene, analysis.sub_intervals)
         if scene.freedoms:
             return FreelyAtRest.of(scene)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
-    if EXACT not in scene.named_effects:
+    if EXACT_STRAINS not in scene.named_effects:
         return LinearBalanced.of(scene) if series else LinearCycle.of(scene)
     found = Balanced.of(scene) if series else Solved.of(scene, run)
     if run is not None:
@@ -283,7 +279,7 @@ def choices_of(scene: Scene, by_exact_strains: float | None = None) -> tuple[Cho
     """
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
-    sizes = {EXACT: by_exact_strains}
+    sizes = {EXACT_STRAINS: by_exact_strains}
     return tuple(
         Choice(effect, sizes.get(name), name in acting, lacking.get(name, "")) for name, effect in EFFECTS.items()
     )
@@ -646,7 +642,7 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
 def _modes(solved: Solved) -> xr.Dataset:
     """Give natural frequencies where the machine is held at its positions, and how well each was followed."""
     scene, machine, t = solved.scene, solved.made.machine, solved.positions.motion.t
-    about = forces_about(machine, t) if STIFFENED in scene.named_effects else None
+    about = forces_about(machine, t) if STIFFENING in scene.named_effects else None
     try:
         found = followed_modes(machine, t, about=about)
     except SolverError as error:

@@ -21,9 +21,9 @@ from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.accuracy.quantities import MEASURE, Quantities
 from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.accuracy.validity import VALIDITY
-from fenics_mech.answers.by_poses import COUPLED, FEWEST, choices_of, collected, quantities, read_off, told
+from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, quantities, read_off, told
 from fenics_mech.answers.in_time_by_poses import labelled_in_time
-from fenics_mech.answers.solved_by_poses import EXACT, Solved, instants_of
+from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
 from fenics_mech.classical.known import lacking
@@ -32,10 +32,10 @@ from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonances import Vibration, frequency_error, missed_vibrations, slower_than
 from fenics_mech.classical.response import JOINED, Response, SubIntervals, rates, ratios_of
 from fenics_mech.classical.strains import deflection, end_forces, section_forces
-from fenics_mech.effects.known import VIBRATION
+from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.geometry import End
-from fenics_mech.kinematics import Linkage, refuse_unresolved
+from fenics_mech.kinematics import refuse_unresolved
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.joint_forces import Reactions
@@ -286,8 +286,7 @@ class ByModes:
         refuse_undersampled(scene, scene.analysis.sub_intervals)
         times, edges = _instants(scene)
         require_positions(scene, len(times))
-        if scene.analysis.method == "periodic" and not scene.analysis.allow_coarse:
-            refuse_unresolved(Linkage(scene).path(scene.drive_angles(scene.analysis.sub_intervals)), vibrates=True)
+        refuse_unresolved(scene)
         by = SubIntervals.of(scene, _machine(scene), times, edges)
         if scene.analysis.method == "periodic":
             return cls(scene, by.cycle())
@@ -512,7 +511,7 @@ class ByModes:
         count = len(self.found.q)
         enough = STEPS_OF_LOADS if self.scene.loads else STEPS
         every = max(k for k in range(1, count // FEWEST + 1) if k == 1 or (count % k == 0 and count >= k * enough))
-        effects = (*(name for name in self.scene.named_effects if name != VIBRATION), COUPLED, EXACT)
+        effects = (*(name for name in self.scene.named_effects if name != VIBRATION), COUPLING, EXACT_STRAINS)
         asked = {"effects": effects, "analysis.sub_intervals": count // every, "analysis.solver": "poses"}
         try:
             positions = Solved.of(self.scene.changed(asked)).positions

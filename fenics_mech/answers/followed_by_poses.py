@@ -8,7 +8,8 @@ from functools import lru_cache
 import numpy as np
 
 from fenics_mech.answers.by_poses import planned
-from fenics_mech.answers.solved_by_poses import EXACT, Solved, built, steps_of
+from fenics_mech.answers.solved_by_poses import Solved, built, steps_of
+from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.scene import Scene
@@ -34,11 +35,11 @@ def followable(scene: Scene) -> Scene:
     if scene.analysis.method != "periodic" or not scene.drives:
         raise SceneError("only periodic motions are followed", place="analysis.method")
     scene = planned(scene)
-    if EXACT not in scene.named_effects:
+    if EXACT_STRAINS not in scene.named_effects:
         raise SceneError(
             "under linear strains there is one motion at a value, which a sweep finds",
             place="effects",
-            hint=f"Add {EXACT!r}, or sweep the number",
+            hint=f"Add {EXACT_STRAINS!r}, or sweep the number",
         )
     return scene
 

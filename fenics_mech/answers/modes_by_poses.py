@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.answers.solved_by_poses import STIFFENED, built, instants_of, moves_of, with_effects
-from fenics_mech.effects.known import VIBRATION
+from fenics_mech.answers.solved_by_poses import built, instants_of, moves_of, with_effects
+from fenics_mech.effects.known import STIFFENING, VIBRATION
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.free_linkage import with_freedoms
 from fenics_mech.kinematics.freedom import describe, row_reduced
@@ -61,7 +61,7 @@ def over_cycle(scene: Scene, positions: int) -> Scene:
     """
     analysis = scene.analysis.model_copy(update={"sub_intervals": positions, "method": "quasi-static"})
     scene = with_effects(scene)
-    listed = tuple(name for name in scene.named_effects if name not in (VIBRATION, STIFFENED))
+    listed = tuple(name for name in scene.named_effects if name not in (VIBRATION, STIFFENING))
     return at_rest(scene.model_copy(update={"effects": listed, "analysis": analysis}))
 
 
@@ -141,7 +141,7 @@ class HeldMachine:
         asked, about = scene.analysis.modes, None
         moves = moves_of(self.made)
         loose = None if moves is None else moves[1]
-        if STIFFENED in scene.named_effects:
+        if STIFFENING in scene.named_effects:
             about = forces_about(machine, self.t, self.moving)
         count = None if asked == "all" else asked + BESIDE + (0 if loose is None else loose.shape[1])
         return followed_modes(machine, self.t, count, about=about, loose=loose, options=scene.petsc)

@@ -15,6 +15,7 @@ from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TURN
 from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.effects import EFFECTS, active
+from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
@@ -61,9 +62,7 @@ from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.solve.statics import stiffness
 
 logger = logging.getLogger(__name__)
-COUPLED = "coupling"  # effect that acts in every motion of poses: the equation has it at no cost
 FREE = ("shear", "rotary-inertia")  # what the equation has at no cost, where the scene lets the program choose
-EXACT, STIFFENED = "large-rotations", "geometric-stiffness"  # effects: Newton's method goes on; axial forces act
 Stresses = list[Array]  # of every term
 SHORTEST = 1e-9  # length of a spring or damper, of the largest that is known: below it, it has no direction
 LOWERED = 0.95  # share of axial forces that buckle, whose powers do not
@@ -89,9 +88,9 @@ def with_effects(scene: Scene) -> Scene:
     """
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
-        scene = scene.changed(effects=(COUPLED, EXACT, *(name for name in FREE if name not in lacking)))
-    elif EXACT in scene.named_effects and COUPLED not in scene.named_effects:  # which exact strains come with
-        scene = scene.changed(effects=(*scene.named_effects, COUPLED))
+        scene = scene.changed(effects=(COUPLING, EXACT_STRAINS, *(name for name in FREE if name not in lacking)))
+    elif EXACT_STRAINS in scene.named_effects and COUPLING not in scene.named_effects:  # which exact strains come with
+        scene = scene.changed(effects=(*scene.named_effects, COUPLING))
     acting = {effect.name for effect in active(scene)}
     if refused := sorted(
         acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in EFFECTS.values() if effect.acting is not None}
@@ -171,7 +170,7 @@ def _refuse_meeting(made: SceneMachine) -> None:
 
 def stiffening(scene: Scene, machine: Machine, t: Array, free: Array | None = None) -> Stresses | None:
     """Give the axial forces of the static answer at some instants, where they act in the scene's linear theory."""
-    if STIFFENED not in scene.named_effects:
+    if STIFFENING not in scene.named_effects:
         return None
     return axial_forces(machine, quasi_static(machine, t, scene.analysis.method != "static", free))
 
@@ -485,7 +484,7 @@ class AtRest:
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, t: Array) -> AtRest:
-        machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT in scene.named_effects
+        machine, moving, exact = made.machine, scene.analysis.method != "static", EXACT_STRAINS in scene.named_effects
         free = free_motions_of(made)
         stiff = stiffening(scene, machine, t, free)
         steps = StaticIteration(machine, t, moving, stiff, free)
@@ -717,7 +716,7 @@ def _refuse_far(made: SceneMachine, steps: StaticIteration) -> None:
             f"elastic deflection turns member {mesh.members[mesh.cell_member[e]]!r} by {largest[k, e]:.3g} rad or "
             f"moves it as far at drive angle {np.degrees(made.scene.cycle_rate * steps.t[k]):.6g} deg. The theory of "
             f"small deflections does not hold near {FARTHEST:g}. Lower loads or speed, keep away from buckling and "
-            f"dead centres, or take stiffer members; {EXACT!r} holds it, and analysis.allow_large lets it pass"
+            f"dead centres, or take stiffer members; {EXACT_STRAINS!r} holds it, and analysis.allow_large lets it pass"
         )
 
 

@@ -130,15 +130,6 @@ class Beams:
         return self._with_bodies(self._broken_mass, lambda body: np.diag([body.mass, body.mass, body.inertia]))
 
     @cached_property
-    def rotary_mass(self) -> sp.csr_matrix:
-        """Share of m that the rotation of sections and point masses has.
-
-        The turning of the link's axes adds to that rotation and does not deflect it, so that it feels the angular
-        acceleration but no Coriolis and no centrifugal force.
-        """
-        return self._with_bodies(self._broken_rotary, lambda body: np.diag([0.0, 0.0, body.inertia]))
-
-    @cached_property
     def gyroscopic(self) -> sp.csr_matrix:
         """Matrix s of all links with the point masses."""
         return self._with_bodies(self._broken_gyroscopic, lambda body: body.mass * QUARTER)

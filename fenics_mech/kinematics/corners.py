@@ -11,6 +11,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.kinematics.assembly import coordinates_at, derivatives
 from fenics_mech.kinematics.linkage import Linkage, Path
+from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
 
@@ -108,20 +109,24 @@ def positions_for_corners(
     return count
 
 
-def refuse_unresolved(path: Path, vibrates: bool) -> None:
-    """Refuse a motion whose angles miss a corner.
+def refuse_unresolved(scene: Scene) -> None:
+    """Refuse a scene whose positions over a cycle miss a corner of its motion, unless it lets coarse answers pass.
 
     Parameters
     ----------
-    path, vibrates
-        As of `missed_corner`.
+    scene
+        The scene.
 
     Raises
     ------
     SceneError
         With the link, the place of the corner and the number of positions that it takes.
     """
-    if (corner := missed_corner(path, vibrates)) is not None:
+    analysis = scene.analysis
+    if analysis.method not in ("periodic", "quasi-static") or not scene.drives or analysis.allow_coarse:
+        return
+    path = Linkage(scene).path(scene.drive_angles(analysis.sub_intervals))
+    if (corner := missed_corner(path, vibrates=analysis.method == "periodic")) is not None:
         raise SceneError(
             f"link {corner.link} has a corner of its motion near drive angle "
             f"{np.degrees(corner.theta):.6g} deg, which {len(path.theta)} positions miss: its angular "

@@ -16,7 +16,7 @@ from fenics_mech.kinematics.conditioning import refuse_singular
 from fenics_mech.kinematics.freedom import free_motions
 from fenics_mech.kinematics.loops import Loops
 from fenics_mech.kinematics.motion import Motion, as_motion
-from fenics_mech.kinematics.start import assemble, geometry
+from fenics_mech.kinematics.start import assemble
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")
@@ -75,7 +75,6 @@ class Linkage:
     def __init__(self, scene: Scene) -> None:
         self.loops = Loops.of(scene)
         self.branch = Branch(self.loops)
-        self._geometry = geometry(scene)
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
     def path(self, theta: Array, near: Path | None = None) -> Path:

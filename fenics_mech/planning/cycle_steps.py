@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
@@ -37,23 +37,14 @@ class Steps:
     ----------
     start
         Drive angle (rad) at which each begins.
-    duration
-        How long it takes (s).
     rate
         Rate of the drive coordinate (rad/s), with its sign.
-    regular
-        Whether it begins where one of the equal steps does.
-    struck
-        The step at whose start each impulse of the scene acts, ``(impulses,)``.
     jumps
         Whether a load jumps at the end of a step.
     """
 
     start: Array
-    duration: Array
     rate: float
-    regular: NDArray[np.bool_]
-    struck: Index
     jumps: NDArray[np.bool_]
 
     @classmethod
@@ -86,10 +77,7 @@ class Steps:
         jumping = _differences(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
         return cls(
             start=math.copysign(1, rate) * turned,
-            duration=np.diff(turned, append=TURN) / abs(rate),
             rate=rate,
-            regular=np.isin(turned, equal),
-            struck=_differences(impulses, turned).argmin(axis=1),
             jumps=np.roll(jumping, -1),
         )
 

@@ -306,7 +306,7 @@ def _fewest_steps(scene: Scene) -> int:
     if not _periodic(scene):
         quasi_static = scene.drives and analysis.method == "quasi-static"
         if quasi_static and not analysis.allow_coarse:  # trials let pass what its own positions miss
-            refuse_unresolved(Linkage(scene).path(scene.drive_angles(analysis.sub_intervals)), vibrates=False)
+            refuse_unresolved(scene)
             refuse_undersampled(scene, analysis.sub_intervals)
         return analysis.sub_intervals
     varying = [load for load in scene.loads.values() if load.factor is not None]

@@ -15,7 +15,8 @@ from fenics_mech._guard import guarded, require_memory
 from fenics_mech.answers.by_poses import planned, solution
 from fenics_mech.answers.by_sub_intervals import ByModes
 from fenics_mech.answers.modes_by_poses import HeldMachine, at_rest
-from fenics_mech.answers.solved_by_poses import COUPLED, STIFFENED, built, instants_of, with_effects
+from fenics_mech.answers.solved_by_poses import built, instants_of, with_effects
+from fenics_mech.effects.known import COUPLING, STIFFENING
 from fenics_mech.errors import SceneError, SolverError
 from fenics_mech.machine import Machine
 from fenics_mech.machine.from_scene import SceneMachine
@@ -109,9 +110,9 @@ def matrices(scene: Scene, progress: Progress = lambda step: None) -> SystemMatr
     size = machine.n - len(machine.rows)
     what = f"full matrices of {size} coordinates at {len(t)} positions"
     require_memory(8 * len(t) * machine.size**2, what, "Take fewer sub_intervals or elements")
-    coupled = moving and COUPLED in chosen.named_effects
+    coupled = moving and COUPLING in chosen.named_effects
     given, names = _coordinates(made, t, coupled)
-    M, C, K, load = _tangents(machine, t, coupled, moving, STIFFENED in chosen.named_effects)
+    M, C, K, load = _tangents(machine, t, coupled, moving, STIFFENING in chosen.named_effects)
     Z, Z1, Z2 = given
     back = Z.transpose(0, 2, 1)
     found = {
@@ -276,7 +277,7 @@ def participation(scene: Scene, progress: Progress = lambda step: None) -> xr.Da
     progress("response")
     chosen = with_effects(scene)
     positions: OfPoses
-    if COUPLED in chosen.named_effects:
+    if COUPLING in chosen.named_effects:
         positions = solution(planned(chosen)).positions
         q = positions.motion.q
     else:
