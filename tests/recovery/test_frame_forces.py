@@ -45,7 +45,12 @@ def rate_of_moment_of_momentum(scene, data):
         ("slider_crank", {}, ["O", "B"], 0.01),
         ("four_bar", {"drive__speed": 15.0}, ["O", "C"], 0.01),
         ("four_bar", {"drive__speed": 15.0, "springs": RETURN}, ["O", "C", "spring return"], 0.03),
-        ("four_bar", {"drive__speed": 15.0, "springs": RETURN, "motor": SHAFT}, ["O", "C", "spring return"], 0.03),
+        (
+            "four_bar",
+            {"drive__speed": 15.0, "springs": RETURN, "motor": SHAFT, "analysis__sub_intervals": 960},
+            ["O", "C", "spring return"],
+            0.03,
+        ),
     ],
 )
 def test_frame_takes_the_rate_of_the_momentum_of_bent_links(name, changes, supports, moment):
