@@ -1,4 +1,4 @@
-"""fenics_mech: dynamics of planar linkages whose links bend.
+"""fenics_mech: dynamics of linkages whose links bend, in the plane and in space.
 
 Everything that a user needs stands here: ``import fenics_mech as fm``, and then ``fm.load``, ``fm.analyse``,
 ``fm.Scene`` and so on. The command is `fenics-mech`.
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from fenics_mech.analysis import analyse
     from fenics_mech.recovery import Result
     from fenics_mech.recovery.sound import sound
+    from fenics_mech.recovery.spatial_result import SpatialResult
     from fenics_mech.recovery.stress_figures import fatigue
     from fenics_mech.safety import Verdict, judge
     from fenics_mech.safety.load_cases import envelope
@@ -121,6 +122,7 @@ __all__ = [
     "MechanismError",
     "Member",
     "Mesh",
+    "Misalignment",
     "MotionTask",
     "Motor",
     "NaturalFrequencies",
@@ -131,6 +133,7 @@ __all__ = [
     "Pin",
     "Ply",
     "PoincareSection",
+    "PointDamper",
     "PointMass",
     "PolygonPart",
     "PolygonSection",
@@ -151,6 +154,21 @@ __all__ = [
     "SideContact",
     "Slot",
     "SolverError",
+    "SpatialAnalysis",
+    "SpatialBody",
+    "SpatialCustomSection",
+    "SpatialDamping",
+    "SpatialForce",
+    "SpatialGround",
+    "SpatialJoint",
+    "SpatialLink",
+    "SpatialMass",
+    "SpatialMember",
+    "SpatialMesh",
+    "SpatialPolygonSection",
+    "SpatialResult",
+    "SpatialScene",
+    "SpatialTorque",
     "SpeedController",
     "Spread",
     "Stop",
@@ -232,6 +250,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Optimum": "studies.design.optimise",
     "Result": "recovery",
     "Search": "studies.design.methods",
+    "SpatialResult": "recovery.spatial_result",
     "Spread": "studies.design.spread",
     "Sweep": "studies.sweep",
     "Synthesised": "studies.synthesis.synthesise",

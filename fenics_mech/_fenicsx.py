@@ -286,7 +286,9 @@ def plane_mesh(model: Any) -> Any:
 @_calling()
 def lagrange(mesh: Any, degree: int) -> Any:
     """Give the space of continuous Lagrange elements of a degree."""
-    return compiled(fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("Lagrange", degree))
+    return compiled(
+        fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("Lagrange", degree)
+    )
 
 
 @_calling()

@@ -87,7 +87,7 @@ def in_space(scene: SpatialScene) -> SpatialResult:
 
     Examples
     --------
-    >>> result = fm.analyse(fm.load("demos/rssr.toml").changed({"analysis.positions": 30}))
+    >>> result = fm.analyse(fm.load("demos/space/rssr.toml").changed({"analysis.positions": 30}))
     >>> result.data["stress"].dims
     ('theta', 'member', 's', 'corner')
     """
@@ -371,7 +371,7 @@ def _attributes(answer: InSpace, data: xr.Dataset) -> dict[str, Any]:
     """Say what was decided, assumed, and is doubtful."""
     made, scene = answer.made, answer.made.scene
     notices, warnings = [], []
-    for row, link in made.idle.items():
+    for link in made.idle.values():
         moment = float(np.abs(data["holding_moment"].sel(held_link=link).to_numpy()).max())
         notices.append(
             f"link {link} may turn about its own line, which nothing drives: a row holds that turn, and takes "
@@ -399,8 +399,12 @@ def _attributes(answer: InSpace, data: xr.Dataset) -> dict[str, Any]:
         strength = scene.materials[own.stated.material].strength
         peak = float(np.nanmax(data["von_mises"].sel(member=own.label).to_numpy()))
         if strength is not None and peak > strength:
-            warnings.append(f"member {own.label} has {peak / 1e6:.4g} MPa, beyond its strength of {strength / 1e6:g} MPa")
-    errors = {what: float(data[f"{what}_relative_error"].sum()) for what in QUANTITIES if f"{what}_relative_error" in data}
+            warnings.append(
+                f"member {own.label} has {peak / 1e6:.4g} MPa, beyond its strength of {strength / 1e6:g} MPa"
+            )
+    errors = {
+        what: float(data[f"{what}_relative_error"].sum()) for what in QUANTITIES if f"{what}_relative_error" in data
+    }
     for what, error in errors.items():
         if error > COARSE:
             warnings.append(

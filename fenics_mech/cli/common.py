@@ -115,10 +115,11 @@ def with_units(scene: Scene, units: str | None) -> Scene:
 
 def scene_of_file(path: Path) -> Scene:
     """Load a scene file, or one load case of it; see `case_in`."""
-    from fenics_mech.scene import in_case, load  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.scene import in_case  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.scene.files import load_planar  # noqa: PLC0415
 
     file, case = case_in(path)
-    return in_case(load(file), case) if case else load(file)
+    return in_case(load_planar(file), case) if case else load_planar(file)
 
 
 def loaded_scene(path: Path, strict: bool, cases: bool = False) -> Scene:

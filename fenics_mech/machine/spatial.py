@@ -108,7 +108,8 @@ def spatial_machine(scene: SpatialScene, finer: int = 1) -> SpatialMachine:
     """
     machine = Machine(SPACE, scene.gravity)
     made, nodes = SpatialMachine(scene, machine), _Nodes(scene, machine, finer)
-    pairs, elements = [], []
+    pairs: list[tuple[End, End]] = []
+    elements: list[Element] = []
     for label, (link, member) in scene.members().items():
         own, places, shares = _member(scene, label, nodes)
         own.elements = list(range(len(pairs), len(pairs) + len(places) - 1))
@@ -120,9 +121,9 @@ def spatial_machine(scene: SpatialScene, finer: int = 1) -> SpatialMachine:
         made.members.append(own)
     if pairs:
         machine.add_beams(pairs, elements, scene.damping.material)
-    for name, link in scene.links.items():
-        if link.rigid is not None:
-            machine.masses.add_body(machine.end(nodes.rigid[name]), link.rigid.mass, link.rigid.second_moments)
+    for name, body in scene.links.items():
+        if body.rigid is not None:
+            machine.masses.add_body(machine.end(nodes.rigid[name]), body.rigid.mass, body.rigid.second_moments)
     for mass in scene.masses.values():
         machine.masses.add_body(nodes.end(mass.at), mass.mass, np.zeros((3, 3)))
     _add_joints(made, nodes)
@@ -141,8 +142,7 @@ class _Nodes:
         self.rigid: dict[str, int] = {"ground": machine.ground}
         self.link_of: dict[int, str] = {}
         used = {
-            name: {end for member in link.members.values() for end in member.ends}
-            for name, link in scene.links.items()
+            name: {end for member in link.members.values() for end in member.ends} for name, link in scene.links.items()
         }
         for name, link in scene.links.items():
             if link.rigid is not None:
@@ -302,9 +302,7 @@ def _add_acting(made: SpatialMachine, nodes: _Nodes) -> None:
         if isinstance(load, SpatialForce):
             for axis, force in enumerate(load.force):
                 if force:
-                    machine.terms.append(
-                        DeadLoad(machine.at_ground(), nodes.end(load.at), axis, _times(factor, force))
-                    )
+                    machine.terms.append(DeadLoad(machine.at_ground(), nodes.end(load.at), axis, _times(factor, force)))
         else:
             machine.terms.append(_effort(made, load, factor))
     for spring in scene.springs.values():

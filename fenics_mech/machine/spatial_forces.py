@@ -80,8 +80,8 @@ def _along(
             normal, second = (_between(there, y[..., 1 + k]) for y in (axes, of_axes))
             moment = moment + share * rotary[k] * np.cross(normal, second)
     frame = _frames(axis(x, 1), _between(x, axes[..., 1]))
-    of_section = [np.einsum("tsdi,tsd->tsi", frame, y) for y in (force, moment)]
-    return SpatialSections(*of_section, cut, frame)
+    of_force, of_moment = (np.einsum("tsdi,tsd->tsi", frame, y) for y in (force, moment))
+    return SpatialSections(of_force, of_moment, cut, frame)
 
 
 def _second_rates(made: SpatialMachine, motion: Motion, numbers: Index) -> tuple[Array, Array]:

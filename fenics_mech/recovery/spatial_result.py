@@ -28,7 +28,10 @@ MEANINGS = {
     "joint_force": ("N", "force of the joint on its second link"),
     "joint_moment": ("N m", "moment of the joint on its second link, about the joint"),
     "joint_place": ("m", "place of the joint's point on its second link"),
-    "input_torque": ("N m", "what the drive exerts on the joint's second link: a torque, or along a stroke a force (N)"),
+    "input_torque": (
+        "N m",
+        "what the drive exerts on the joint's second link: a torque, or along a stroke a force (N)",
+    ),
     "holding_moment": ("N m", "moment that holds a link's turn about its own line, which nothing drives"),
     "frequency": ("Hz", "natural frequency, held in the position by the drives"),
     "multiplier": ("1", "Floquet multiplier: factor on a small disturbance in a cycle, largest magnitude first"),
@@ -56,7 +59,7 @@ class SpatialResult(Saved):
 
     Examples
     --------
-    >>> result = fm.analyse(fm.load("demos/rssr.toml").changed({"analysis.positions": 30}))
+    >>> result = fm.analyse(fm.load("demos/space/rssr.toml").changed({"analysis.positions": 30}))
     >>> sorted(result.data["component"].values.tolist())
     ['x', 'y', 'z']
     """
@@ -105,7 +108,7 @@ class SpatialResult(Saved):
     def known_names(self) -> frozenset[str]:
         """Names of links, points, joints and so on of the scene."""
         scene = self.scene
-        points = [point for link in (scene.ground, *scene.links.values()) for point in link.points]
+        points = [*scene.ground.points, *(point for link in scene.links.values() for point in link.points)]
         names = [*scene.links, *scene.joints, *scene.members(), *points, "ground"]
         return frozenset(part for name in names for part in (name, *name.split(".")))
 

@@ -307,7 +307,7 @@ class SpatialJoint(Part):
                 raise ValueError("a direction of three zeros is none")
         if self.axes is not None:
             one, other = (np.array(way) / np.linalg.norm(way) for way in self.axes)
-            if abs(one @ other) > PARALLEL ** 0.5:
+            if abs(one @ other) > PARALLEL**0.5:
                 raise ValueError(
                     f"both axes of a universal joint are at a right angle, as those of its cross are, and these are at "
                     f"{math.degrees(math.acos(np.clip(one @ other, -1, 1))):.4g} deg"
@@ -419,9 +419,7 @@ SpatialSpring = Annotated[
     Discriminator(_by_key("joint", "between")),
 ]
 SpatialDamper = Annotated[
-    Annotated[HingeDamper, Tag("joint")]
-    | Annotated[PointDamper, Tag("at")]
-    | Annotated[LineDamper, Tag("between")],
+    Annotated[HingeDamper, Tag("joint")] | Annotated[PointDamper, Tag("at")] | Annotated[LineDamper, Tag("between")],
     Discriminator(_by_key("joint", "at", "between")),
 ]
 Drives = Annotated[
@@ -528,7 +526,7 @@ class SpatialScene(Part):
 
     Examples
     --------
-    >>> scene = fm.load("demos/rssr.toml")
+    >>> scene = fm.load("demos/space/rssr.toml")
     >>> list(scene.members())
     ['crank', 'coupler', 'rocker']
     """
@@ -580,7 +578,7 @@ class SpatialScene(Part):
 
         Examples
         --------
-        >>> fm.load("demos/rssr.toml").changed({"mesh.elements": 6}).mesh.elements
+        >>> fm.load("demos/space/rssr.toml").changed({"mesh.elements": 6}).mesh.elements
         6
         """
         data = self.model_dump(by_alias=True)
@@ -683,8 +681,8 @@ def _check_members(scene: SpatialScene) -> None:
             )
             if member.up is None and not alike:
                 raise SceneError(
-                    f"section {member.section!r} does not bend alike in all directions, and the member does not say how "
-                    "it stands",
+                    f"section {member.section!r} does not bend alike in all directions, and the member does not say "
+                    "how it stands",
                     place=place,
                     hint="Add up = [0, 0, 1], the direction of the section's height",
                 )

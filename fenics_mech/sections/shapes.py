@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.sections.torsion import polygon_numbers
 from fenics_mech.scene.sections.plain import ISection, RectangleSection, RoundSection, TubeSection
+from fenics_mech.sections.torsion import polygon_numbers
 
 if TYPE_CHECKING:
     from fenics_mech.scene.in_space import SpatialSection
 
+OPEN = 0.02  # torsion constant over the polar second moment: a closed thin wall has 0.1 at least
 ROUND = 24  # corners by which a round outline is known: stresses 0.9 % low at most between two of them
 ODD = np.arange(1, 60, 2)  # terms of the torsion series: rounding is left after 20
 
@@ -141,4 +141,4 @@ def open_and_thin(section: SpatialSection) -> bool:
     """
     if isinstance(section, ISection):
         return True
-    return section.shape == "custom" and section.torsion < 0.02 * sum(section.inertia) and math.isfinite(section.torsion)
+    return section.shape == "custom" and section.torsion < OPEN * sum(section.inertia)

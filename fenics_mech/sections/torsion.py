@@ -71,9 +71,7 @@ def polygon_numbers(outline: Corners, holes: tuple[Corners, ...] = ()) -> Polygo
 
     w, v = ufl.TrialFunction(space), ufl.TestFunction(space)
     stiffness = _fenicsx.assemble_matrix(ufl.inner(ufl.grad(w), ufl.grad(v)) * dx)
-    warping = _fenicsx.function_of(
-        space, _free(stiffness, _fenicsx.assemble_vector((z * v.dx(0) - y * v.dx(1)) * dx))
-    )
+    warping = _fenicsx.function_of(space, _free(stiffness, _fenicsx.assemble_vector((z * v.dx(0) - y * v.dx(1)) * dx)))
     strain = warping.dx(0) - z, warping.dx(1) + y
     torsion = _fenicsx.integral((y * strain[1] - z * strain[0]) * dx)
     along, across, both = (_fenicsx.integral(f * dx) for f in (y * y, z * z, y * z))
