@@ -269,11 +269,9 @@ def _dataset(answer: InSpace) -> xr.Dataset:
         for k, name in enumerate(("joint_force", "joint_moment")):
             values = np.stack([pair[k] for pair in answer.joints.values()], axis=1)
             variables[name] = (("theta", "joint", "component"), values)
-        ends = [made.joints[name][1] for name in answer.joints]
-        variables["joint_place"] = (
-            ("theta", "joint", "component"),
-            np.stack([motion.of_end(end)[0] for end in ends], axis=1),
-        )
+        for k, name in enumerate(("joint_base", "joint_place")):
+            places = [motion.of_end(made.joints[joint][k])[0] for joint in answer.joints]
+            variables[name] = (("theta", "joint", "component"), np.stack(places, axis=1))
     rows = made.machine.n + np.array(made.driven, dtype=int)
     if made.driven:
         labels["drive"] = [drive.joint for drive in scene.drives]

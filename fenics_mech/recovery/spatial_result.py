@@ -27,6 +27,7 @@ MEANINGS = {
     "deflection": ("m", "how far it is from the place that it has in the rigid motion"),
     "joint_force": ("N", "force of the joint on its second link"),
     "joint_moment": ("N m", "moment of the joint on its second link, about the joint"),
+    "joint_base": ("m", "place of the joint's point on its first link"),
     "joint_place": ("m", "place of the joint's point on its second link"),
     "input_torque": (
         "N m",

@@ -2,44 +2,29 @@
 
 from __future__ import annotations
 
-import itertools
-import math
-from collections.abc import Callable, Generator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
-from PIL import Image
 
 from fenics_mech._arrays import Array
-from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.views.frames import ShownPeak, cycle, default_magnification, frames_at, moment_of_peak, peak_of
 from fenics_mech.views.geometry import motion_of
 from fenics_mech.views.joint_drawings import ground_points, guides_of
 from fenics_mech.views.moving_points import load_names
+from fenics_mech.views.picture_files import Pictures, Progress, check_ending, check_options, even, write_pictures
 from fenics_mech.views.reading import reading_of, reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
 from fenics_mech.views.words import short
 
-try:
-    import imageio.v2 as imageio
-    import pyvista  # noqa: F401
-    from imageio_ffmpeg import count_frames_and_secs
-except ImportError as error:
-    raise ViewError(f"animations need pyvista and imageio: pip install 'fenics_mech[views]' ({error})") from error
-
-Pictures = Generator[NDArray[np.uint8], None, None]
-Progress = Callable[[int, int], None]
 COLOURED = ("stress", "strain")
-NEARLY_WHITE = 248  # of 255: colours of a palette that are as bright are made white
 
 
 def animate(
-    result: Result,
+    result: Result | SpatialResult,
     path: str | Path,
     *,
     magnify: float | None = None,
@@ -60,7 +45,7 @@ def animate(
     Parameters
     ----------
     result
-        The result.
+        The result. In space beams have their true sections, and each place of them its own colour.
     path
         File to write: .gif, .mp4, or .png for one picture at the peak.
     magnify
@@ -101,46 +86,26 @@ def animate(
     """
     path = Path(path)
     ending = check_ending(path)
-    _check_options(magnify, frames, fps, size)
+    check_options(magnify, frames, fps, size)
     if colour not in COLOURED:
         raise ViewError(f"colours show {' or '.join(COLOURED)}, found {colour!r}")
+    if isinstance(result, SpatialResult):
+        prepare_rendering()
+        from fenics_mech.views.space.animation import spatial_animation  # noqa: PLC0415 - VTK is loaded only where used
+
+        size = even(size) if ending == ".mp4" else size
+        return spatial_animation(result, path, (colour, magnify, frames, names), fps, size, progress)
     if "link_position" not in result.data:
         raise ViewError("the result has no positions: an older version wrote it. Analyse its scene again")
     prepare_rendering()
     if ending == ".mp4":
-        size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
+        size = even(size)
     at = np.array([moment_of_peak(result, colour)]) if ending == ".png" else cycle(result, frames)
     factor = default_magnification(result) if magnify is None else magnify
     scene = result.scene
     written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
     pictures = _pictures(result, (at, factor), size, (colour, written, true_width), progress)
-    try:
-        write_whole(path, lambda temporary: WRITERS[ending](temporary, pictures, fps))
-    finally:
-        pictures.close()
-    return path
-
-
-def check_ending(path: Path) -> str:
-    """Give the ending of an animation's file in small letters.
-
-    Raises
-    ------
-    ViewError
-        When no animation is written with this ending.
-    """
-    ending = path.suffix.lower()
-    if ending not in WRITERS:
-        raise ViewError(f"{path}: an animation's file must end in one of {', '.join(WRITERS)}, not in {path.suffix!r}")
-    return ending
-
-
-def _check_options(magnify: float | None, frames: int, fps: int, size: tuple[int, int]) -> None:
-    if magnify is not None and not (math.isfinite(magnify) and magnify >= 0):
-        raise ViewError(f"magnify must be a number that is not negative, found {magnify}")
-    for name, value in (("frames", frames), ("fps", fps), ("width", size[0]), ("height", size[1])):
-        if value < 1:
-            raise ViewError(f"{name} must be at least 1, found {value}")
+    return write_pictures(path, pictures, fps)
 
 
 def _pictures(
@@ -179,56 +144,3 @@ def _caption(peak: ShownPeak | None, measure: str, magnify: float) -> str:
         f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
         f"colour: {measure.split(maxsplit=1)[0]} of each side; grey: rigid linkage"
     )
-
-
-def _write_png(path: Path, pictures: Pictures, fps: int) -> None:
-    Image.fromarray(next(pictures)).save(path)
-
-
-def _write_gif(path: Path, pictures: Pictures, fps: int) -> None:
-    """Write with one palette for all, that of the first picture: its colour bar has every colour but the symbols'."""
-    first = Image.fromarray(next(pictures))
-    palette = _palette(first)
-    first, *rest = (
-        picture.quantize(palette=palette, dither=Image.Dither.NONE)
-        for picture in itertools.chain([first], map(Image.fromarray, pictures))
-    )
-    first.save(path, save_all=True, append_images=rest, duration=1000 / fps, loop=0)
-
-
-def _palette(picture: Image.Image) -> Image.Image:
-    """Give an image with the colours of a picture, those of symbols that may come later, and pure white."""
-    from fenics_mech.views.stage import SYMBOLS  # noqa: PLC0415 - VTK is loaded only where something is rendered
-
-    shown = picture.copy()
-    side = max(1, min(shown.size) // 30)
-    for i, colour in enumerate(SYMBOLS):
-        shown.paste(colour, (i * side, 0, (i + 1) * side, side))
-    found = shown.quantize(256, method=Image.Quantize.MAXCOVERAGE)
-    colours = np.array(found.getpalette()).reshape(-1, 3)
-    colours[(colours > NEARLY_WHITE).all(axis=1)] = 255
-    found.putpalette(colours.ravel().tolist())
-    return found
-
-
-def _write_mp4(path: Path, pictures: Pictures, fps: int) -> None:
-    """Write through ffmpeg, which does not tell when a disk is full: so the pictures in the file are counted."""
-    options: dict[str, Any] = {"quality": 8, "macro_block_size": 2, "ffmpeg_log_level": "quiet"}
-    writer: Any = imageio.get_writer(path, format="FFMPEG", mode="I", fps=fps, **options)  # type: ignore[arg-type]
-    count = 0
-    with writer:
-        for count, picture in enumerate(pictures, 1):  # noqa: B007
-            writer.append_data(picture)
-    try:
-        written, _ = count_frames_and_secs(path)
-    except RuntimeError as error:
-        raise OSError("ffmpeg could not write it whole; the disk may be full") from error
-    if written != count:
-        raise OSError(f"ffmpeg wrote {written} of {count} pictures; the disk may be full")
-
-
-WRITERS: dict[str, Callable[[Path, Pictures, int], None]] = {
-    ".gif": _write_gif,
-    ".mp4": _write_mp4,
-    ".png": _write_png,
-}

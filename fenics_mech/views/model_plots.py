@@ -9,10 +9,12 @@ from matplotlib.axes import Axes
 
 from fenics_mech._constants import MILLI
 from fenics_mech.scene import Scene
+from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.views.acting_drawings import LOOKS, ActingDrawing
 from fenics_mech.views.figures import SIZE, finish, new_axes
 from fenics_mech.views.labels import Labels
 from fenics_mech.views.skeleton import PIN, PINS, Skeleton, frame, height_for, kinds_of
+from fenics_mech.views.space.model import spatial_scene_plot
 from fenics_mech.views.symbols import INK
 from fenics_mech.views.tables import drive_of
 
@@ -22,10 +24,11 @@ ALONG = np.array([0.5, 0.35, 0.65])[:, None]  # of a member, where its link's na
 COLUMNS = 4  # of the legend
 
 
-def plot_scene(scene: Scene, axes: Axes | None = None) -> Axes:
+def plot_scene(scene: Scene | SpatialScene, axes: Axes | None = None) -> Axes:
     """Draw the model at its start, in mm: what is stated, where it is, and what it is called.
 
-    An arrow ends where its force acts, and points as it is stated, whatever its factor is at the start.
+    An arrow ends where its force acts, and points as it is stated, whatever its factor is at the start. A scene in
+    space is drawn along Z, Y and X and obliquely; the axes that are given, or returned, have the oblique view.
 
     Parameters
     ----------
@@ -50,6 +53,8 @@ def plot_scene(scene: Scene, axes: Axes | None = None) -> Axes:
     >>> [text.get_text() for text in axes.texts if text.get_weight() == "bold"]
     ['O', 'A', 'B', 'C']
     """
+    if isinstance(scene, SpatialScene):
+        return spatial_scene_plot(scene, axes)
     skeleton = Skeleton.at_start(scene)
     axes = axes or new_axes(height_for(skeleton.points, SIZE[0]))
     skeleton.draw(axes)

@@ -17,6 +17,7 @@ from matplotlib.transforms import Affine2D
 from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save, save_all
 from fenics_mech.views.freedom_figure import freedom_figure
 from fenics_mech.views.frequency_plot import plot_frequencies
@@ -33,6 +34,7 @@ from fenics_mech.views.plots import (
 )
 from fenics_mech.views.reading import SECTION_FORCES, Peak, Reading, reading_of, reading_of_a_file, reading_of_members
 from fenics_mech.views.section_plots import section_force_figure
+from fenics_mech.views.space.plots import SPATIAL_FIGURES, spatial_plots
 from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
 MOST_ROWS = 6  # of a figure, one a member: more do not fit a page
@@ -41,7 +43,9 @@ BESIDE = Affine2D().scale(0.18, 0.5).translate(1.07, 0.5)  # a member of length 
 LEAST_ROW = 0.35  # of the longest member, as tall as the row of a short one is drawn
 
 
-def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), ending: str = ".png") -> list[Path]:
+def plot_all(
+    result: Result | SpatialResult, folder: str | Path, only: Collection[str] = (), ending: str = ".png"
+) -> list[Path]:
     """Write all plots of a result into `folder`, which is made when it is not there.
 
     Parameters
@@ -51,7 +55,7 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     folder
         Where to write.
     only
-        Names in `FIGURES` of the plots that are made; without them all that the result has.
+        Names of the plots that are made; without them all that the result has.
     ending
         Kind of the files: ".png", ".pdf" or ".svg".
 
@@ -61,7 +65,9 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
         The files, none where there is only one position: strains where they are largest, strains by angle and place,
         deflections, section forces along members, joint forces by size and by direction, paths of points, freedoms
         with their section, spectrum and disturbances where a scene asks for these. A periodic motion has the spectrum
-        of the strains, and modes have their frequencies. Each place that was measured has a plot of its own.
+        of the strains, and modes have their frequencies. Of a result in space: von Mises stress, section moments,
+        deflections, joint forces, drive torque, frequencies, and views along Z, Y and X. Each place that was
+        measured has a plot of its own.
 
     Raises
     ------
@@ -77,7 +83,8 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     ['strain.png', 'strain_map.png']
     """
     folder = Path(folder)
-    known = FIGURES | _of_packages()
+    own = {} if isinstance(result, SpatialResult) else FIGURES | _of_packages()
+    known = own or SPATIAL_FIGURES
     if unknown := sorted(set(only) - set(known)):
         raise ViewError(f"there is no plot {unknown[0]!r}; there are {', '.join(known)}")
     if ending not in ENDINGS:
@@ -86,10 +93,13 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise ViewError(f"{folder}: cannot make the folder: {error.strerror}") from error
+    if isinstance(result, SpatialResult):
+        with reading_of_a_file():
+            return spatial_plots(result, folder, only, ending)
     if result.data.sizes["theta"] == 1:
         return []
     with reading_of_a_file():
-        chosen = {name: build for name, (has, build) in known.items() if has(result) and (not only or name in only)}
+        chosen = {name: build for name, (has, build) in own.items() if has(result) and (not only or name in only)}
         drawn = {name: figure for name, build in chosen.items() if (figure := build(result)) is not None}
         for figure in drawn.values():
             _tell_case(figure, result)

@@ -18,6 +18,7 @@ from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
 from fenics_mech.views.case_tables import cases_table, governed, member_lines, speeds_of_cases
@@ -44,6 +45,7 @@ from fenics_mech.views.rigid_report import (
     small_motions_table,
 )
 from fenics_mech.views.safety_words import safety_row, safety_sentences
+from fenics_mech.views.space.summary import summary_parts
 from fenics_mech.views.words import AT_MOST, MINUS, share, short
 
 STYLES: dict[Level, str] = {"bad": "bold red", "warn": "bold yellow", "good": "green", "note": "green"}
@@ -58,7 +60,7 @@ class Summary(Group):
         return text_of(self)
 
 
-def summary(result: Result, details: bool = False, units: AnswerUnits | None = None) -> Summary:
+def summary(result: Result | SpatialResult, details: bool = False, units: AnswerUnits | None = None) -> Summary:
     """Summarise a result, to be printed; it needs 80 columns.
 
     First the machine, whether it is safe, the peak stress with its place and drive angle, and whether the computation
@@ -68,7 +70,7 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     Parameters
     ----------
     result
-        The result.
+        The result, in the plane or in space.
     details
         Whether all is told that is known: how it was computed, harmonics, each frequency, power.
     units
@@ -84,6 +86,8 @@ def summary(result: Result, details: bool = False, units: AnswerUnits | None = N
     >>> print(fm.summary(fm.Result.load("out/result.nc")))  # doctest: +ELLIPSIS
     seed four-bar...
     """
+    if isinstance(result, SpatialResult):
+        return Summary(*summary_parts(result, details, units))
     units = prefixed(result, units or result.scene.answer_units)
     if not result.scene.members():
         return Summary(*rigid_parts(result, units))

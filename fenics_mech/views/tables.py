@@ -20,6 +20,7 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import LineLoad
 from fenics_mech.scene.consistency import mobility
+from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, Line, LineSpring
 
 NO_GRAVITY = 'gravity: none is stated; gravity = [0, "-9.81 m/s^2"] lets it act'
@@ -178,7 +179,7 @@ def table_of(title: str, first: str, *others: str) -> Table:
     return table
 
 
-def drive_of(scene: Scene, units: AnswerUnits | None = None) -> str:
+def drive_of(scene: Scene | SpatialScene, units: AnswerUnits | None = None) -> str:
     """Say how the scene is driven, in its units of speed or in others."""
     units = units or scene.answer_units
     said = [

@@ -21,6 +21,7 @@ function plots() {
   frequencies();
   spectrum();
   stability();
+  for (const more of MORE) more();
   document.querySelectorAll("tr[data-member]").forEach(row => row.classList.toggle("chosen", +row.dataset.member === shown.member));
   views.push(mechanism);
   show();
@@ -81,7 +82,7 @@ for (const slider of sliders) {
 for (const button of plays) button.onclick = play;
 if ($("to-peak")) $("to-peak").onclick = () => { stop(); go(BENDS ? peakOf(shown.member)[0] : MOST_FORCE); };
 if ($("csv")) $("csv").onclick = csv;
-$("arrows").onchange = show;
+if ($("arrows")) $("arrows").onchange = show;
 if ($("acting")) $("acting").onchange = show;
 if (BENDS) {
   $("magnify").max = steps.length - 1;
@@ -92,8 +93,8 @@ if (BENDS) {
   $("member").onchange = event => choose(+event.target.value);
   if ($("other")) $("other").onchange = event => compare(event.target.value);
   $("unit").onchange = event => { shown.unit = event.target.value; plots(); };
-  $("least").textContent = `\u2212${number(LIMIT)} ${D.units.stress}`;
-  $("most").textContent = `+${number(LIMIT)} ${D.units.stress}`;
+  $("least").textContent = D.upwards ? "0" : `\u2212${number(LIMIT)} ${D.units.stress}`;
+  $("most").textContent = `${D.upwards ? "" : "+"}${number(LIMIT)} ${D.units.stress}`;
 } else shown.place = MOST_FORCE;
 document.querySelectorAll("tr[data-member]").forEach(row => { row.onclick = () => choose(+row.dataset.member); });
 canvas.onclick = event => {

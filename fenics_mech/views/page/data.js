@@ -29,6 +29,8 @@ function at(array, place, column) {
 const history = column => Array.from({ length: N }, (_, k) => column(k));
 const cell = (m, j, f) => (m * S + j) * F + f;
 
+const MORE = []; // what else is drawn anew with the plots
+
 // Drive angle (degrees) or time (s) of a place, and back.
 function along(place) {
   const k = Math.min(Math.floor(place), N - 1), next = (k + 1) % N;

@@ -1,5 +1,5 @@
 // Joint forces, torque, frequencies, spectrum and stability: what belongs to the whole machine.
-const vector = (array, n) => place => [at(array, place, 2 * n), at(array, place, 2 * n + 1)];
+const vector = (array, n, size = array === A.force ? array.row / D.joints.length : 2) => place => Array.from({ length: size }, (_, c) => at(array, place, size * n + c));
 function named(name, array, n) {
   const of = vector(array, n), sizes = history(place => Math.hypot(...of(place))), most = Math.max(...sizes);
   return { name, of, most, k: sizes.indexOf(most) };

@@ -24,13 +24,18 @@ def heading(reading: ForceReading) -> Html:
     reading
         The result.
     """
+    governs = f"; of {len(reading.result.cases)} load cases this one governs" if reading.result.cases else ""
+    return top(reading.scene.name, f"{reading.driven()}{governs}")
+
+
+def top(name: str, driven: str) -> Html:
+    """Make the head of a page, with its buttons."""
     buttons = (
         tag("button", "Print", id="print", type="button"),
         tag("button", "\N{CIRCLE WITH RIGHT HALF BLACK}", id="theme", type="button", aria_label="dark or light"),
     )
-    governs = f"; of {len(reading.result.cases)} load cases this one governs" if reading.result.cases else ""
-    name = tag("div", tag("h1", sentence(reading.scene.name)), tag("p", reading.driven(), governs))
-    return tag("header", name, tag("div", *buttons, class_="tools live"), class_="top")
+    named = tag("div", tag("h1", sentence(name)), tag("p", driven))
+    return tag("header", named, tag("div", *buttons, class_="tools live"), class_="top")
 
 
 def verdict_of(reading: ForceReading) -> Html:
@@ -75,7 +80,7 @@ def figures(reading: ForceReading) -> Html:
     if reading.joints:
         k, n = map(int, np.unravel_index(reading.force.argmax(), reading.force.shape))
         found.append(
-            _tile(
+            tile(
                 "largest joint force",
                 float(reading.force[k, n]),
                 reading.units.label("force"),
@@ -87,17 +92,17 @@ def figures(reading: ForceReading) -> Html:
         span = (
             f"; from {short(reading.effort.min())} to {short(reading.effort.max())}" if len(reading.theta) > 1 else ""
         )
-        found.append(_tile(f"largest {name}", float(reading.effort[k]), unit, f"{reading.at(k)}{span}"))
+        found.append(tile(f"largest {name}", float(reading.effort[k]), unit, f"{reading.at(k)}{span}"))
     if reading.shaking is not None:
         force, moment = np.linalg.norm(reading.shaking[0], axis=-1), reading.shaking[1]
         k, m = int(force.argmax()), int(np.abs(moment).argmax())
         turning = f"{short(float(moment[m]))} {reading.units.label('moment')} at {reading.at(m)}"
         where = f"{reading.at(k)}; moment {turning}"
-        found.append(_tile("shaking force on the frame", float(force[k]), reading.units.label("force"), where))
+        found.append(tile("shaking force on the frame", float(force[k]), reading.units.label("force"), where))
     if ranges := frequency_ranges(reading.result):
         least = min((low for low, _ in ranges if low > 0), default=np.inf)
         found.append(
-            _tile("lowest natural frequency", least, "Hz", f"{short(least * reading.scene.period)} times the drive's")
+            tile("lowest natural frequency", least, "Hz", f"{short(least * reading.scene.period)} times the drive's")
         )
     told = tag("p", f"In case {reading.result.case}, which governs:", class_="of") if reading.result.cases else EMPTY
     return join([told, tag("section", *found, class_="tiles")])
@@ -107,10 +112,11 @@ def _deflection(reading: Reading) -> Html:
     """Tell the largest deflection."""
     peak = reading.peak(reading.bent, int(reading.bent.max(axis=(0, 2, 3)).argmax()))
     where = f"{reading.members[peak.i]}, {reading.place(peak)}, {reading.at(peak.k)}"
-    return _tile("largest deflection", float(reading.bent.max()), reading.units.label("length"), where)
+    return tile("largest deflection", float(reading.bent.max()), reading.units.label("length"), where)
 
 
-def _tile(name: str, value: float, unit: str, where: str) -> Html:
+def tile(name: str, value: float, unit: str, where: str) -> Html:
+    """Make the tile of a key figure."""
     return tag(
         "div", tag("span", name), tag("b", short(value), " ", tag("small", unit)), tag("i", where), class_="tile"
     )
@@ -134,10 +140,10 @@ def _drawing(reading: ForceReading) -> Html:
     """Make the frame of the drawing, and its controls."""
     what = "time" if reading.in_time else "drive angle"
     play = tag("button", "\N{BLACK RIGHT-POINTING TRIANGLE}", id="play", type="button", aria_label="play or stop")
-    position = tag("label", f"{what} ", tag("output", id="told"), _slider("position", "any"), class_="grow")
+    position = tag("label", f"{what} ", tag("output", id="told"), slider("position", "any"), class_="grow")
     to_peak = tag("button", "peak", id="to-peak", type="button")
     bends, arrows = isinstance(reading, Reading), tag("input", type="checkbox", id="arrows")
-    magnify = tag("label", "deflection magnified ", tag("output", id="times"), _slider("magnify", "1"), class_="grow")
+    magnify = tag("label", "deflection magnified ", tag("output", id="times"), slider("magnify", "1"), class_="grow")
     sizes = (magnify if bends else EMPTY, tag("label", arrows, " joint forces", class_="check"), _acting(reading))
     steps = tag("div", play, position, to_peak, class_="row") if len(reading.theta) > 1 else EMPTY
     label = "The mechanism at the chosen position" + (", its members coloured by stress" if bends else "")
@@ -170,7 +176,8 @@ def _colours() -> Html:
     return join([tag("div", *scale, class_="scale"), tag("p", *legend, class_="hint")])
 
 
-def _slider(name: str, step: str) -> Html:
+def slider(name: str, step: str) -> Html:
+    """Make a slider, whose ends the script sets."""
     return tag("input", id=name, type="range", min="0", step=step)
 
 
@@ -186,11 +193,11 @@ def _curves(reading: Reading) -> Html:
         tag("label", "show ", tag("select", *units, id="unit")),
         tag("button", "CSV", id="csv", type="button") if len(reading.theta) > 1 else EMPTY,
     )
-    moves = [*_plot("curve"), *_plot("map")] if len(reading.theta) > 1 else []
-    return tag("section", tag("div", *choice, class_="pick"), *moves, *_plot("along"), class_="card")
+    moves = [*plot_frame("curve"), *plot_frame("map")] if len(reading.theta) > 1 else []
+    return tag("section", tag("div", *choice, class_="pick"), *moves, *plot_frame("along"), class_="card")
 
 
-def _plot(name: str) -> tuple[Html, Html]:
+def plot_frame(name: str) -> tuple[Html, Html]:
     """Make the frame of a plot, with its heading."""
     heads = (tag("b", id=f"{name}-title"), " ", tag("span", id=f"{name}-where"))
     return tag("h3", *heads), tag("div", id=name, class_="plot")
@@ -206,27 +213,28 @@ def dynamics(reading: ForceReading) -> Html:
     """
     data, cards = reading.result.data, []
     if isinstance(reading, Reading) and sections_of(reading):
-        cards.append(_card("Section forces", "sections-where", "sections"))
+        cards.append(card("Section forces", "sections-where", "sections"))
     if reading.effort is not None and len(reading.theta) > 1:
-        cards.append(_card(sentence(reading.effort_name[0]), "", "effort"))
+        cards.append(card(sentence(reading.effort_name[0]), "", "effort"))
     if "freedom_place" in data:
-        cards.append(_card("Freedoms", "", "freedoms"))
+        cards.append(card("Freedoms", "", "freedoms"))
     if "strain_amplitude" in data:
-        cards.append(_card("Spectrum", "spectrum-where", "spectrum"))
+        cards.append(card("Spectrum", "spectrum-where", "spectrum"))
     if "frequency" in data:
-        cards.append(_card("Natural frequencies", "", "frequency", frequencies(reading)))
+        cards.append(card("Natural frequencies", "", "frequency", frequencies(reading)))
     if "critical_speed" in data:
-        cards.append(_card("Critical speeds", "", "", critical(reading)))
+        cards.append(card("Critical speeds", "", "", critical(reading)))
     if "multiplier" in data:
         said = (
             "Each point is what one cycle leaves of a small disturbance (a Floquet multiplier). "
             "Inside the circle it dies out."
         )
-        cards.append(_card("Stability", "", "stability", tag("p", said, class_="hint")))
+        cards.append(card("Stability", "", "stability", tag("p", said, class_="hint")))
     return tag("div", *cards, class_="two") if cards else EMPTY
 
 
-def _card(title: str, where: str, plot: str, more: Html = EMPTY) -> Html:
+def card(title: str, where: str, plot: str, more: Html = EMPTY) -> Html:
+    """Make a card with the frame of a plot, and what stands below it."""
     head = tag("h2", title, " ", tag("small", id=where) if where else EMPTY)
     live_only = "" if more else " live"
     drawn = tag("div", id=plot, class_="plot live") if plot else EMPTY

@@ -5,7 +5,7 @@ function titled(name, title, where) {
 }
 // The chosen member, and one to compare with it where there is one.
 const compared = () => [shown.member, ...(shown.other >= 0 && shown.other !== shown.member ? [shown.other] : [])];
-const sideOf = (f, name = shown.unit) => sided(name) ? `, ${D.fibres[f]} side` : "";
+const sideOf = (f, name = shown.unit) => sided(name) && D.fibres[f] ? `, ${D.fibres[f]} side` : "";
 function memberPlots() {
   const m = shown.member, [k, j, f] = peakOf(m), what = whatOf(shown.unit), second = compared()[1];
   if (MOVES) {

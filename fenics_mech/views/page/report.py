@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.views.page import page_tables, parts
 from fenics_mech.views.page.case_cards import case_card
 from fenics_mech.views.page.curves import payload
@@ -14,18 +15,20 @@ from fenics_mech.views.page.html import EMPTY, Html, join, tag
 from fenics_mech.views.page.safety_table import safety
 from fenics_mech.views.page.shell import page_file, whole_page, write_page
 from fenics_mech.views.reading import ForceReading, Reading, reading_of, reading_of_a_file
+from fenics_mech.views.space.page import spatial_page
 
-SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
+SCRIPTS = ("data.js", "axes.js", "canvas.js", "drawing.js", "plots.js", "forces.js", "controls.js")
 
 
-def report(result: Result, path: str | Path) -> Path:
+def report(result: Result | SpatialResult, path: str | Path) -> Path:
     """Write a report of a result as one HTML file, which needs no network and no other file.
 
     Of several load cases it is of the governing one, with the largest of all; beside it are pages of the others, such
     as ``report_idle.html``.
 
     It begins with the verdict and its reasons. Then come key figures, the mechanism in motion, curves, maps, joint
-    forces, decisions, error estimates, and the scene. Tables are readable without a script.
+    forces, decisions, error estimates, and the scene. Tables are readable without a script. A linkage in space is
+    turned with the mouse or a finger.
 
     Parameters
     ----------
@@ -53,6 +56,10 @@ def report(result: Result, path: str | Path) -> Path:
     'report.html'
     """
     path = page_file(path)
+    if isinstance(result, SpatialResult):
+        with reading_of_a_file():
+            write_page(path, spatial_page(result))
+        return path
     others = pages_of_cases(result, path)
     with reading_of_a_file():
         texts = {path: page(result, {name: other.name for name, other in others.items()})}

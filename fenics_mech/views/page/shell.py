@@ -54,7 +54,7 @@ def whole_page(template: str, title: str, pieces: Mapping[str, Html], data: obje
     Parameters
     ----------
     template
-        Name of the file with what the page shows, which stands beside this module.
+        Name of the file with what the page shows.
     title
         Its title.
     pieces
@@ -77,7 +77,7 @@ def whole_page(template: str, title: str, pieces: Mapping[str, Html], data: obje
 
 
 def joined(names: Sequence[str]) -> str:
-    """Join files that stand beside this module to one script.
+    """Join files to one script.
 
     Parameters
     ----------
@@ -88,14 +88,14 @@ def joined(names: Sequence[str]) -> str:
 
 
 def source(name: str) -> str:
-    """Read a file that stands beside this module.
+    """Read a file that stands beside this module, or by "space/name" in the room of views in space.
 
     Parameters
     ----------
     name
         Its name.
     """
-    return (files(__package__) / name).read_text(encoding="utf-8")
+    return (files("fenics_mech.views") / (name if "/" in name else f"page/{name}")).read_text(encoding="utf-8")
 
 
 def policy(script: str) -> Html:
