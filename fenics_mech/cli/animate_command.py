@@ -3,13 +3,26 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fenics_mech._console import loading, make_folder, progress_bar, tell
-from fenics_mech.cli.common import Refine, SceneFile, Units, loaded_result, refined_scene, with_units
+from fenics_mech.cli.common import (
+    Refine,
+    SceneFile,
+    Units,
+    any_result,
+    refined_scene,
+    refuse_in_space,
+    scene_in_space,
+    with_units,
+)
 from fenics_mech.errors import MechanismError
+
+if TYPE_CHECKING:
+    from fenics_mech.recovery import Result
+    from fenics_mech.recovery.spatial_result import SpatialResult
 
 
 def animate(
@@ -28,21 +41,28 @@ def animate(
     """Draw the moving linkage, its deflection magnified, each side coloured by its stress. SCENE may be a result.nc."""
     with loading():
         from fenics_mech.views import animation  # noqa: PLC0415
+        from fenics_mech.views.picture_files import check_ending  # noqa: PLC0415
 
-    animation.check_ending(file)
+    check_ending(file)
     if colour not in animation.COLOURED:
         raise MechanismError(f"--colour is {' or '.join(animation.COLOURED)}, found {colour!r}")
     make_folder(file.parent)
     if scene.suffix == ".nc":
         if refine:
             raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
-        result = loaded_result(scene, units)
+        result: Result | SpatialResult = any_result(scene, units)
     else:
         with loading():
             from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        loaded = refined_scene(scene, refine, strict=False, cases=True)
+        spatial = scene_in_space(scene)
         with progress_bar(len(STEPS), alike=False) as step:
-            result = analyse(with_units(loaded, units), step)
+            if spatial is not None:
+                refuse_in_space(refine=refine, true_width=true_width)
+                step("response")
+                result = analyse(with_units(spatial, units))
+            else:
+                loaded = refined_scene(scene, refine, strict=False, cases=True)
+                result = analyse(with_units(loaded, units), step)
     with progress_bar(frames) as step:
 
         def tell_frame(index: int, count: int) -> None:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, out, tell
-from fenics_mech.cli.common import SceneFile, Strict, loaded_scene
+from fenics_mech.cli.common import SceneFile, Strict, loaded_scene, refuse_in_space, scene_in_space
 
 
 def check(
@@ -22,22 +22,29 @@ def check(
     ] = False,
 ) -> None:
     """Check a scene file without analysing it."""
+    spatial = scene_in_space(scene)
+    if spatial is not None:
+        refuse_in_space(update=update)
     if update:
         _update(scene)
     with loading():
         from fenics_mech.effects import active  # noqa: PLC0415
         from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
+        from fenics_mech.views.space.overview import spatial_overview  # noqa: PLC0415
         from fenics_mech.views.tables import scene_overview  # noqa: PLC0415
 
-    loaded = loaded_scene(scene, strict, cases=True)
-    active(loaded)
-    out.print(scene_overview(loaded, reachable_range(loaded)), highlight=False)
+    if spatial is not None:
+        out.print(spatial_overview(spatial), highlight=False)
+    else:
+        loaded = loaded_scene(scene, strict, cases=True)
+        active(loaded)
+        out.print(scene_overview(loaded, reachable_range(loaded)), highlight=False)
     if draw is not None:
         from fenics_mech.views.figures import figure_in, save  # noqa: PLC0415
         from fenics_mech.views.model_plots import plot_scene  # noqa: PLC0415
 
         make_folder(draw.parent)
-        tell(f"Wrote {save(figure_in(plot_scene(loaded)), draw)}")
+        tell(f"Wrote {save(figure_in(plot_scene(spatial or loaded)), draw)}")
 
 
 def _update(path: Path) -> None:

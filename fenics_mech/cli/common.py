@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar, cast
 
 import typer
 
@@ -14,9 +14,12 @@ from fenics_mech.errors import MechanismError, SceneError
 
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
+    from fenics_mech.recovery.spatial_result import SpatialResult
     from fenics_mech.scene import Scene
     from fenics_mech.scene.answer_units import AnswerUnits
+    from fenics_mech.scene.in_space import SpatialScene
 
+AnyScene = TypeVar("AnyScene", "Scene", "SpatialScene")
 LEFT_OUT = "the scene is taken without its load cases. Write {}@{}.toml for one of them"
 SceneFile = Annotated[
     Path, typer.Argument(help="Scene file (TOML); NAME@CASE.toml takes one of its load cases.", show_default=False)
@@ -39,13 +42,46 @@ OutFolder = Annotated[Path, typer.Option("-o", "--out", help="Folder for the fil
 
 
 def loaded_result(path: Path, units: str | None = None) -> Result:
-    """Load a result file; its numbers are told in the units of its scene, or in others."""
+    """Load a result file in the plane; its numbers are told in the units of its scene, or in others."""
+    result = any_result(path, units)
+    if not hasattr(result, "cases"):
+        raise MechanismError(f"{path} is a result in space: report, plot and animate show it, other commands do not")
+    return cast("Result", result)
+
+
+def any_result(path: Path, units: str | None = None) -> Result | SpatialResult:
+    """Load a result file, in the plane or in space; see `loaded_result`."""
     from fenics_mech.recovery import Result  # noqa: PLC0415  (numerical libraries take a second: not for --help)
+    from fenics_mech.recovery.spatial_result import SpatialResult  # noqa: PLC0415
 
     refuse_scene(path)
     file, case = case_in(path)
-    result = of_case(Result.load(file), case)
+    result: Result | SpatialResult = Result.load(file)
+    if result.data.attrs.get("dimension") == 3:
+        refuse_in_space(**{f"the load case {case}": bool(case)})
+        result = SpatialResult(result.data)
+    else:
+        result = of_case(cast("Result", result), case)
     return result if units is None else result.told_in(unit_names(units))
+
+
+def scene_in_space(path: Path) -> SpatialScene | None:
+    """Load a scene file in space; None where it is of the plane."""
+    from fenics_mech.scene.files import load_spatial  # noqa: PLC0415
+
+    file, case = case_in(path)
+    scene = load_spatial(file)
+    if scene is not None:
+        refuse_in_space(**{f"the load case {case}": bool(case)})
+    return scene
+
+
+def refuse_in_space(**options: object) -> None:
+    """Raise where options are given that a scene in space does not know; their names have "_" for "-"."""
+    given = [name if " " in name else f"--{name.replace('_', '-')}" for name, value in options.items() if value]
+    if given:
+        fine = "" if {"--refine", "--tol"}.isdisjoint(given) else ": set mesh.elements and analysis.positions"
+        raise MechanismError(f"{' and '.join(given)} cannot be used here, as the scene is in space{fine}")
 
 
 def case_in(path: Path) -> tuple[Path, str]:
@@ -108,7 +144,7 @@ def study_of(path: Path) -> Iterator[None]:
         raise (located(error, path) if of_study else error) from None
 
 
-def with_units(scene: Scene, units: str | None) -> Scene:
+def with_units(scene: AnyScene, units: str | None) -> AnyScene:
     """Give a scene whose answers are told in its own units, or in others that an option names."""
     return scene if units is None else scene.changed(units=unit_names(units))
 

@@ -4,12 +4,26 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, loaded_scene, with_units
+from fenics_mech.cli.common import (
+    OutFolder,
+    Refine,
+    SceneFile,
+    Strict,
+    Units,
+    loaded_scene,
+    refuse_in_space,
+    scene_in_space,
+    with_units,
+)
+from fenics_mech.errors import SceneError
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.in_space import SpatialScene
 
 
 def modes(
@@ -38,6 +52,11 @@ def modes(
         from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
         from fenics_mech.views.frequency_table import TOLD, changes, frequency_table, write_frequencies  # noqa: PLC0415
 
+    spatial = scene_in_space(scene)
+    if spatial is not None:
+        refuse_in_space(refine=refine, draw=draw, angle=angle)
+        _modes_in_space(spatial, folder)
+        return
     loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     speed = named_units(loaded.units).get("speed")
     make_folder(folder)
@@ -71,3 +90,23 @@ def modes(
         else:
             save(plot_mode_shapes(found, math.radians(angle)), draw)
         tell(f"Wrote {draw}")
+
+
+def _modes_in_space(scene: SpatialScene, folder: Path) -> None:
+    """Print and draw the frequencies of a linkage in space by position, held by its drives, at rest."""
+    with loading():
+        from fenics_mech.analysis import analyse  # noqa: PLC0415
+        from fenics_mech.views.frequency_table import write_frequencies  # noqa: PLC0415
+        from fenics_mech.views.space.plots import spatial_plots  # noqa: PLC0415
+        from fenics_mech.views.space.summary import frequency_table  # noqa: PLC0415
+
+    method = "static" if scene.analysis.method == "static" else "quasi-static"
+    plain = {"analysis.method": method, "analysis.multipliers": 0, "analysis.error_estimates": False}
+    make_folder(folder)
+    result = analyse(scene.changed(plain))
+    if "frequency" not in result.data:
+        raise SceneError("no link bends, or analysis.modes is 0: there are no frequencies", place="analysis.modes")
+    out.print(frequency_table(result))
+    theta, frequency = result.data["theta"].to_numpy(), result.data["frequency"].to_numpy()
+    written = [write_frequencies(theta, frequency, folder / "frequencies.csv")]
+    tell_written(written + spatial_plots(result, folder, ["frequencies"], ".png"), folder)

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, tell_written
-from fenics_mech.cli.common import OutFolder, Units, loaded_result
+from fenics_mech.cli.common import OutFolder, Units, any_result
 
 
 def plot(
@@ -18,7 +18,8 @@ def plot(
         list[str] | None,
         typer.Option(
             help="Plot to make: strain, strain_map, deflection, section_forces, joint_forces, force_paths, "
-            "point_paths, spectrum or frequencies."
+            "point_paths, spectrum or frequencies; in space stress, section_moments, deflection, joint_forces, "
+            "drive_torque, frequencies or views."
         ),
     ] = None,
     ending: Annotated[str, typer.Option("--as", help="Kind of the files: png, pdf or svg.")] = "png",
@@ -29,7 +30,7 @@ def plot(
         from fenics_mech.errors import ViewError  # noqa: PLC0415  (numerical libraries take a second: not for --help)
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
 
-    loaded = loaded_result(result, units)
+    loaded = any_result(result, units)
     make_folder(folder)
     if not (written := plot_all(loaded, folder, only or (), f".{ending.lower().lstrip('.')}")):
         if loaded.data.sizes["theta"] == 1:

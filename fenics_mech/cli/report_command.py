@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, tell
-from fenics_mech.cli.common import Units, loaded_result, unit_names
+from fenics_mech.cli.common import Units, any_result, unit_names
 from fenics_mech.errors import ResultError, StrangeError
 
 
@@ -31,7 +31,7 @@ def report(
     except StrangeError:  # a sweep, though not one to be shown
         raise
     except ResultError:
-        loaded = loaded_result(result, units)
+        loaded = any_result(result, units)
         make_folder(file.parent)
         write(loaded, file)
     else:

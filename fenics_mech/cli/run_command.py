@@ -2,18 +2,32 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell, warn
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, Units, refined_scene, with_units
+from fenics_mech.cli.common import (
+    OutFolder,
+    Refine,
+    SceneFile,
+    Strict,
+    Tolerance,
+    Units,
+    refined_scene,
+    refuse_in_space,
+    scene_in_space,
+    with_units,
+)
 from fenics_mech.errors import MechanismError, printable
 
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
+    from fenics_mech.recovery.spatial_result import SpatialResult
     from fenics_mech.scene import Scene
+    from fenics_mech.scene.in_space import SpatialScene
 
 
 def run(
@@ -46,23 +60,34 @@ def run(
         raise MechanismError("--json prints key figures in SI: leave --quiet, --units and --details out")
     with loading():  # dolfinx and matplotlib take a second: not for --help
         from fenics_mech._ranks import shared  # noqa: PLC0415
-        from fenics_mech.analysis import STEPS  # noqa: PLC0415
+        from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
+        from fenics_mech.scene import Scene  # noqa: PLC0415
         from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
         from fenics_mech.studies.case_runs import analyse_cases  # noqa: PLC0415
         from fenics_mech.views.key_figures import key_figures  # noqa: PLC0415
         from fenics_mech.views.result_figures import plot_all  # noqa: PLC0415
         from fenics_mech.views.summary import summary  # noqa: PLC0415
 
-    def prepared() -> Scene:
-        loaded = with_units(refined_scene(scene, refine, strict, tolerance, cases=True), units)
+    def prepared() -> Scene | SpatialScene:
+        if (spatial := scene_in_space(scene)) is not None:
+            refuse_in_space(refine=refine, tol=tolerance, jobs=jobs > 1)
+            loaded: Scene | SpatialScene = with_units(spatial, units)
+        else:
+            loaded = with_units(refined_scene(scene, refine, strict, tolerance, cases=True), units)
         make_folder(folder)
         return loaded
 
+    def answered(step: Callable[[str], None]) -> Result | SpatialResult:
+        if isinstance(loaded, Scene):
+            return analyse_cases(loaded, jobs, step)
+        step("response")
+        return analyse(loaded)
+
     first = one_voice()
     loaded = shared(prepared)
-    steps = len(STEPS) * max(1, len(loaded.cases))
+    steps = len(STEPS) * max(1, len(loaded.cases)) if isinstance(loaded, Scene) else 1
     with progress_bar(steps + 1 + report + plots + csv, alike=False, quiet=quiet) as step:
-        result = shared(lambda: analyse_cases(loaded, jobs, step))
+        result = shared(lambda: answered(step))
         if not first:
             return
         step("writing result.nc")
@@ -90,25 +115,29 @@ def run(
     if failed is not None:
         raise failed
     if strict or quiet:  # else the summary tells them
-        warn([text for text in result.warnings if text not in implausible(loaded)], strict)
+        known = implausible(loaded) if isinstance(loaded, Scene) else ()
+        warn([text for text in result.warnings if text not in known], strict)
 
 
-def _write_warnings(result: Result, folder: Path) -> Path:
+def _write_warnings(result: Result | SpatialResult, folder: Path) -> Path:
     """Write warnings.txt, a warning a line; without any it is empty, so that none of an earlier run is left."""
     from fenics_mech._files import write_whole  # noqa: PLC0415
+    from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.views.judgements import warnings_of  # noqa: PLC0415
 
-    path, text = folder / "warnings.txt", "".join(f"{printable(line)}\n" for line in warnings_of(result))
+    said = warnings_of(result) if isinstance(result, Result) else result.warnings
+    path, text = folder / "warnings.txt", "".join(f"{printable(line)}\n" for line in said)
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
     return path
 
 
-def _write_report(result: Result, folder: Path, files: list[Path]) -> dict[str, list[Path]]:
+def _write_report(result: Result | SpatialResult, folder: Path, files: list[Path]) -> dict[str, list[Path]]:
     """Write report.html, and beside it a page of each other load case."""
+    from fenics_mech.recovery import Result  # noqa: PLC0415
     from fenics_mech.views.page.report import pages_of_cases, report  # noqa: PLC0415
 
     page = report(result, folder / "report.html")
-    others = [*pages_of_cases(result, page).values()]
+    others = [*pages_of_cases(result, page).values()] if isinstance(result, Result) else []
     return {"": [*files, page], "page of the other case" if len(others) == 1 else "pages of other cases": others}
 
 

@@ -39,8 +39,12 @@ class OfScene(Saved):
         Raises
         ------
         ResultError
-            When there is none, or one that is not valid.
+            When there is none, one that is not valid, or one in space.
         """
+        if self.data.attrs.get("dimension") == 3:
+            raise ResultError(
+                "it is a result in space: fm.SpatialResult.load reads it, and report, plot and animate show it"
+            )
         try:
             return Scene.read(json.loads(self.data.attrs["scene"]))
         except (KeyError, TypeError, ValueError, RecursionError, SceneError) as error:

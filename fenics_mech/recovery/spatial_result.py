@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import ClassVar, Self
@@ -105,6 +106,17 @@ class SpatialResult(Saved):
     def notices(self) -> tuple[str, ...]:
         """What was assumed."""
         return tuple(json.loads(self.data.attrs.get("notices", "[]")))
+
+    def told_in(self, units: Sequence[str]) -> Self:
+        """Give the same result, whose answers are told in other units.
+
+        Parameters
+        ----------
+        units
+            Names of units, as a scene states them.
+        """
+        scene = self.scene.changed(units=tuple(units))
+        return self.with_scene(scene, self.data.assign_attrs(scene=scene.model_dump_json(by_alias=True)))
 
     def known_names(self) -> frozenset[str]:
         """Names of links, points, joints and so on of the scene."""

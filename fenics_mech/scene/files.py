@@ -81,11 +81,17 @@ def load_planar(path: str | Path) -> Scene:
         raise SceneError(
             "points have three coordinates, so that it is a scene in space, which this does not take",
             place=path.name,
-            hint="Scenes in space have run, check, report, plot and animate",
+            hint="Scenes in space have run, check, modes, report, plot and animate",
         )
     scene = parse(text, file=path.name, folder=path.parent)
     measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
     return scene.model_copy(update={"measurements": measurements})
+
+
+def load_spatial(path: str | Path) -> SpatialScene | None:
+    """Read a scene file in space; None where it is of the plane."""
+    path = Path(path)
+    return _spatial(text_of(path), path.name)
 
 
 def _spatial(text: str, file: str) -> SpatialScene | None:
@@ -198,8 +204,13 @@ def _with_line(error: SceneError, text: str, file: str) -> SceneError:
     return SceneError(error.message, place=place, line=line, hint=error.hint)
 
 
-def schema() -> dict[str, Any]:
+def schema(space: bool = False) -> dict[str, Any]:
     """Give the JSON Schema of scene files, with what each key means: editors complete and explain keys by it.
+
+    Parameters
+    ----------
+    space
+        Whether it is that of scenes in space.
 
     Examples
     --------
@@ -208,7 +219,7 @@ def schema() -> dict[str, Any]:
     """
     from fenics_mech.scene.descriptions import described  # noqa: PLC0415  (only for those who ask)
 
-    return described(bare_schema())
+    return described(SpatialScene.model_json_schema() if space else bare_schema())
 
 
 def bare_schema() -> dict[str, Any]:

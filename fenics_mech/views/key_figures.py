@@ -10,6 +10,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.safety.critical_speeds import CriticalSpeed, critical_speeds, speeds_to_avoid
 from fenics_mech.safety.load_cases import ENVELOPE, envelope
 from fenics_mech.views.critical_words import frequency_ranges
@@ -17,12 +18,13 @@ from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import acting, judgements, verdict
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.safety_words import safety_figures
+from fenics_mech.views.space.summary import spatial_key_figures
 
 ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
 FIGURES = ("solver", "elements", "dofs", "mobility", "power_balance_error", "energy_fluctuation", "speed_fluctuation")
 
 
-def key_figures(result: Result) -> dict[str, Any]:
+def key_figures(result: Result | SpatialResult) -> dict[str, Any]:
     """Give the numbers of a summary by name, in SI, with angles in degrees.
 
     Parameters
@@ -41,6 +43,8 @@ def key_figures(result: Result) -> dict[str, Any]:
     >>> sorted(key_figures(fm.Result.load("out/result.nc"))["members"])
     ['coupler', 'crank', 'follower']
     """
+    if isinstance(result, SpatialResult):
+        return spatial_key_figures(result)
     data, scene = result.data, result.scene
     closer = between_positions(result)
     found: dict[str, Any] = {

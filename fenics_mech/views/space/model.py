@@ -62,7 +62,7 @@ def spatial_scene_plot(scene: SpatialScene, axes: Axes | None = None) -> Axes:
             kinds = [joint.kind for joint in scene.joints.values()]
             draw_joints(panel, view, places, kinds, () if view == "oblique" else [*scene.joints])
         _write_names(scene, strokes, views["oblique"])
-        draw_axes_cross(views["oblique"], 0.15 * float(np.ptp(places, axis=0).max()), places.min(axis=0))
+        draw_axes_cross(views["oblique"])
         shown = dict.fromkeys(stroke.kind for stroke in strokes)
         marks: dict[str, Any] = {"linestyle": "", "markeredgecolor": "#222222"}
         looks = {kind: LOOKS[kind] | (marks if "marker" in LOOKS[kind] else {}) for kind in shown}

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech._constants import TURN
+from fenics_mech._constants import MILLI, TURN
 from fenics_mech.errors import percent
 from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene.answer_units import KINDS
@@ -23,6 +23,7 @@ from fenics_mech.views.space.summary import effort_words, joint_table, member_ro
 from fenics_mech.views.words import sentence, short
 
 SCRIPTS = "data.js", "axes.js", "canvas.js", "plots.js", "forces.js", "space/space.js", "controls.js"
+WIDE = 200  # of the still views, in units of their pictures
 MOMENTS = "torsion", "bending about the first axis", "bending about the second axis"
 EYES = {"isometric": "isometric", "x": "along X", "y": "along Y", "z": "along Z"}
 
@@ -147,19 +148,20 @@ def _stills(reading: SpatialReading) -> Html:
     said += f"; deflection \N{MULTIPLICATION SIGN} {times:g}" if reading.members else ""
     paths, rigid, pins = reading.paths(times)[k], reading.paths(0.0)[k], reading.joint_points(times)[k]
     drawings = []
+    every = np.concatenate([part.reshape(-1, 3) for part in (paths, rigid, pins)])
+    scale = WIDE / max(float(np.ptp(MILLI * every, axis=0).max()), 1e-9)
     for view in ("XY", "XZ", "YZ"):
         bent, straight, joints = (seen(view, part) * [1, -1] for part in (paths, rigid[:, [0, -1]], pins))
         flat = np.concatenate([part.reshape(-1, 2) for part in (bent, straight, joints)])
-        low, size = flat.min(axis=0), np.ptp(flat, axis=0).max() or 1.0
-        scale = 180 / size
+        low, (width, height) = flat.min(axis=0), np.ptp(flat, axis=0) * scale
         lines = [_line((path - low) * scale, "still") for path in straight]
         lines += [_line((joints.reshape(-1, 2)[bar] - low) * scale, "axis") for bar in reading.bars if bar]
         lines += [_line((path - low) * scale, f"curve s{i % 6}") for i, path in enumerate(bent)]
         for name, (x, y) in zip(reading.joints, (joints[:, 1] - low) * scale):
             lines += [tag("circle", cx=f"{x:.1f}", cy=f"{y:.1f}", r=4, class_="point")]
             lines += [tag("text", name, x=f"{x + 6:.1f}", y=f"{y - 6:.1f}", class_="value")]
-        width, height = np.ptp(flat, axis=0) * scale
-        picture = tag("svg", *lines, viewBox=f"-20 -24 {width + 48:.0f} {height + 40:.0f}", role="img")
+        box = f"{(width - WIDE) / 2 - 24:.0f} -24 {WIDE + 48} {height + 40:.0f}"
+        picture = tag("svg", *lines, viewBox=box, role="img")
         drawings.append(tag("figure", picture, tag("figcaption", f"{view[0]} to the right, {view[1]} up")))
     return tag("section", tag("h2", "Views ", tag("small", said)), tag("div", *drawings), class_="card stills")
 

@@ -165,7 +165,6 @@ def view_figure(reading: SpatialReading) -> Figure:
     places = np.concatenate([part.reshape(-1, 3) for part in (paths, rigid, pins, ground)])
     views = four_views(said, places)
     most, lines = float(reading.stress.max(initial=0.0)), None
-    size = 0.2 * float(np.ptp(places, axis=0).max())
     with mpl.rc_context(STYLE):
         for view, axes in views.items():
             for i in range(len(paths)):
@@ -181,7 +180,7 @@ def view_figure(reading: SpatialReading) -> Figure:
                 draw_path(
                     axes, view, paths[peak[1], peak[2]][None], marker="o", ms=13, mfc="none", mec="#0072B2", mew=2
                 )
-        draw_axes_cross(views["oblique"], size, places.min(axis=0))
+        draw_axes_cross(views["oblique"])
         if lines is not None:
             label = f"von Mises stress ({reading.units.label('stress')})"
             figure_in(views["XY"]).colorbar(lines, ax=[*views.values()], label=label, shrink=0.7, aspect=34, pad=0.02)

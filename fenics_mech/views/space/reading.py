@@ -144,6 +144,15 @@ class SpatialReading:
         return f"Largest joint force {value}", f"at {self.joints[n]}, {self.when(k)}."
 
     @property
+    def most_bent(self) -> str:
+        """The largest deflection in a sentence; nothing of rigid links."""
+        if not self.members:
+            return ""
+        peak = self.peak(self.bent)
+        value = f"{short(self.bent[peak])} {self.units.label('length')}"
+        return f"Largest deflection {value} in {self.words(peak)}."
+
+    @property
     def errors(self) -> dict[str, float]:
         """Estimated error of each quantity over its largest, by its words."""
         names = {words: f"{name}_error_estimate" for name, words in ERRORS.items()}

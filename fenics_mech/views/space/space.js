@@ -32,6 +32,7 @@ function fit() {
   const places = everyPlace(), low = [0, 1, 2].map(c => Math.min(...places.map(p => p[c]))), high = [0, 1, 2].map(c => Math.max(...places.map(p => p[c])));
   const centre = low.map((v, c) => (v + high[c]) / 2), width = canvas.clientWidth || 500, sharp = Math.max(devicePixelRatio, 2), pad = 40;
   const height = window.innerWidth < 900 ? Math.max(240, Math.min(width * .8, window.innerHeight * .5)) : Math.max(320, Math.min(width * .75, 470));
+  for (const x of [low[0], high[0]]) for (const y of [low[1], high[1]]) places.push([x, y, low[2]]); // the floor
   const reach = axis => Math.max(...places.map(p => Math.abs(dot3(p, axis) - dot3(centre, axis))), 1e-9);
   const scale = Math.min((width / 2 - pad) / reach(eye.right), (height / 2 - pad) / reach(eye.up));
   box = { low, high };

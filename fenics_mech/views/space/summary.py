@@ -33,7 +33,7 @@ def summary_parts(result: SpatialResult, details: bool, units: AnswerUnits | Non
     parts: list[RenderableType] = [
         Text(f"{reading.scene.name}: {reading.driven}", style="bold"),
         Text(safe, style=STYLES[safe_level]),
-        Text(" ".join(reading.headline)),
+        Text(" ".join(filter(None, [*reading.headline, reading.most_bent]))),
         Text(usable, style=STYLES[level]),
         *(Text(f"Warning: {text}", style="yellow") for text in result.warnings[:most]),
         *_more(len(result.warnings), most, "warnings"),
@@ -114,6 +114,15 @@ def frequency_words(reading: SpatialReading, count: int | None = None) -> str:
     ranges = reading.frequency_ranges[:count]
     texts = [a if (a := short(low)) == (b := short(high)) else f"{a}\N{EN DASH}{b}" for low, high in ranges]
     return f"{', '.join(texts)} Hz, held in place" if texts else ""
+
+
+def frequency_table(result: SpatialResult) -> Table:
+    """Tabulate the lowest and the highest of each natural frequency, and where they are."""
+    reading, rows = SpatialReading(result), []
+    for n, values in enumerate(reading.values("frequency", "mode").T, 1):
+        low, high = int(values.argmin()), int(values.argmax())
+        rows.append([str(n), short(values[low]), reading.at(low), short(values[high]), reading.at(high)])
+    return _table(("mode", "lowest\nHz", "at", "highest\nHz", "at"), rows)
 
 
 def error_words(reading: SpatialReading) -> str:
