@@ -19,7 +19,7 @@ from fenics_mech.views.page.parts import card, plot_frame, slider, tile, top
 from fenics_mech.views.page.shell import whole_page
 from fenics_mech.views.space.reading import ERRORS, SpatialReading
 from fenics_mech.views.space.skeleton import seen
-from fenics_mech.views.space.summary import effort_words, joint_table, member_rows, members_head, told
+from fenics_mech.views.space.summary import effort_words, joint_table, member_rows, members_head, remaining
 from fenics_mech.views.words import sentence, short
 
 SCRIPTS = "data.js", "axes.js", "canvas.js", "plots.js", "forces.js", "space/space.js", "controls.js"
@@ -213,7 +213,7 @@ def _dynamics(reading: SpatialReading) -> Html:
 
 def _computed(reading: SpatialReading) -> Html:
     """Tell how it was computed, and how exact it is by quantity and source."""
-    rows = [(sentence(name), text) for name, text in told(reading) if not name.startswith("error")]
+    rows = [(sentence(name), text) for name, text in remaining(reading) if not name.startswith("error")]
     first = tag("section", tag("h2", "How it was computed"), table(["", ""], rows, class_="plain"), class_="card")
     data = reading.data
     sources = [str(source) for source in data["source"].to_numpy()] if "source" in data else []

@@ -18,7 +18,7 @@ from fenics_mech.views.frames import DEFLECTED, ROUND
 from fenics_mech.views.judgement import Judgement, Level
 from fenics_mech.views.prefixes import fitted
 from fenics_mech.views.tables import drive_of
-from fenics_mech.views.words import in_degrees, short
+from fenics_mech.views.words import in_degrees, sentence, short
 
 EXACT, ROUGH = 0.03, 0.1  # estimated errors up to which numbers are accurate, and up to which they may be used
 ERRORS = {"strain": "strains", "deflection": "deflections", "joint_force": "joint forces", "torque": "drive"}
@@ -68,7 +68,9 @@ class SpatialReading:
     def values(self, name: str, *dims: str) -> Array:
         """Give a variable over the positions ``(positions, *dims)`` in SI; an empty one without it."""
         if name not in self.data:
-            return np.zeros((len(self.theta), 0, *(1 for _ in dims[1:])))
+            return np.zeros(
+                (len(self.theta), 0, *(3 if dim in ("component", "section_axis") else 1 for dim in dims[1:]))
+            )
         return self.data[name].transpose("theta", *dims).to_numpy()
 
     @property
@@ -166,13 +168,19 @@ class SpatialReading:
             what, most = max(self.errors.items(), key=lambda pair: pair[1])
             level: Level = "good" if most <= EXACT else "warn" if most <= ROUGH else "bad"
             found.append(Judgement(level, f"error at most {percent(most)}", f"The {what} have the largest error."))
+        elif self.scene.analysis.error_estimates:
+            found.append(
+                Judgement("good", "no error of elements or steps", "Nothing is meshed and nothing is stepped.")
+            )
         else:
             found.append(Judgement("warn", "errors not estimated", "analysis.error_estimates leaves them out."))
         if "multiplier" in self.data:
             most = float(self.data["multiplier"].max())
             said = f"A small disturbance is multiplied by {short(most)} in each cycle."
             found.append(Judgement("good" if most < 1 else "bad", "stable" if most < 1 else "unstable", said))
-        found += [Judgement("warn", "warned", text) for text in self.result.warnings]
+        if warned := [f"{sentence(text)}." for text in self.result.warnings]:
+            count = f"{len(warned)} warning{'s' * (len(warned) > 1)}"
+            found.append(Judgement("warn", count, " ".join(warned)))
         return sorted(found, key=lambda one: ("bad", "warn", "good", "note").index(one.level))
 
     @property
@@ -184,21 +192,30 @@ class SpatialReading:
     def paths(self, times: float) -> Array:
         """Places of the stations with the deflection magnified ``(T, M, S, 3)`` (m)."""
         place, bent = (self.values(name, "member", "s", "component") for name in ("place", "deflection"))
-        return np.asarray(place + (times - 1) * bent).reshape(len(self.theta), len(self.members), -1, 3)
+        return np.asarray(place + (times - 1) * bent)
 
     def joint_points(self, times: float) -> Array:
         """Places of each joint's point on its first and on its second link, moved as drawn ``(T, J, 2, 3)`` (m)."""
         paths = self.paths(times)
         both = [self.values(name, "joint", "component") for name in ("joint_base", "joint_place")]
-        found = np.stack(both, axis=2).reshape(len(self.theta), len(self.joints), 2, 3)
+        found = np.stack(both, axis=2)
         links = [self.scene.members()[name][0] for name in self.members]
         ends = {f"{link}.{end}": (i, -j) for i, link in enumerate(links) for j, end in enumerate(self.ends[i])}
+        shifts: dict[str, Array] = {}  # of rigid links, by the deflections of members at their joints
+        waiting = []
         for n, name in enumerate(self.joints):
-            drawn = [ends.get(point) for point in self.scene.joints[name].connect]
+            points = self.scene.joints[name].connect
+            drawn = [ends.get(point) for point in points]
             meets = np.allclose(found[:, n, 0], found[:, n, 1], atol=1e-9)
             for side in (0, 1):
                 if end := drawn[side] or (drawn[1 - side] if meets else None):
+                    shifts[points[side].split(".")[0]] = paths[:, end[0], end[1]] - found[:, n, side]
                     found[:, n, side] = paths[:, end[0], end[1]]
+                elif not (meets and points[1 - side].startswith("ground.")):
+                    waiting.append((n, side, points[side].split(".")[0]))
+        for n, side, link in waiting:
+            if link != "ground":
+                found[:, n, side] += shifts.get(link, 0.0)
         return found
 
     @property

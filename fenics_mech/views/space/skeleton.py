@@ -28,7 +28,7 @@ EYES = {  # of each view: the direction to the right, and the one upwards
 }
 INK, SHADE = "#222222", "#9aa2ab"
 MARKS = {"ball": "o", "universal": "P", "revolute": "o", "cylinder": "s", "slider": "s", "plane": "D", "weld": "X"}
-CROSS = 0.16  # of the oblique view, for the directions X, Y and Z
+CROSS = 0.1  # of the oblique view, for the directions X, Y and Z
 NEAR = 0.04  # of the width, within which joints cover one another
 MARGIN, LEAST = 0.13, 0.4  # of the width, about a drawing; and the least of a view, of the largest
 
@@ -99,10 +99,10 @@ def draw_joints(axes: Axes, view: str, places: Array, kinds: Sequence[str], name
 def draw_axes_cross(axes: Axes) -> None:
     """Draw directions X, Y and Z into the lower left corner of an oblique view."""
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    size = CROSS * min(right - left, high - low)
+    size = CROSS * max(right - left, high - low)
     first = np.array([left, low]) + size
     for name, way in zip("XYZ", EYES["oblique"].T):
         last = first + size * way
-        axes.annotate("", last, first, arrowprops={"arrowstyle": "-|>", "color": SHADE, "linewidth": 1.2})
+        axes.annotate("", tuple(last), tuple(first), arrowprops={"arrowstyle": "-|>", "color": SHADE, "linewidth": 1.2})
         x, y = last + 0.3 * size * way
         axes.text(float(x), float(y), name, color="#555555", fontsize=9, ha="center", va="center")

@@ -43,7 +43,7 @@ def summary_parts(result: SpatialResult, details: bool, units: AnswerUnits | Non
         if rows:
             parts += [_table(head, rows if details else rows[:shown])]
             parts += [*_more(len(rows), None if details else shown, head[0] + "s"), Text()]
-    return [*parts, _table(("", "<"), told(reading, details))]
+    return [*parts, _table(("", "<"), remaining(reading, details))]
 
 
 def _more(count: int, shown: int | None, what: str) -> list[Text]:
@@ -130,7 +130,7 @@ def error_words(reading: SpatialReading) -> str:
     return ", ".join(f"{what} {percent(error)}" for what, error in reading.errors.items())
 
 
-def told(reading: SpatialReading, details: bool = True) -> list[tuple[str, str]]:
+def remaining(reading: SpatialReading, details: bool = True) -> list[tuple[str, str]]:
     """Rows of all that is no table: drive, frequencies, stability, errors, notices, and with `details` sizes."""
     data, rows = reading.data, []
     for n in range(len(reading.drives)):
