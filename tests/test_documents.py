@@ -14,6 +14,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Effect
 from fenics_mech.scene import Scene
 from fenics_mech.scene.files import parse
+from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.scene.synthesis_tasks import read_task
 from tests import documents
 from tests.common import ROOT
@@ -106,14 +107,23 @@ def test_commands_within_sentences_are_parsed():
 @pytest.mark.parametrize("name", PAGES)
 def test_scenes_are_scenes(name, place):
     demo = tomllib.loads((ROOT / "demos" / "four_bar.toml").read_text())
+    space = tomllib.loads((ROOT / "demos" / "space" / "rssr.toml").read_text())
     for block in blocks(PAGES[name]):
         shown = tomllib.loads(block.text) if block.language == "toml" else {}
-        if isinstance(shown.get("kind"), str):
+        if name.endswith("space.md"):
+            SpatialScene.read(_merged(space, shown))
+        elif isinstance(shown.get("kind"), str):
             assert read_task(shown).kind == shown["kind"]
         elif {"links", "joints"} <= set(shown) or "drawing" in shown:
             assert isinstance(parse(block.text, file=name, folder=place), Scene)
         elif shown and "tutorial" not in name:
             parse(_text(_merged(demo, shown)), file=name, folder=place)
+
+
+def test_steps_of_the_page_on_space_are_its_demo():
+    shown = [block.text for block in blocks(DOCS / "how-to" / "space.md") if block.language == "toml"]
+    demo = tomllib.loads((ROOT / "demos" / "space" / "rssr.toml").read_text())
+    assert tomllib.loads("\n".join(shown[:4])) == demo
 
 
 def _merged(demo, shown):

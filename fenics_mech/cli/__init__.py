@@ -39,7 +39,7 @@ from fenics_mech.cli.synthesise_command import synthesise
 from fenics_mech.errors import MechanismError
 
 app = typer.Typer(
-    help="Dynamics of planar linkages whose links bend.",
+    help="Dynamics of linkages whose links bend, in the plane and in space.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -138,4 +138,4 @@ def _options(
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Dynamics of planar linkages whose links bend."""
+    """Dynamics of linkages whose links bend, in the plane and in space."""

@@ -33,7 +33,7 @@ def summary_parts(result: SpatialResult, details: bool, units: AnswerUnits | Non
     parts: list[RenderableType] = [
         Text(f"{reading.scene.name}: {reading.driven}", style="bold"),
         Text(safe, style=STYLES[safe_level]),
-        Text(" ".join(filter(None, [*reading.headline, reading.most_bent]))),
+        *map(Text, filter(None, [" ".join(reading.headline), reading.most_bent])),
         Text(usable, style=STYLES[level]),
         *(Text(f"Warning: {text}", style="yellow") for text in result.warnings[:most]),
         *_more(len(result.warnings), most, "warnings"),
