@@ -311,12 +311,20 @@ def _html(shown: Any) -> str:
     return str(import_module(f"{__name__}.views.notebook").html(shown))
 
 
+OF_NOTEBOOKS = {
+    "scene.models": "Scene",
+    "scene.in_space": "SpatialScene",
+    "recovery.result": "Result",
+    "recovery.spatial_result": "SpatialResult",
+}
+
+
 def _show_in_notebooks() -> None:
     """Let notebooks show scenes and results as tables; neither class need know of views, which come after them."""
     shell = sys.modules["IPython"].get_ipython() if "IPython" in sys.modules else None
     if shell is not None:
         formatter = shell.display_formatter.formatters["text/html"]
-        for module, name in (("scene.models", "Scene"), ("recovery.result", "Result")):
+        for module, name in OF_NOTEBOOKS.items():
             formatter.for_type_by_name(f"{__name__}.{module}", name, _html)
 
 

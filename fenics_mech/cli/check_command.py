@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from fenics_mech._console import loading, make_folder, out, tell
+from fenics_mech._console import loading, make_folder, out, start_libraries, tell
 from fenics_mech.cli.common import SceneFile, Strict, loaded_scene, refuse_in_space, scene_in_space
 
 
@@ -30,10 +30,12 @@ def check(
     with loading():
         from fenics_mech.effects import active  # noqa: PLC0415
         from fenics_mech.kinematics import reachable_range  # noqa: PLC0415
-        from fenics_mech.views.space.overview import spatial_overview  # noqa: PLC0415
         from fenics_mech.views.tables import scene_overview  # noqa: PLC0415
 
     if spatial is not None:
+        start_libraries()  # sections of any shape are solved
+        from fenics_mech.views.space.overview import spatial_overview  # noqa: PLC0415
+
         out.print(spatial_overview(spatial), highlight=False)
     else:
         loaded = loaded_scene(scene, strict, cases=True)

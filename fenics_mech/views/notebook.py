@@ -12,14 +12,20 @@ from fenics_mech._console import html_of
 from fenics_mech.errors import MechanismError, ViewError
 from fenics_mech.kinematics import reachable_range
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.scene import Scene
+from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.views.page.report import page
 from fenics_mech.views.reading import reading_of_a_file
+from fenics_mech.views.space.overview import spatial_overview
+from fenics_mech.views.space.page import spatial_page
 from fenics_mech.views.summary import summary
 from fenics_mech.views.tables import scene_overview
 
+AnyScene = Scene | SpatialScene
 
-def html(shown: Scene | Result) -> str:
+
+def html(shown: AnyScene | Result | SpatialResult) -> str:
     """Write a scene or a result as HTML.
 
     A scene that cannot be assembled, and a result of which parts are missing, are shown by name and reason.
@@ -36,9 +42,11 @@ def html(shown: Scene | Result) -> str:
     True
     """
     try:
-        return html_of(scene_overview(shown, reachable_range(shown)) if isinstance(shown, Scene) else summary(shown))
+        if isinstance(shown, Scene):
+            return html_of(scene_overview(shown, reachable_range(shown)))
+        return html_of(spatial_overview(shown) if isinstance(shown, SpatialScene) else summary(shown))
     except MechanismError as error:
-        name = shown.name if isinstance(shown, Scene) else str(shown.data.attrs.get("title", "result"))
+        name = shown.name if isinstance(shown, AnyScene) else str(shown.data.attrs.get("title", "result"))
         return html_of(Group(Text(name, style="bold"), Text(str(error), style="red")))
 
 
@@ -63,7 +71,7 @@ class InFrame:
         return f'<iframe sandbox="allow-scripts allow-downloads" style="{look}" srcdoc="{escape(self.page)}"></iframe>'
 
 
-def interactive(result: Result, height: int = 900) -> InFrame:
+def interactive(result: Result | SpatialResult, height: int = 900) -> InFrame:
     """Show the report of a result below a cell: the mechanism turns, and curves and maps follow its slider.
 
     Parameters
@@ -94,4 +102,4 @@ def interactive(result: Result, height: int = 900) -> InFrame:
     if not height > 0:
         raise ViewError(f"height must be a positive number of pixels, found {height}")
     with reading_of_a_file():
-        return InFrame(page(result), int(height))
+        return InFrame(spatial_page(result) if isinstance(result, SpatialResult) else page(result), int(height))

@@ -14,6 +14,7 @@ from fenics_mech.scene.files import read_toml
 from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.views.figures import figure_in
 from fenics_mech.views.key_figures import key_figures
+from fenics_mech.views.notebook import html
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.space import plots
 from fenics_mech.views.space.page import spatial_page
@@ -267,3 +268,9 @@ def test_the_page_is_turned_zoomed_and_readable_on_a_phone(rssr, tmp_path):
         window.open(page, size=PHONE)
         assert window.run("return document.documentElement.scrollWidth") == PHONE[0]
         assert window.ask("se/log", type="browser") == []
+
+
+def test_notebooks_show_scenes_and_results(rssr):
+    assert "Mobility 1" in html(rssr.scene)
+    assert "Largest deflection" in html(rssr)
+    assert "eye-isometric" in fm.interactive(rssr).page
