@@ -213,15 +213,11 @@ class SpatialStage:
         self.peak_points = self.peak.points.copy()
         if reading.members:
             self.plotter.add_mesh(self.peak, color=PEAK, opacity=0.45, lighting=False)
-        places = pins[:, :, 1]
-        same = [
-            [np.allclose(places[:, n], places[:, k], atol=radius) for k in range(len(reading.joints))]
-            for n in range(len(reading.joints))
-        ]
-        together = [
-            ", ".join(np.array(reading.joints)[row]) if row.index(True) == n else "" for n, row in enumerate(same)
-        ]
-        self.names = [self._add_text(text if names else "", 0, 0) for text in together]
+        together: dict[tuple[int, ...], list[str]] = {}  # names of joints that are at one place
+        for name, place in zip(reading.joints if names else (), pins[0, :, 1]):
+            together.setdefault(tuple(np.rint(place / radius).astype(int)), []).append(name)
+        said = {group[0]: ", ".join(group) for group in together.values()}
+        self.names = [self._add_text(said.get(name, ""), 0, 0) for name in reading.joints]
         self.angle = self._add_text("", 0.03, 0.895)
 
     def picture(self, place: float) -> NDArray[np.uint8]:
