@@ -21,7 +21,7 @@ from fenics_mech.views.tables import drive_of
 from fenics_mech.views.words import in_degrees, sentence, short
 
 EXACT, ROUGH = 0.03, 0.1  # estimated errors up to which numbers are accurate, and up to which they may be used
-ERRORS = {"strain": "strains", "deflection": "deflections", "joint_force": "joint forces", "torque": "drive"}
+ERRORS = {"strain": "strains", "deflection": "deflections", "joint_force": "joint forces", "torque": "drive efforts"}
 NEAR = 1.5  # factor of safety below which a member is called near its limit
 
 
@@ -167,7 +167,7 @@ class SpatialReading:
         if self.errors:
             what, most = max(self.errors.items(), key=lambda pair: pair[1])
             level: Level = "good" if most <= EXACT else "warn" if most <= ROUGH else "bad"
-            found.append(Judgement(level, f"error at most {percent(most)}", f"The {what} have the largest error."))
+            found.append(Judgement(level, f"error at most {percent(most)}", f"It is that of the {what}."))
         elif self.scene.analysis.error_estimates:
             found.append(
                 Judgement("good", "no error of elements or steps", "Nothing is meshed and nothing is stepped.")
