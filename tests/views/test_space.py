@@ -270,6 +270,32 @@ def test_the_page_is_turned_zoomed_and_readable_on_a_phone(rssr, tmp_path):
         assert window.ask("se/log", type="browser") == []
 
 
+def test_strokes_are_driven_by_forces_and_a_negative_speed_runs_backwards(slider):
+    data = slider_crank().model_dump(by_alias=True)
+    post = {"points": {"O": (0, 0, 0), "A": (0, 0, 0.1)}, "members": {"OA": data["links"]["rod"]["members"]["AB"]}}
+    post["members"]["OA"] |= {"ends": ("O", "A")}
+    arm = {"points": {"A": (0, 0, 0.1)}, "rigid": {"mass": 1.0, "inertia": (1.0, 1.0, 1.0), "centre": (0, 0, 0.1)}}
+    joints = {"O": {"connect": ("ground.O", "post.O"), "kind": "slider", "axis": (0, 0, 1)}}
+    joints["A"] = {"connect": ("post.A", "arm.A"), "axis": (0, 0, 1)}
+    law = {"kind": "harmonics", "sine": (0.03,)}
+    drives = [{"joint": "A", "speed": -10.0}, {"joint": "O", "law": law, "period": 0.2 * np.pi}]
+    parts = {
+        "ground": {"points": {"O": (0, 0, 0)}},
+        "links": {"post": post, "arm": arm},
+        "joints": joints,
+        "drive": drives,
+    }
+    kept = {key: data[key] for key in ("materials", "sections", "analysis", "damping")}
+    result = fm.analyse(SpatialScene.read(kept | parts))
+    assert {name: one["unit"] for name, one in key_figures(result)["drives"].items()} == {"A": "N m", "O": "N"}
+    push = SpatialReading(result).efforts[:, 1]
+    mass = 1.0 + 7800 * slider.scene.sections["rod"].area * 0.1
+    assert np.abs(push).max() == pytest.approx(mass * 0.03 * 10.0**2, rel=1e-3)
+    page = json.loads(spatial_page(result).partition('id="data">')[2].partition("</script>")[0])
+    assert page["direction"] == -1
+    assert page["axis"] == sorted(page["axis"])
+
+
 def test_notebooks_show_scenes_and_results(rssr):
     assert "Mobility 1" in html(rssr.scene)
     assert "Largest deflection" in html(rssr)
