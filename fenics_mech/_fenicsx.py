@@ -93,19 +93,7 @@ def _calling() -> Iterator[None]:
 
 @_calling()
 def line_mesh(model: Any) -> tuple[Any, Array, Index]:
-    """Read a gmsh model of lines on the x axis.
-
-    Parameters
-    ----------
-    model
-        The gmsh model, meshed.
-
-    Returns
-    -------
-    tuple
-        The mesh, the x of each cell's two vertices in the order of the cell's dofs, shape ``(cells, 2)``, and each
-        cell's physical group, shape ``(cells,)``.
-    """
+    """Read a gmsh model of lines on the x axis."""
     read = gmshio.model_to_mesh(model, MPI.COMM_SELF, 0, gdim=1)
     mesh, tags = read[0], read[1]
     ends = mesh.geometry.x[_vertices(mesh), 0]
@@ -177,17 +165,7 @@ def cellwise_coordinate(mesh: Any, flipped: Index) -> Any:
 
 
 class FormOfConstants:
-    """A bilinear form of properties with one value per cell, compiled once and assembled for any of their values.
-
-    Parameters
-    ----------
-    form
-        Gives the form of the properties.
-    space
-        The space of one number per cell.
-    count
-        Number of properties.
-    """
+    """A bilinear form of properties with one value per cell, compiled once and assembled for any of their values."""
 
     @_calling()
     def __init__(self, form: Callable[..., Any], space: Any, count: int) -> None:
@@ -228,17 +206,7 @@ def _places(mesh: Any, cells: Index) -> Array:
 
 
 class CellKernel:
-    """The compiled kernel of a form, called for many states of all cells at once.
-
-    Parameters
-    ----------
-    form
-        The form. Functions that are not `states` keep the values that they have now.
-    states
-        Functions that change from state to state.
-    cells
-        The cells, in the order of the results.
-    """
+    """The compiled kernel of a form, called for many states of all cells at once."""
 
     @_calling()
     def __init__(self, form: Any, states: tuple[Any, ...], cells: Index) -> None:

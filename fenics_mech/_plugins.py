@@ -19,20 +19,10 @@ from fenics_mech.errors import MechanismError
 
 @dataclass(frozen=True)
 class Plugin:
-    """An object of another package.
+    """An object of another package."""
 
-    Parameters
-    ----------
-    name
-        Its name, as scenes state it.
-    package
-        The package that it comes with.
-    entry
-        Its entry point.
-    """
-
-    name: str
-    package: str
+    name: str  # its name, as scenes state it
+    package: str  # the package that it comes with
     entry: EntryPoint
 
     def __str__(self) -> str:
@@ -73,13 +63,7 @@ class Plugin:
 
 @cache
 def plugins(group: str) -> tuple[Plugin, ...]:
-    """Give the plugins of a group such as "effects", by name; none of them is imported yet.
-
-    Raises
-    ------
-    MechanismError
-        When two packages give one of the same name.
-    """
+    """Give the plugins of a group such as "effects", by name; none of them is imported yet."""
     found: dict[str, Plugin] = {}
     for package in distributions(path=[folder for folder in sys.path if not _is_current(folder)]):
         for entry in _entries(package, f"fenics_mech.{group}"):

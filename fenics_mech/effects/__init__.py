@@ -57,25 +57,8 @@ ADDED[:] = [effect for effect in EFFECTS.values() if effect.acting is not None]
 
 
 def active(scene: Scene) -> tuple[Effect, ...]:
-    """Give the effects that act in a scene: those that it names, and those that come with what it states.
-
-    Of a scene that leaves the choice to the program, only the latter.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    tuple of Effect
-        The effects, by the names of their modules.
-
-    Raises
-    ------
-    SceneError
-        When it names one that is not known, one that it does not state, or two that exclude each other.
-    """
+    """Give the effects that act in a scene: those that it names, and those that come with what it states."""
+    # Of a scene that leaves the choice to the program, only the latter.
     for name in scene.named_effects:
         if name == "inextensible":
             raise SceneError(
@@ -104,11 +87,5 @@ def active(scene: Scene) -> tuple[Effect, ...]:
 
 
 def loads_at_nodes(acting: Iterable[Effect]) -> bool:
-    """Whether loads need nodes, as elements cannot carry them inside.
-
-    Parameters
-    ----------
-    acting
-        The effects that act.
-    """
+    """Whether loads need nodes, as elements cannot carry them inside."""
     return any(effect.loads_at_nodes for effect in acting)

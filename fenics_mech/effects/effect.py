@@ -67,21 +67,9 @@ class Effect:
 
 @dataclass(frozen=True)
 class Choice:
-    """What was decided about an effect.
-
-    Parameters
-    ----------
-    effect
-        The effect.
-    size
-        Estimate of the share of the strains that it changes; None where nothing was estimated.
-    acts
-        Whether it acts.
-    missing
-        Why it does not act though it should: what it needs and the scene does not state; else empty.
-    """
+    """What was decided about an effect."""
 
     effect: Effect
-    size: float | None
-    acts: bool
-    missing: str = ""
+    size: float | None  # estimate of the share of the strains that it changes; None where nothing was estimated
+    acts: bool  # whether it acts
+    missing: str = ""  # why it does not act though it should: what it needs and the scene does not state; else empty

@@ -17,32 +17,8 @@ ANYWHERE = ("largest_difference", "largest_s", "largest_theta")  # along a membe
 
 
 def compare(sources: Sequence[Curves]) -> xr.Dataset:
-    """Compare curves with those of the first source, wherever both have a quantity.
-
-    Of a measurement that the first source is not, the first gives the curve at its place.
-
-    Parameters
-    ----------
-    sources
-        The first, and one or more others.
-
-    Returns
-    -------
-    xarray.Dataset
-        By `other` and `quantity`, NaN where a source does not have it: `peak`, `peak_reference`, `difference`, the
-        largest one at the angles of the other; `rms` of the difference; `shift` (rad), by which the other is later, and
-        `rms_shifted`, what is left if it is moved back. Units by `unit`. Strains and deflections also have the
-        `largest_difference` along the member, and its place `largest_s`, side `largest_fibre` and drive angle
-        `largest_theta` (rad).
-
-    Examples
-    --------
-    >>> from fenics_mech.studies.compare import compare
-    >>> from fenics_mech.studies.compared_curves import curves_of_result
-    >>> source = curves_of_result(fm.Result.load("out/result.nc"), "a")
-    >>> float(compare([source, source])["rms"].max())
-    0.0
-    """
+    """Compare curves with those of the first source, wherever both have a quantity."""
+    # Of a measurement that the first source is not, the first gives the curve at its place.
     first, *others = sources
     quantities = list(first.known)
     for other in others:
@@ -71,10 +47,8 @@ def compare(sources: Sequence[Curves]) -> xr.Dataset:
 def _anywhere(
     reference: ComparedCycle, other: ComparedCycle, quantity: Quantity
 ) -> tuple[tuple[float, float, float], str]:
-    """Largest difference along a member, the place 0..1 and the drive angle (rad) where it is, and its side.
-
-    Both are taken at the stations of the result that has fewer.
-    """
+    """Largest difference along a member, the place 0..1 and the drive angle (rad) where it is, and its side."""
+    # Both are taken at the stations of the result that has fewer.
     stations = [cycle.data["s"].to_numpy() for cycle in (reference, other)]
     s, theta = min(stations, key=len), other.data["theta"].to_numpy()
     known, found = (
@@ -88,11 +62,9 @@ def _anywhere(
 
 
 def _compared(reference: tuple[Array, Array], other: tuple[Array, Array], whole: bool) -> tuple[float, ...]:
-    """Peaks of both, largest difference, root mean square of it, shift, and root mean square after the shift.
-
-    That is over the cycle where the other one is `whole`, and elsewhere over its points. Later is what is farther in
-    the direction in which the drive of the reference turns.
-    """
+    """Peaks of both, largest difference, root mean square of it, shift, and root mean square after the shift."""
+    # That is over the cycle where the other one is `whole`, and elsewhere over its points. Later is what is farther
+    # in the direction in which the drive of the reference turns.
     follow, (theta, values) = periodic(*reference), other
     forwards = np.sign(reference[0][1] - reference[0][0])
     off, weights = values - follow(theta), _parts_of_cycle(theta) if whole else None

@@ -32,21 +32,13 @@ THEORIES: dict[str, dict[str, Any]] = {  # by label: changes of a scene
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is compared.
+    """What is compared."""
 
-    Parameters
-    ----------
-    kind
-        "strain", "deflection", "joint_force", "input_torque" or "shaking_force": a strain or the size of the deflection
-        at a place of a member, the sizes of the others' vectors.
-    part
-        Member or joint; nothing where the machine has one.
-    s, fibre
-        Place of a strain or a deflection; by default mid-span on the + side.
-    """
-
+    # "strain", "deflection", "joint_force", "input_torque" or "shaking_force": a strain or the size of the deflection
+    # at a place of a member, the sizes of the others' vectors
     kind: str
-    part: str = ""
+    part: str = ""  # member or joint; nothing where the machine has one
+    # s, fibre: place of a strain or a deflection; by default mid-span on the + side
     s: float = 0.5
     fibre: str = "+"
 
@@ -61,84 +53,36 @@ class Quantity:
 
 @dataclass(frozen=True)
 class ComparedCycle:
-    """One cycle of a result.
-
-    Parameters
-    ----------
-    data
-        Its curves over theta.
-    period
-        Its duration (s).
-    still
-        Its strain without vibration, where the result has it.
-    frequency
-        Natural frequencies (Hz), ``(angles, modes)``, where the result has them.
-    """
+    """One cycle of a result."""
 
     data: xr.Dataset
-    period: float
-    still: xr.Dataset | None = None
-    frequency: Array | None = None
+    period: float  # its duration (s)
+    still: xr.Dataset | None = None  # its strain without vibration, where the result has it
+    frequency: Array | None = None  # natural frequencies (Hz), ``(angles, modes)``, where the result has them
 
 
 @dataclass(frozen=True)
 class Curves:
-    """Curves over a cycle of one result, or what was measured at one place.
+    """Curves over a cycle of one result, or what was measured at one place."""
 
-    Parameters
-    ----------
-    label
-        Words for the source.
-    known
-        The quantities that it has, each at the place where it is shown.
-    curve
-        Gives drive angles (rad) and values of one of them, ``(angles,)`` each.
-    unit
-        Gives the unit of one of them.
-    vibration
-        Frequency (Hz) with which the strain at mid-span of each member vibrates, where it does (section 7.4).
-    cycle
-        That of the result; none of a measurement.
-    """
-
-    label: str
-    known: tuple[Quantity, ...]
+    label: str  # words for the source
+    known: tuple[Quantity, ...]  # the quantities that it has, each at the place where it is shown
+    # gives drive angles (rad) and values of one of them, ``(angles,)`` each
     curve: Callable[[Quantity], tuple[Array, Array]]
-    unit: Callable[[Quantity], str]
+    unit: Callable[[Quantity], str]  # gives the unit of one of them
+    # frequency (Hz) with which the strain at mid-span of each member vibrates, where it does (section 7.4)
     vibration: Mapping[str, float] = field(default_factory=dict)
-    cycle: ComparedCycle | None = None
+    cycle: ComparedCycle | None = None  # that of the result; none of a measurement
 
     def has(self, quantity: Quantity) -> bool:
-        """Whether it has a quantity: a result at any place of a member, a measurement at its own place.
-
-        Parameters
-        ----------
-        quantity
-            The quantity.
-        """
+        """Whether it has a quantity: a result at any place of a member, a measurement at its own place."""
         if self.cycle is None:
             return quantity in self.known
         return any((one.kind, one.part) == (quantity.kind, quantity.part) for one in self.known)
 
 
 def curves_of_result(result: Result, label: str, place: tuple[float, str] | None = None) -> Curves:
-    """Give the curves of a result over its cycle.
-
-    Parameters
-    ----------
-    result
-        A periodic or quasi-static result, or one in time whose last cycle repeats the one before.
-    label
-        Words for it.
-    place
-        Place along each member, 0..1, and side, "+" or "-", of strains and deflections. Without it strains are those
-        where the stress of the member is largest, and deflections those where they are largest, as a run tells them.
-
-    Raises
-    ------
-    ResultError
-        When it has no cycle.
-    """
+    """Give the curves of a result over its cycle."""
     scene, data = result.scene, result.data
     closer = between_positions(result, STEPS).data  # between fewer, lengths of vectors are off at their corners
     part, closer_part = (last_cycle(scene.analysis, scene.drives, one) for one in (data, closer))
@@ -179,17 +123,7 @@ def _cycle_of(result: Result, cycle: xr.Dataset, coarse: xr.Dataset) -> Compared
 
 
 def largest_at(cycle: xr.Dataset, kind: str, member: str) -> tuple[float, str]:
-    """Give the place, 0..1, and the side where the stress of a member is largest, or its deflection.
-
-    Parameters
-    ----------
-    cycle
-        Curves over theta.
-    kind
-        "strain" or "deflection".
-    member
-        Label of the member.
-    """
+    """Give the place, 0..1, and the side where the stress of a member is largest, or its deflection."""
     sizes = np.abs(along_member(cycle, "stress" if kind == "strain" else kind, member))
     _, f, j = np.unravel_index(sizes.argmax(), sizes.shape)
     side = str(cycle["fibre"].to_numpy()[f]) if kind == "strain" else "+"
@@ -197,17 +131,7 @@ def largest_at(cycle: xr.Dataset, kind: str, member: str) -> tuple[float, str]:
 
 
 def along_member(cycle: xr.Dataset, kind: str, member: str) -> Array:
-    """Give strain or stress of a member, or the size of its deflection, ``(angles, sides, stations)``.
-
-    Parameters
-    ----------
-    cycle
-        Curves over theta.
-    kind
-        "strain", "stress" or "deflection"; the last has one side.
-    member
-        Label of the member.
-    """
+    """Give strain or stress of a member, or the size of its deflection, ``(angles, sides, stations)``."""
     values = cycle[kind].sel(member=member)
     if kind == "deflection":
         return np.linalg.norm(values.transpose("theta", "component", "s").to_numpy(), axis=1, keepdims=True)
@@ -230,34 +154,15 @@ def _values(data: xr.Dataset, quantity: Quantity) -> Array:
 
 
 def curves_of_measurement(theta: Array, strain: Array, quantity: Quantity, label: str) -> Curves:
-    """Give what was measured at one place.
-
-    Parameters
-    ----------
-    theta, strain
-        Drive angles (rad) and strains, ``(points,)`` each.
-    quantity
-        The place.
-    label
-        Words for it.
-    """
+    """Give what was measured at one place."""
     return Curves(label, (quantity,), lambda quantity: (theta, strain), lambda quantity: "1")
 
 
 def with_vibration(measured: Curves, reference: Curves) -> Curves:
-    """Give a measurement with the frequency of its vibration, counted as that of the computed strains.
-
-    Ripples are counted about the reference's strain without vibration at the same place, as section 7.4 counts those of
-    figures 7.7 and 7.8. Where the reference lacks it or natural frequencies, or none of these is near, the measurement
-    stays as it is.
-
-    Parameters
-    ----------
-    measured
-        A measurement at one place.
-    reference
-        A result.
-    """
+    """Give a measurement with the frequency of its vibration, counted as that of the computed strains."""
+    # Ripples are counted about the reference's strain without vibration at the same place, as section 7.4 counts
+    # those of figures 7.7 and 7.8. Where the reference lacks it or natural frequencies, or none of these is near, the
+    # measurement stays as it is.
     cycle, (quantity,) = reference.cycle, measured.known
     if cycle is None or cycle.still is None or cycle.frequency is None:
         return measured
@@ -272,24 +177,7 @@ def with_vibration(measured: Curves, reference: Curves) -> Curves:
 def by_theories(
     scene: Scene, progress: Callable[[str], None] = lambda name: None, place: tuple[float, str] | None = MID_SPAN
 ) -> list[Curves]:
-    """Analyse a scene by the theories of the dissertation: rigid links, its equation (5.1), and all effects.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    progress
-        Called with the name of each theory.
-    place
-        As that of `curves_of_result`; by default that of the dissertation's figures.
-
-    Raises
-    ------
-    SceneError
-        When no link bends.
-    MechanismError
-        When one of the analyses fails.
-    """
+    """Analyse a scene by the theories of the dissertation: rigid links, its equation (5.1), and all effects."""
     if not scene.members():
         raise SceneError("no link has a member: the theories differ by how links bend. Name two files", place="links")
     refuse_cases(scene, "a comparison of theories")
@@ -301,15 +189,7 @@ def by_theories(
 
 
 def periodic(theta: Array, values: Array) -> Callable[[Array], Array]:
-    """Interpolate periodic curves, by Akima's curves, which do not swing beyond the points at corners.
-
-    Parameters
-    ----------
-    theta
-        Drive angles (rad), ``(angles,)``.
-    values
-        Values there, ``(angles, ...)``.
-    """
+    """Interpolate periodic curves, by Akima's curves, which do not swing beyond the points at corners."""
     angle, first = np.unique(np.mod(theta, TURN), return_index=True)
     curve = akima_over_cycle(angle, values[first], TURN, min(NEIGHBOURS, len(angle)))
     return lambda wanted: curve(np.mod(wanted, TURN))

@@ -28,59 +28,29 @@ ADDED = (COUPLING, STIFFENING, EXACT_STRAINS)
 
 @dataclass
 class Count:
-    """What a run made.
+    """What a run made."""
 
-    Parameters
-    ----------
-    forms
-        UFL forms compiled (or found in the cache) and assembled.
-    matrices
-        PETSc matrices created.
-    seconds
-        Time.
-    """
-
-    forms: int = 0
-    matrices: int = 0
-    seconds: float = 0.0
+    forms: int = 0  # UFL forms compiled (or found in the cache) and assembled
+    matrices: int = 0  # PETSc matrices created
+    seconds: float = 0.0  # time
 
 
 @dataclass(frozen=True)
 class Run:
-    """A run with some effects.
+    """A run with some effects."""
 
-    Parameters
-    ----------
-    name
-        What was added last.
-    result, count
-        What came out, and what it took.
-    difference
-        Largest difference of the strains from the last run's, over the largest strain of the member in the last run.
-    """
-
-    name: str
+    name: str  # what was added last
+    # result, count: what came out, and what it took
     result: Result
     count: Count
+    # largest difference of the strains from the last run's, over the largest strain of the member in the last run
     difference: float
 
 
 def added_one_by_one(scene: Scene) -> list[Run]:
-    """Run a scene quasi-statically, then with vibration, then with effects added one at a time.
-
-    All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
-    replaces goes when that one comes. The last run is what the others are compared with.
-
-    Parameters
-    ----------
-    scene
-        A scene with a periodic response.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no periodic response: the angles of the runs would be others.
-    """
+    """Run a scene quasi-statically, then with vibration, then with effects added one at a time."""
+    # All runs have the mesh and the steps that the scene states, whatever its tolerance. An effect that another one
+    # replaces goes when that one comes. The last run is what the others are compared with.
     if scene.analysis.method != "periodic":
         raise SceneError(
             f"--compare needs a periodic response, and the method is {scene.analysis.method}",
@@ -109,13 +79,7 @@ def _counted_run(scene: Scene) -> tuple[Result, Count]:
 
 
 def largest_difference(result: Result, other: Result) -> float:
-    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same.
-
-    Parameters
-    ----------
-    result, other
-        Results with the same members, stations and angles.
-    """
+    """Largest difference of strains, over each member's largest in `other`; the angles of both must be the same."""
     mine, theirs = (r.data["strain"].transpose("theta", "member", "s", "fibre").to_numpy() for r in (result, other))
     largest = np.abs(theirs).max(axis=(0, 2, 3))
     return float((np.abs(mine - theirs).max(axis=(0, 2, 3)) / np.maximum(largest, 1e-6 * largest.max())).max())

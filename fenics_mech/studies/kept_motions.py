@@ -17,20 +17,7 @@ MOST_STAGES = 10
 
 
 def write_motion(path: Path, motion: Steps) -> None:
-    """Write a motion, if it is not large.
-
-    Parameters
-    ----------
-    path
-        The file.
-    motion
-        The motion.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write a motion, if it is not large."""
     paced = motion.paced(1.0)
     sizes = np.array([motion.n, *motion.a.shape[1:]], dtype=float)
     parts = [sizes, motion.starts / motion.period, *(x.ravel() for x in (paced.q0, paced.v0, paced.a))]
@@ -40,13 +27,7 @@ def write_motion(path: Path, motion: Steps) -> None:
 
 
 def read_steps(path: Path) -> Steps | None:
-    """Read a motion of poses in a period of 1 s; None where there is none.
-
-    Parameters
-    ----------
-    path
-        The file.
-    """
+    """Read a motion of poses in a period of 1 s; None where there is none."""
     try:
         numbers = np.frombuffer(read_bounded(path, 8 * MOST))
     except (OSError, ValueError):

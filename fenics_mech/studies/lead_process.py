@@ -22,13 +22,7 @@ _pool: ContextVar[Any] = ContextVar("the other processes of mpirun", default=Non
 
 
 def led(study: Callable[Given, Found]) -> Callable[Given, Found]:
-    """Let the first process do a study, and the others what it shares; all get what it finds, or its error.
-
-    Parameters
-    ----------
-    study
-        A function that may have a number of `jobs`. What it gives is pickled where there are other processes.
-    """
+    """Let the first process do a study, and the others what it shares; all get what it finds, or its error."""
 
     @wraps(study)
     def alone_or_led(*given: Given.args, **named: Given.kwargs) -> Found:
@@ -67,17 +61,7 @@ def leads() -> bool:
 
 
 def over_machines(tasks: Sequence[Task], work: Callable[[Task], Done], done: Callable[[Task, Done], None]) -> None:
-    """Work on tasks in the processes that this one leads.
-
-    Parameters
-    ----------
-    tasks
-        What to work on; each is pickled.
-    work
-        A function of a module. Its first error ends all.
-    done
-        Called with each task and what was found, as they are known.
-    """
+    """Work on tasks in the processes that this one leads."""
     from concurrent.futures import as_completed  # noqa: PLC0415
 
     running = {_pool.get().submit(work, task): task for task in tasks}

@@ -174,10 +174,8 @@ def _looked_at(held: HeldMachine) -> Index:
 
 
 def _by_theory(scene: Scene, held: HeldMachine) -> tuple[Array, list[str]]:
-    """Give the share of each frequency that shear and rotary inertia would take off where they do not act, and words.
-
-    Where the program chooses them, it says by how much they change frequencies, or what is missing.
-    """
+    """Give the share of each frequency that shear and rotary inertia would take off where they do not act."""
+    # Where the program chooses them, it says by how much they change frequencies, or what is missing.
     chosen, at = held.made.scene, _looked_at(held)
     assert held.made.links is not None
     few = replace(held, t=held.t[at])

@@ -19,25 +19,7 @@ ENOUGH = 0.02  # of a step of the sweep, by which the top moves no more
 def largest_between(
     values: Sequence[float], records: Sequence[Record], analysed: Callable[[float], Record], members: Sequence[str]
 ) -> str:
-    """Seek the largest strain between the points beside the largest one, by parabolas; what was found, as JSON.
-
-    Parameters
-    ----------
-    values
-        The number at the points, increasing.
-    records
-        What is kept of each point.
-    analysed
-        Gives what is kept of a point with a value of the number.
-    members
-        Labels of the members.
-
-    Returns
-    -------
-    str
-        Value, member, strain (1) and stress (Pa); empty where the largest strain is at an end of the range, beside a
-        point without a stable motion, or where no point between has more.
-    """
+    """Seek the largest strain between the points beside the largest one, by parabolas; what was found, as JSON."""
     strains = stacked([_strains(record) for record in records]).reshape(len(records), -1)
     if np.isnan(strains).all():
         return ""
@@ -64,13 +46,7 @@ def largest_between(
 
 
 def vertex(x: Array, y: Array) -> float:
-    """Give where the parabola through three points has its top; NaN where it has none.
-
-    Parameters
-    ----------
-    x, y
-        The points, ``(3,)`` each, the one in the middle the highest.
-    """
+    """Give where the parabola through three points has its top; NaN where it has none."""
     left, right = (y[1] - y[0]) / (x[1] - x[0]), (y[2] - y[1]) / (x[2] - x[1])
     bend = (right - left) / (x[2] - x[0])
     return float((x[0] + x[1]) / 2 - left / (2 * bend)) if bend < 0 else math.nan

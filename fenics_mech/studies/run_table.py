@@ -19,17 +19,7 @@ FAILURE = {"failure": "kind of error that the run ended with", "message": "what 
 def labelled(
     rows: Sequence[Mapping[str, Any]], settings: Mapping[str, str], numbers: Mapping[str, tuple[str, str]]
 ) -> xr.Dataset:
-    """Label what some runs gave.
-
-    Parameters
-    ----------
-    rows
-        Of each run its settings, and numbers as far as they are known.
-    settings
-        Meaning of each setting: a text or a number.
-    numbers
-        Unit and meaning of each number.
-    """
+    """Label what some runs gave."""
     data = xr.Dataset()
     for name, meaning in settings.items():
         column = np.array([row[name] for row in rows])
@@ -42,29 +32,12 @@ def labelled(
 
 @dataclass(frozen=True)
 class RunTable(Saved):
-    """Measured runs.
-
-    Parameters
-    ----------
-    data
-        Dimension "run"; units in ``attrs["units"]``.
-    """
+    """Measured runs."""
 
     KIND: ClassVar[str] = "table of runs"
 
     def to_csv(self, path: str | Path) -> Path:
-        """Write the table, one run a line; the file appears whole or not at all.
-
-        Parameters
-        ----------
-        path
-            The file.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
+        """Write the table, one run a line; the file appears whole or not at all."""
         table = self.data.to_dataframe()
         units = {str(name): variable.attrs.get("units", "1") for name, variable in self.data.data_vars.items()}
         table = table.rename(columns={name: f"{name} ({unit})" for name, unit in units.items() if unit != "1"})

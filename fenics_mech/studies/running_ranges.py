@@ -14,16 +14,10 @@ POSITIONS = 24  # of the cycle, at which they are found: the range of the demos'
 
 
 def running_ranges(scene: Scene) -> dict[str, Array]:
-    """Give the lowest and highest frequency of each mode about the motion (Hz), ``(modes,)``; nothing where it rests.
-
-    Modes have their numbers from the mechanism without axial forces, which is the same at all speeds. By their shapes a
-    mode about the motion is the one that it is most like there, so that modes do not change places in a sweep.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects chosen.
-    """
+    """Give the lowest and highest frequency of each mode about the motion (Hz), ``(modes,)``."""
+    # Modes have their numbers from the mechanism without axial forces, which is the same at all speeds. By their
+    # shapes a mode about the motion is the one that it is most like there, so that modes do not change places in a
+    # sweep.
     if scene.analysis.method != "periodic" or not scene.drives or not scene.members():
         return {}
     try:

@@ -30,39 +30,14 @@ PLAN = TypeAdapter(_Plan)
 
 
 def plan_before(path: Path) -> dict[str, Any]:
-    """Read what is swept in a folder.
-
-    Parameters
-    ----------
-    path
-        Its ``sweep.json``.
-
-    Raises
-    ------
-    OSError, ValueError
-        When it is none, or cannot be read.
-    """
+    """Read what is swept in a folder."""
     plan = read_json(path, PLAN)
     return {**plan}
 
 
 def refuse_other(before: dict[str, Any], plan: dict[str, Any], folder: Path) -> None:
-    """Raise an error unless a folder's plan is of the same scene and fields.
-
-    No value of it may be left out now, so that no point computed before is left out of the result.
-
-    Parameters
-    ----------
-    before, plan
-        What is swept in the folder, and what is to be: the scene, the gauge, and the values of each field.
-    folder
-        The folder.
-
-    Raises
-    ------
-    SceneError
-        When it is another sweep.
-    """
+    """Raise an error unless a folder's plan is of the same scene and fields."""
+    # No value of it may be left out now, so that no point computed before is left out of the result.
     hint = "Give another folder with -o"
     if before["values"].keys() != plan["values"].keys():
         swept = ", ".join(before["values"])
@@ -79,15 +54,7 @@ def refuse_other(before: dict[str, Any], plan: dict[str, Any], folder: Path) -> 
 
 
 def first_difference(one: Any, other: Any, place: str = "") -> str:
-    """Give the dotted place of the first difference of two trees of plain data, or an empty text.
-
-    Parameters
-    ----------
-    one, other
-        Trees of dicts, lists and plain values.
-    place
-        Dotted place of the two in larger ones.
-    """
+    """Give the dotted place of the first difference of two trees of plain data, or an empty text."""
     if isinstance(one, dict) and isinstance(other, dict):
         pairs = {key: (one.get(key), other.get(key)) for key in sorted(one.keys() | other.keys())}
     elif isinstance(one, list) and isinstance(other, list) and len(one) == len(other):

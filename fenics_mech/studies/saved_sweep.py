@@ -58,17 +58,7 @@ NUMBERS, BETWEEN = TypeAdapter(_Numbers), TypeAdapter(_Between)
 
 
 def refuse_unlike(data: xr.Dataset, paths: Sequence[str], scene: Scene) -> None:
-    """Raise `ValueError` where a dataset is not as a sweep gives it.
-
-    Parameters
-    ----------
-    data
-        The dataset.
-    paths
-        The swept fields that it names.
-    scene
-        The scene that it holds.
-    """
+    """Raise `ValueError` where a dataset is not as a sweep gives it."""
     if not paths or len(set(paths)) < len(paths) or "title" not in data.attrs:
         raise ValueError("it does not name its title and the fields that are swept")
     for path in paths:

@@ -139,41 +139,7 @@ def run_sweep(
     estimates: Estimates = "auto",
     progress: Callable[[int, int], None] = lambda done, points: None,
 ) -> Sweep:
-    """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    axes
-        The fields and their values.
-    folder
-        Where finished points are and come, with ``sweep.nc`` and the time of each point in ``timings.csv``.
-    gauge
-        Where strains are split into harmonics.
-    refine_peaks
-        Largest number of points added where the peak strain is not resolved, for one field that is not a whole number.
-    jobs
-        Processes of this machine that compute the points. A point whose process is ended from outside is lost: it has
-        the error `kept_points.LOST`, and the next sweep tries it again.
-    estimates
-        Where errors are estimated: at "all" points, or at the "peaks" of the strains and the ends of the ranges. These
-        are then analysed again with estimates, and the sweep says of all others that there are none. Where a stated
-        mesh or stated steps are too coarse, the text `too_coarse` says so. "auto" takes "peaks" for more than
-        `MANY_POINTS` points, unless the scene chooses its effects or its mesh by estimates.
-    progress
-        Called before each point of this process with its number, from 0, and how many there are.
-
-    Raises
-    ------
-    SceneError
-        When the folder holds a sweep of another scene or other values, refinement is not possible, or nothing bends.
-        When estimates at peaks are asked for, and the scene chooses its effects or its mesh by them at all points.
-    ResultError
-        When a file cannot be written.
-    MechanismError
-        When another process ended with an error.
-    """
+    """Analyse a scene on a grid of values; every process of `MPI.COMM_WORLD` calls this and gets the sweep."""
     refuse_cases(scene, "a sweep")
     if not scene.members():
         raise SceneError("no link has a member, and a sweep compares strains", place="links")

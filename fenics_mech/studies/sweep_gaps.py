@@ -42,24 +42,14 @@ REAL = 1e-6  # imaginary part of a multiplier that counts as none
 
 @dataclass(frozen=True)
 class Ahead:
-    """The motions from a stable point on.
+    """The motions from a stable point on."""
 
-    Parameters
-    ----------
-    start
-        Value of the point.
-    ended, beyond
-        The last value at which they are known to be stable, and the first one at which they are not.
-    how
-        What ends that, in words; empty where they are stable to the end.
-    reached
-        By value that they pass, whether the motion is stable there, and one beside it.
-    """
-
-    start: float
+    start: float  # value of the point
+    # ended, beyond: the last value at which they are known to be stable, and the first one at which they are not
     ended: float
     beyond: float
-    how: str
+    how: str  # what ends that, in words; empty where they are stable to the end
+    # by value that they pass, whether the motion is stable there, and one beside it
     reached: dict[float, tuple[bool, Steps]] = field(default_factory=dict)
 
 
@@ -74,13 +64,7 @@ class _Passed(NamedTuple):
 
 
 def gaps_of(records: Sequence[Record]) -> list[range]:
-    """Give the runs of neighbouring points of a line that have no stable motion.
-
-    Parameters
-    ----------
-    records
-        What is kept of each point, in order.
-    """
+    """Give the runs of neighbouring points of a line that have no stable motion."""
     found: list[range] = []
     for k, record in enumerate(records):
         if record["error"] in NO_MOTION or record["unstable"]:
@@ -90,15 +74,7 @@ def gaps_of(records: Sequence[Record]) -> list[range]:
 
 
 def followable(record: Record, scene: Scene) -> bool:
-    """Whether a point has a stable motion that is not the only one by its equation, and can be followed.
-
-    Parameters
-    ----------
-    record
-        What is kept of the point.
-    scene
-        Its scene.
-    """
+    """Whether a point has a stable motion that is not the only one by its equation, and can be followed."""
     exact = EXACT_STRAINS in record["effects"].split(", ")
     if record["error"] or record["unstable"] or not exact or scene.tolerance is not None:
         return False
@@ -111,19 +87,7 @@ def followable(record: Record, scene: Scene) -> bool:
 
 @guarded()
 def ahead(at: AtValue, path: str, ends: tuple[float, float], values: Sequence[float]) -> Ahead | None:
-    """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with.
-
-    Parameters
-    ----------
-    at
-        Gives the scene with a value of the swept field.
-    path
-        The field.
-    ends
-        Value of the stable point, and the other end.
-    values
-        Values of the points in the gap.
-    """
+    """Follow the motions from a stable point to the other end of a gap; None where there is none to begin with."""
     found: list[_Passed] = []
     how = f"followed through {MOST} motions"
     try:
@@ -168,15 +132,7 @@ def _kind(leading: complex, folds: Sequence[bool]) -> str:
 
 
 def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
-    """Say from where motions were followed, and where they are no longer stable.
-
-    Parameters
-    ----------
-    found
-        What was followed.
-    told
-        Writes a value of the field.
-    """
+    """Say from where motions were followed, and where they are no longer stable."""
     said = []
     for one in found:
         if one.how:
@@ -187,30 +143,12 @@ def in_words(found: Sequence[Ahead], told: Callable[[float], str]) -> str:
 
 
 def as_analysed(scene: Record, record: Record) -> Record:
-    """Give the scene of a sweep with the effects, the mesh and the steps that a point of it was analysed with.
-
-    Parameters
-    ----------
-    scene
-        The scene, as plain data.
-    record
-        What is kept of the point.
-    """
+    """Give the scene of a sweep with the effects, the mesh and the steps that a point of it was analysed with."""
     return scene_with(scene, numbers_of(record), union({record["effects"]}))
 
 
 def fill_gaps(run: SweepRun, values: Sequence[float], records: Sequence[Record]) -> list[Record]:
-    """Give what is kept of the points of a line, with what continuation finds where no stable motion was found.
-
-    Parameters
-    ----------
-    run
-        The sweep.
-    values
-        Values of its one field.
-    records
-        What is kept of each point.
-    """
+    """Give what is kept of the points of a line, with what continuation finds where no stable motion was found."""
     found = list(records)
     for gap in gaps_of(records):
         beside = [k for k in (gap.start - 1, gap.stop) if 0 <= k < len(values)]

@@ -18,22 +18,8 @@ FINEST = 64  # parts that refinement may cut a step of the range into
 
 
 def peaks_of(strains: Array, rank: int) -> NDArray[np.bool_]:
-    """Tell which points of a grid are its corners, or have a peak of some curve.
-
-    A peak is no less than the points beside it along any axis.
-
-    Parameters
-    ----------
-    strains
-        Curves over the grid, NaN where a point failed, ``(points, ..., curves)``.
-    rank
-        Number of axes of the grid.
-
-    Returns
-    -------
-    numpy.ndarray
-        Of bool, ``(points, ...)``.
-    """
+    """Tell which points of a grid are its corners, or have a peak of some curve."""
+    # A peak is no less than the points beside it along any axis.
     known = np.where(np.isnan(strains), -np.inf, strains)
     highest = np.isfinite(known)
     for axis in range(rank):
@@ -46,18 +32,9 @@ def peaks_of(strains: Array, rank: int) -> NDArray[np.bool_]:
 
 
 def unresolved(places: Array, peaks: Array) -> list[float]:
-    """Midpoints of the steps in which linear interpolation of the peaks is not good enough, the worst first.
-
-    The error in a step h is estimated as ``h^2 |y''| / 8`` with the larger of the second divided differences at its two
-    ends, relative to the largest y. The steps at a point that failed are passed over.
-
-    Parameters
-    ----------
-    places
-        Increasing, ``(points,)``.
-    peaks
-        ``(points, members)``, NaN where a point failed.
-    """
+    """Midpoints of the steps in which linear interpolation of the peaks is not good enough, the worst first."""
+    # The error in a step h is estimated as ``h^2 |y''| / 8`` with the larger of the second divided differences at its
+    # two ends, relative to the largest y. The steps at a point that failed are passed over.
     if len(places) < 3:
         return []
     step = np.diff(places)
@@ -73,22 +50,7 @@ def unresolved(places: Array, peaks: Array) -> list[float]:
 
 
 def at_peaks_alone(scene: Scene, estimates: Estimates, points: int) -> bool:
-    """Whether errors are estimated at peaks and ends alone.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    estimates
-        Where they are asked for.
-    points
-        Number of points of the sweep.
-
-    Raises
-    ------
-    SceneError
-        Where peaks are asked for, and the scene has something chosen by its error estimates.
-    """
+    """Whether errors are estimated at peaks and ends alone."""
     chosen = {"effects": scene.effects == "auto", "tolerance": scene.tolerance is not None}
     if estimates != "peaks":
         return estimates == "auto" and points > MANY_POINTS and not any(chosen.values())

@@ -48,51 +48,21 @@ def _kept_unit(name: str, scene: Scene) -> str:
 
 
 class Task(NamedTuple):
-    """A point to be computed.
+    """A point to be computed."""
 
-    Parameters
-    ----------
-    path
-        The point's file.
-    data
-        Its scene, as plain data.
-    gauge
-        Where the strain is split into harmonics.
-    place
-        Its place in a run, whose motions begin from those before them; None where it begins from nothing.
-    motion
-        File of its motion: without estimates the point makes it, and with them it begins there. None for no file.
-    curves
-        Whether its curves over the cycle are kept.
-    """
-
-    path: Path
-    data: Record
-    gauge: Gauge
+    path: Path  # the point's file
+    data: Record  # its scene, as plain data
+    gauge: Gauge  # where the strain is split into harmonics
+    # its place in a run, whose motions begin from those before them; None where it begins from nothing
     place: float | None
+    # file of its motion: without estimates the point makes it, and with them it begins there. None for no file.
     motion: Path | None
-    curves: bool = False
+    curves: bool = False  # whether its curves over the cycle are kept
 
 
 def compute_point(task: Task, before: Run) -> None:
-    """Analyse a scene and write what is kept of it, or the error that it ended with.
-
-    An error that the program does not know is written too, but the point is tried again by the next sweep.
-
-    Parameters
-    ----------
-    task
-        The point.
-    before
-        Motions of the points before it, from which its own is sought.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    MechanismError
-        When the computer has too little of something, such as memory.
-    """
+    """Analyse a scene and write what is kept of it, or the error that it ended with."""
+    # An error that the program does not know is written too, but the point is tried again by the next sweep.
     start = time.perf_counter()
     record: Record = dict.fromkeys(TEXTS, "") | {"again": False}
     try:
@@ -151,26 +121,12 @@ def _before_here() -> Run:
 
 
 def compute_here(task: Task) -> None:
-    """Compute one of the points of a worker process, which begins from those before it.
-
-    Parameters
-    ----------
-    task
-        The point.
-    """
+    """Compute one of the points of a worker process, which begins from those before it."""
     compute_point(task, _before_here())
 
 
 def reduced(result: Result, gauge: Gauge) -> Record:
-    """Keep of a result what `KEPT` lists, as far as it is there.
-
-    Parameters
-    ----------
-    result
-        The result of a point.
-    gauge
-        Where the strain is split into harmonics.
-    """
+    """Keep of a result what `KEPT` lists, as far as it is there."""
     data, variables = result.data, result.data.variables  # without labels, which take longer
     acting = [effect["name"] for effect in json.loads(data.attrs.get("effects", "[]")) if effect["acts"]]
     values = _strains(result, gauge)
@@ -244,18 +200,7 @@ def _strains(result: Result, gauge: Gauge) -> dict[str, Array]:
 
 
 def stacked(numbers: Sequence[Any]) -> Array:
-    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing.
-
-    Parameters
-    ----------
-    numbers
-        The arrays, or numbers, of each point.
-
-    Returns
-    -------
-    numpy.ndarray
-        ``(points, ...)``, the rest as large as the largest of each axis.
-    """
+    """Stack arrays (None: there is none) that may differ in size, with NaN where one has nothing."""
     arrays = [np.array(math.nan) if found is None else np.asarray(found, dtype=float) for found in numbers]
     rank = max(array.ndim for array in arrays)
     arrays = [array.reshape((1,) * (rank - array.ndim) + array.shape) for array in arrays]
@@ -269,21 +214,7 @@ def stacked(numbers: Sequence[Any]) -> Array:
 def tabulated(
     data: xr.Dataset, records: Sequence[Record], variables: Variables, scene: Scene, shape: Mapping[str, int]
 ) -> xr.Dataset:
-    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes.
-
-    Parameters
-    ----------
-    data
-        The dataset with the coordinates of the grid.
-    records
-        What is kept of each point, in the order of the grid.
-    variables
-        Dimensions, unit and meaning of each variable to add.
-    scene
-        The scene of one point, for labels and the unit of the drive's effort.
-    shape
-        Number of values along each dimension of the grid.
-    """
+    """Add the numbers of the points of a grid, in its order, and the labels of their members, joints and modes."""
     for name, (dims, unit, meaning) in variables.items():
         numbers = stacked([record.get("values", {}).get(name) for record in records])
         if not np.isnan(numbers).all():  # nor are there none at all

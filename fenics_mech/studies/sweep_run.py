@@ -100,13 +100,7 @@ class SweepRun:
         return values
 
     def answer_at(self, value: float) -> Record:
-        """Give what is kept of a point of a line that is none of the sweep's own; the first process calls this alone.
-
-        Parameters
-        ----------
-        value
-            The value of the one field.
-        """
+        """Give what is kept of a point between those of a line; the first process calls this alone."""
         quick = self.without_estimates if self.at_peaks_alone else self
         task = quick.task((value,), None)._replace(curves=False)
         if read_point(task.path, self.any_scene) is None:
@@ -152,10 +146,8 @@ class SweepRun:
         write_whole(path, lambda temporary: temporary.write_text(json.dumps(plan, indent=1)))
 
     def compute(self, points: Sequence[Point]) -> None:
-        """Compute those points that are missing.
-
-        Points whose links are the same follow each other.
-        """
+        """Compute those points that are missing."""
+        # Points whose links are the same follow each other.
         links = [number for number, axis in enumerate(self.axes) if axis.shapes_links]
         points = sorted(points, key=lambda point: [point[number] for number in links])
         missing = self.at_root(
@@ -228,10 +220,8 @@ class SweepRun:
         return stacked(self.strains(points)).reshape(len(points), -1)
 
     def ends_and_peaks(self, values: Sequence[Sequence[float]]) -> list[Point]:
-        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it.
-
-        Points that failed are not among them: with estimates they fail as well.
-        """
+        """Give the points at the corners of a grid, and where a member's peak strain is no less than beside it."""
+        # Points that failed are not among them: with estimates they fail as well.
         points, shape = grid(values), [len(along) for along in values]
         peaks = self.peaks(points)
         found = peaks_of(peaks.reshape(*shape, -1), len(shape)).ravel() & ~np.isnan(peaks).all(axis=1)
@@ -259,10 +249,8 @@ class SweepRun:
         return self.dataset(values, records)
 
     def kept(self, quick: SweepRun, point: Point) -> Record:
-        """Give what is kept of a point with estimates: of one that they refuse, the answer and the message.
-
-        Else curves would have gaps at their peaks, beside points that are as coarse and have no estimates.
-        """
+        """Give what is kept of a point with estimates: of one that they refuse, the answer and the message."""
+        # Else curves would have gaps at their peaks, beside points that are as coarse and have no estimates.
         (found,) = self.records([point])
         if quick is self or found["error"] != UnresolvedError.__name__:
             return found

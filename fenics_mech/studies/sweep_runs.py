@@ -18,34 +18,13 @@ LONGEST = 8  # points of a run: processes share runs, and the first point of eac
 
 
 def longest_run(scene: Scene) -> int:
-    """Give the most points of a run: 1 where no motion needs Newton's method.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the most points of a run: 1 where no motion needs Newton's method."""
     exact = scene.effects == "auto" or EXACT_STRAINS in scene.named_effects
     return LONGEST if exact and scene.analysis.method == "periodic" else 1
 
 
 def runs_of(points: Sequence[Sequence[float]], missing: Collection[int], longest: int) -> list[list[int]]:
-    """Split those points that are missing into runs.
-
-    Parameters
-    ----------
-    points
-        Values of the swept fields of all points, in their order.
-    missing
-        Numbers of the points to be computed.
-    longest
-        Most points of a run.
-
-    Returns
-    -------
-    list
-        Numbers of the points of each run. In all of its points but one field has the same value.
-    """
+    """Split those points that are missing into runs."""
     runs: list[list[int]] = []
     for number, point in enumerate(points):
         changes = sum(here != before for here, before in zip(point, points[number - 1]))
@@ -58,20 +37,7 @@ def runs_of(points: Sequence[Sequence[float]], missing: Collection[int], longest
 
 
 def shrinking_runs(missing: Sequence[int], processes: int) -> list[list[int]]:
-    """Split points that do not depend on others into runs, long ones first, so that processes end together.
-
-    Parameters
-    ----------
-    missing
-        Numbers of the points to be computed.
-    processes
-        Number of processes that share them: one has one run.
-
-    Returns
-    -------
-    list
-        Numbers of the points of each run: half of what each process would have of those that are left.
-    """
+    """Split points that do not depend on others into runs, long ones first, so that processes end together."""
     runs, left = [], list(missing)
     while left:
         count = max(1, len(left) // (2 * processes)) if processes > 1 else len(left)

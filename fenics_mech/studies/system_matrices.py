@@ -165,10 +165,8 @@ def _tangents(
 
 
 def _coordinates(made: SceneMachine, t: Array, coupled: bool) -> tuple[list[Array], list[str]]:
-    """Give the machine's coordinates by independent ones, two derivatives by time, and names of those.
-
-    The first three are ``(positions, n, independent)`` each; derivatives are 0 where nothing is coupled.
-    """
+    """Give the machine's coordinates by independent ones, two derivatives by time, and names of those."""
+    # The first three are ``(positions, n, independent)`` each; derivatives are 0 where nothing is coupled.
     machine = made.machine
     turned, rows = _turned(machine, t), _rows(machine, t)
     dependent = _dependent(rows @ turned)

@@ -20,13 +20,7 @@ Channel = tuple[Connection, int]  # where a process sends its records, and from 
 
 
 class _Pipe:
-    """A pipe as the queue of a `QueueHandler`.
-
-    Parameters
-    ----------
-    connection
-        The end into which records go.
-    """
+    """A pipe as the queue of a `QueueHandler`."""
 
     def __init__(self, connection: Connection) -> None:
         self.put_nowait = connection.send
@@ -43,13 +37,7 @@ class WorkerLogs:
         self.thread = threading.Thread(target=self._listen, daemon=True)
 
     def channel(self, context: BaseContext) -> Channel:
-        """Give a new process what it sends its records by.
-
-        Parameters
-        ----------
-        context
-            How processes are started.
-        """
+        """Give a new process what it sends its records by."""
         here, there = context.Pipe(duplex=False)
         self.ends.append(here)
         self.others.append(there)
@@ -90,13 +78,7 @@ def heard() -> Iterator[WorkerLogs]:
 
 
 def send_log(channel: Channel) -> None:
-    """Let a process send what it logs to the one that it works for.
-
-    Parameters
-    ----------
-    channel
-        Where to, and from which level on.
-    """
+    """Let a process send what it logs to the one that it works for."""
     connection, level = channel
     logger = logging.getLogger(NAME)
     logger.handlers, logger.propagate = [QueueHandler(_Pipe(connection))], False  # type: ignore[arg-type]

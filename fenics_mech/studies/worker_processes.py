@@ -31,31 +31,18 @@ Task = TypeVar("Task")
 
 
 def prepare(module: str) -> None:
-    """Let what starts processes import what they need, while this one imports what it needs itself.
-
-    Python and PETSc would look for modules and options in the current folder, which may be a stranger's. So that
-    process begins in another one; those that it starts are in the current folder.
-
-    Parameters
-    ----------
-    module
-        The module of the work.
-    """
+    """Let what starts processes import what they need, while this one imports what it needs itself."""
+    # Python and PETSc would look for modules and options in the current folder, which may be a stranger's. So that
+    # process begins in another one; those that it starts are in the current folder.
     forkserver.set_forkserver_preload([STARTER, __name__, module, *LATER])  # imported once for all
     with chdir(os.sep):
         forkserver.ensure_running()
 
 
 class Workers:
-    """Processes that are started as there is work, and end with the block of a study: ``with Workers(2) as workers``.
+    """Processes that start as there is work, and end with the block of a study: ``with Workers(2) as workers``."""
 
-    What they keep from one task to the next, they keep from one call of `share` to the next too.
-
-    Parameters
-    ----------
-    count
-        Number of processes; 0 after the block.
-    """
+    # What they keep from one task to the next, they keep from one call of `share` to the next too.
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -81,26 +68,7 @@ class Workers:
         lost: Callable[[Task], None],
         started: Callable[[Task], None] = lambda task: None,
     ) -> None:
-        """Let the processes work on tasks.
-
-        Parameters
-        ----------
-        runs
-            What to work on, in this order; each task is pickled, and asked for when the one before it is done. One
-            process works on a run, unless it is lost: another then goes on with the run after the task that was lost.
-        work
-            A function of a module, that each process imports. Its first error ends all.
-        lost
-            Called with the task of a process that was ended from outside; another process takes its place.
-        started
-            Called with each task as it begins.
-
-        Raises
-        ------
-        SolverError
-            If `MAX_FAILED_STARTS` processes in a row are lost before they work, or `mpirun` started this one: MPI would
-            not start in those.
-        """
+        """Let the processes work on tasks."""
         if launched():
             raise SolverError("`--jobs` starts processes itself, which `mpirun` does not let it: leave one of them out")
         prepare(work.__module__)

@@ -36,21 +36,11 @@ CHAOS, TINY = ChaosLimits(), float(np.finfo(float).tiny)
 
 @dataclass(frozen=True)
 class Chaos:
-    """A number as a sum of orthonormal polynomials.
+    """A number as a sum of orthonormal polynomials."""
 
-    Parameters
-    ----------
-    powers
-        Degree of each polynomial in each variable, ``(polynomials, variables)``; the first is the constant.
-    coefficients
-        Of the polynomials, ``(polynomials,)``.
-    left
-        Share of the variance of samples that they do not tell, each sample by a fit to all others.
-    """
-
-    powers: Index
-    coefficients: Array
-    left: float
+    powers: Index  # degree of each polynomial in each variable, ``(polynomials, variables)``; the first is the constant
+    coefficients: Array  # of the polynomials, ``(polynomials,)``
+    left: float  # share of the variance of samples that they do not tell, each sample by a fit to all others
 
     @property
     def degree(self) -> int:
@@ -84,29 +74,7 @@ class Chaos:
 
 
 def polynomial_chaos(places: Array, values: Array, normal: Truths) -> Chaos | None:
-    """Fit polynomials to samples; of all degrees that of the least error counts.
-
-    Parameters
-    ----------
-    places
-        Where the variables are in their ranges, 0..1, ``(samples, variables)``.
-    values
-        The number there, ``(samples,)``.
-    normal
-        Which variables have a normal distribution, cut at four deviations; others are uniform, ``(variables,)``.
-
-    Returns
-    -------
-    Chaos or None
-        None where there are fewer samples than two for each linear term, or the number does not scatter.
-
-    Examples
-    --------
-    >>> places = np.random.default_rng(0).random((40, 2))
-    >>> found = polynomial_chaos(places, places[:, 0] * places[:, 1], np.zeros(2, dtype=bool))
-    >>> found.degree, found.first.round(4).tolist(), round(found.mean, 4)
-    (2, [0.4286, 0.4286], 0.25)
-    """
+    """Fit polynomials to samples; of all degrees that of the least error counts."""
     best: Chaos | None = None
     if not np.ptp(values) > 0:
         return None

@@ -10,15 +10,7 @@ from fenics_mech.studies.design.result_curves import ResultNumbers
 
 
 def why_differences(design: Design, quantities: Sequence[ResultNumbers]) -> str:
-    """Say why derivatives are differences of trials; nothing where the equation about a trial's motion gives them.
-
-    Parameters
-    ----------
-    design
-        The scene and its variables.
-    quantities
-        The numbers that are looked at.
-    """
+    """Say why derivatives are differences of trials; nothing where the equation about a trial's motion gives them."""
     scene = design.scene
     reasons = {
         f"the method is {scene.analysis.method!r}": scene.analysis.method == "transient",

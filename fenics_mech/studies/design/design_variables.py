@@ -16,43 +16,21 @@ from fenics_mech.studies.sweep_axes import placed, range_in_si, scene_data, unit
 
 @dataclass(frozen=True)
 class DesignVariable:
-    """A variable of a study in SI.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    numbers
-        The numbers of the scene that follow it.
-    lower, upper
-        Its bounds; of a choice the first and the last index.
-    start
-        Where a search begins.
-    unit
-        SI unit, "1" where it has none.
-    choices
-        Values of a choice, whose variable is their index.
-    written
-        The unit in which its bounds or its start are written, and how much of SI it is; None where they have none.
-    """
+    """A variable of a study in SI."""
 
     name: str
-    numbers: tuple[Tied, ...]
+    numbers: tuple[Tied, ...]  # the numbers of the scene that follow it
+    # lower, upper: its bounds; of a choice the first and the last index
     lower: float
     upper: float
-    start: float
-    unit: str = "1"
-    choices: tuple[Any, ...] = ()
+    start: float  # where a search begins
+    unit: str = "1"  # SI unit, "1" where it has none
+    choices: tuple[Any, ...] = ()  # values of a choice, whose variable is their index
+    # the unit in which its bounds or its start are written, and how much of SI it is; None where they have none
     written: tuple[str, float] | None = None
 
     def values(self, value: float) -> dict[str, Any]:
-        """Give the numbers of the scene at a value of the variable, by dotted path.
-
-        Parameters
-        ----------
-        value
-            The value in SI; of a choice the index, which is rounded.
-        """
+        """Give the numbers of the scene at a value of the variable, by dotted path."""
         if self.choices:
             chosen = self.choices[round(value)]
             return {tied.number: chosen for tied in self.numbers}
@@ -165,15 +143,7 @@ class Design:
 
 
 def refuse_twice(variables: Sequence[DesignVariable], place: str) -> None:
-    """Raise `SceneError` where two variables change one number.
-
-    Parameters
-    ----------
-    variables
-        The variables.
-    place
-        The table that states them.
-    """
+    """Raise `SceneError` where two variables change one number."""
     seen: dict[str, str] = {}
     for variable in variables:
         for tied in variable.numbers:
@@ -197,20 +167,7 @@ def _read(scene: Scene, place: str, variable: Variable) -> DesignVariable:
 
 
 def tied_numbers(scene: Scene, numbers: Sequence[str | Tied]) -> tuple[Tied, ...]:
-    """Give the numbers of the scene that follow a variable.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    numbers
-        Paths, or numbers with a factor and a power.
-
-    Raises
-    ------
-    SceneError
-        When the scene has no such number.
-    """
+    """Give the numbers of the scene that follow a variable."""
     found = tuple(tied if isinstance(tied, Tied) else Tied(number=tied) for tied in numbers)
     for tied in found:
         _refuse_unknown(scene, tied.number)

@@ -39,32 +39,14 @@ FIT = FitLimits()
 
 @dataclass(frozen=True)
 class Noisy:
-    """Measured values in groups, each with noise of one size.
+    """Measured values in groups, each with noise of one size."""
 
-    Parameters
-    ----------
-    values
-        The values, ``(points,)``.
-    group
-        The group of each, ``(points,)``.
-    known
-        Standard deviation of the noise of each group; NaN where it is to be estimated, ``(groups,)``.
-    """
-
-    values: Array
-    group: Index
-    known: Array
+    values: Array  # the values, ``(points,)``
+    group: Index  # the group of each, ``(points,)``
+    known: Array  # standard deviation of the noise of each group; NaN where it is to be estimated, ``(groups,)``
 
     def noise(self, difference: Array, variables: int) -> Array:
-        """Standard deviation of the noise of each group, known or from the differences, ``(groups,)``.
-
-        Parameters
-        ----------
-        difference
-            Measured less predicted values, ``(points,)``.
-        variables
-            Number of variables, by which differences are smaller than the noise.
-        """
+        """Standard deviation of the noise of each group, known or from the differences, ``(groups,)``."""
         count = np.bincount(self.group, minlength=len(self.known))
         square = np.bincount(self.group, difference**2, minlength=len(self.known))
         size = np.bincount(self.group, self.values**2, minlength=len(self.known))
@@ -76,30 +58,14 @@ class Noisy:
 
 @dataclass(frozen=True)
 class Fit:
-    """What least squares found, for variables from 0 to 1.
+    """What least squares found, for variables from 0 to 1."""
 
-    Parameters
-    ----------
-    at
-        The variables, ``(variables,)``.
-    predicted
-        Predicted values there, ``(points,)``.
-    slopes
-        Their derivatives, ``(points, variables)``.
-    noise
-        Standard deviation of the noise of each group, ``(groups,)``.
-    data
-        What was measured.
-    converged
-        Whether the search came to its end, and the noise settled.
-    """
-
-    at: Array
-    predicted: Array
-    slopes: Array
-    noise: Array
-    data: Noisy
-    converged: bool = True
+    at: Array  # the variables, ``(variables,)``
+    predicted: Array  # predicted values there, ``(points,)``
+    slopes: Array  # their derivatives, ``(points, variables)``
+    noise: Array  # standard deviation of the noise of each group, ``(groups,)``
+    data: Noisy  # what was measured
+    converged: bool = True  # whether the search came to its end, and the noise settled
 
     @property
     def weighted(self) -> Array:
@@ -113,10 +79,8 @@ class Fit:
 
     @cached_property
     def directions(self) -> tuple[Array, Array]:
-        """Directions in which the data tell less and less, as columns, and the deviation along each.
-
-        They are the right singular vectors of the weighted derivatives, and one over its singular values.
-        """
+        """Directions in which the data tell less and less, as columns, and the deviation along each."""
+        # They are the right singular vectors of the weighted derivatives, and one over its singular values.
         _, sizes, rows = np.linalg.svd(self.slopes / self.noise[self.data.group][:, None])
         sizes = np.concatenate([sizes, np.zeros(len(self.at) - len(sizes))])
         with np.errstate(divide="ignore"):
@@ -135,10 +99,8 @@ class Fit:
 
     @property
     def covariance(self) -> Array:
-        """Covariance of the variables, ``(variables, variables)``: the inverse of J'J, with weighted derivatives J.
-
-        Along directions that the data do not tell, a value may be anywhere in its range.
-        """
+        """Covariance of the variables, ``(variables, variables)``: the inverse of J'J, with weighted derivatives J."""
+        # Along directions that the data do not tell, a value may be anywhere in its range.
         directions, deviation = self.directions
         return (directions * np.minimum(deviation, FIT.untold) ** 2) @ directions.T
 
@@ -154,30 +116,7 @@ class Fit:
 def fit(
     predict: Callable[[Array], Array], slopes: Callable[[Array], Array], data: Noisy, start: Array, tolerance: float
 ) -> Fit:
-    """Fit variables from 0 to 1 to measured values.
-
-    Parameters
-    ----------
-    predict
-        Gives the values at variables, ``(points,)``.
-    slopes
-        Gives their derivatives, ``(points, variables)``.
-    data
-        The measured values.
-    start
-        Where the search begins, ``(variables,)``.
-    tolerance
-        Relative change of variables or sum at which it ends.
-
-    Examples
-    --------
-    >>> x = np.linspace(0, 1, 50)
-    >>> measured = 0.3 + 0.01 * np.random.default_rng(1).normal(size=50)
-    >>> data = Noisy(measured, np.zeros(50, dtype=int), np.array([np.nan]))
-    >>> found = fit(lambda at: at * np.ones(50), lambda at: np.ones((50, 1)), data, np.array([0.5]), 1e-10)
-    >>> bool(np.isclose(found.at[0], measured.mean()))
-    True
-    """
+    """Fit variables from 0 to 1 to measured values."""
     from scipy.optimize import least_squares  # noqa: PLC0415  (slow to import)
 
     def search(at: Array, scale: Array) -> tuple[Array, bool]:

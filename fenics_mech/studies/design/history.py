@@ -12,30 +12,13 @@ from fenics_mech.studies.design.trial import Trial
 
 
 class History:
-    """A CSV file of trials, to which each is added when it is known.
-
-    Parameters
-    ----------
-    path
-        The file; one of an earlier search is written anew.
-    """
+    """A CSV file of trials, to which each is added when it is known."""
 
     def __init__(self, path: Path) -> None:
         self.path, self.written = path, 0
 
     def follow(self, problem: Problem) -> None:
-        """Add the trials that are not written yet, once that of the start is known.
-
-        Parameters
-        ----------
-        problem
-            The problem, with its trials.
-
-        Raises
-        ------
-        ResultError
-            When the file cannot be written.
-        """
+        """Add the trials that are not written yet, once that of the start is known."""
         if problem.best is None:
             return
         new = problem.history[self.written :]
@@ -51,22 +34,7 @@ class History:
 
 
 def write_trials(problem: Problem, trials: Sequence[Trial], path: Path) -> None:
-    """Write trials as a table by the first aim, with their numbers in the history.
-
-    Parameters
-    ----------
-    problem
-        The problem, with its trials.
-    trials
-        Those to be written.
-    path
-        The file.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write trials as a table by the first aim, with their numbers in the history."""
     aim, numbers = problem.aims[0][0], {id(trial): number for number, trial in enumerate(problem.history, 1)}
     rows = [_row(problem, numbers[id(trial)], trial) for trial in sorted(trials, key=lambda one: one.numbers[aim])]
     write_table(path, [_head(problem), *rows])

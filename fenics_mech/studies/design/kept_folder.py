@@ -15,20 +15,8 @@ from fenics_mech.errors import ResultError
 
 @contextmanager
 def kept_folder(folder: str | Path | None) -> Iterator[Path]:
-    """Give a folder in which no other study works meanwhile.
-
-    The system lets it free with the process, however that ends.
-
-    Parameters
-    ----------
-    folder
-        The folder, which is made where it is missing; None for a temporary one.
-
-    Raises
-    ------
-    ResultError
-        When it cannot be made, or another study works in it.
-    """
+    """Give a folder in which no other study works meanwhile."""
+    # The system lets it free with the process, however that ends.
     if folder is None:
         with TemporaryDirectory() as made:
             yield Path(made)

@@ -107,19 +107,7 @@ class Observation:
 
 
 def read_observations(path: Path) -> list[Observation]:
-    """Read a CSV file of measured curves or numbers.
-
-    Parameters
-    ----------
-    path
-        The file. Its header is "angle_deg" and names of curves, or "number,value,deviation". Columns before these are
-        numbers of the scene by their dotted paths, at which each line was measured.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be read.
-    """
+    """Read a CSV file of measured curves or numbers."""
     header, rows = read_cells(path, FORM)
     names = [cell.lower() for cell in header]
     first = next((k for k, name in enumerate(names) if name in (ANGLE, NUMBERS[0])), len(names))
@@ -183,18 +171,7 @@ def _refuse_huge(name: str, values: Array) -> None:
 
 
 def stated_observations(scene: Scene) -> list[Observation]:
-    """Read the files of the measurements that a scene states.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When there are none, or one cannot be read.
-    """
+    """Read the files of the measurements that a scene states."""
     found = []
     for one in scene.measurements:
         angle, strain = read_measurement(one.file)

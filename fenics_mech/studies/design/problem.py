@@ -30,23 +30,13 @@ PROBLEM = ProblemLimits()
 
 @dataclass(frozen=True)
 class Bound:
-    """A limit as ``sign * (number - limit) / scale <= 0``, or the logarithm of their ratio where both are sizes.
+    """A limit as ``sign * (number - limit) / scale <= 0``, or the logarithm of their ratio where both are sizes."""
 
-    Strains fall with powers of the dimensions, and their logarithms are nearly linear.
+    # Strains fall with powers of the dimensions, and their logarithms are nearly linear.
 
-    Parameters
-    ----------
-    of
-        Name of the number.
-    limit
-        In SI.
-    sign
-        1 for the largest value, -1 for the least.
-    """
-
-    of: str
-    limit: float
-    sign: float
+    of: str  # name of the number
+    limit: float  # in SI
+    sign: float  # 1 for the largest value, -1 for the least
 
     @property
     def words(self) -> str:
@@ -69,18 +59,7 @@ class Bound:
 
 
 def bounds_of(study: Study) -> tuple[Bound, ...]:
-    """Give the limits of a study in SI, the least and the most of each as one.
-
-    Parameters
-    ----------
-    study
-        The study.
-
-    Raises
-    ------
-    SceneError
-        When a limit cannot be read, or the least is not below the most.
-    """
+    """Give the limits of a study in SI, the least and the most of each as one."""
     found: list[Bound] = []
     for limit in study.limits:
         quantity = Quantity.read(limit.of)
@@ -95,17 +74,9 @@ def bounds_of(study: Study) -> tuple[Bound, ...]:
 
 @dataclass(frozen=True)
 class Problem(Explorer):
-    """The aims and limits of a study over variables that go from 0 to 1.
+    """The aims and limits of a study over variables that go from 0 to 1."""
 
-    Parameters
-    ----------
-    trials, progress, history
-        As of `Explorer`.
-    squares
-        Whether trials count by the sum of the squares of their aims, and not by the sum.
-    """
-
-    squares: bool = False
+    squares: bool = False  # whether trials count by the sum of the squares of their aims, and not by the sum
 
     @cached_property
     def aims(self) -> tuple[tuple[str, float], ...]:
@@ -145,15 +116,8 @@ class Problem(Explorer):
         return abs(bound.limit) or self.scales[bound.of]
 
     def jacobian(self, unit: Array) -> tuple[Array, Array]:
-        """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``.
-
-        They are 0 where they are not known, so that a search moves along the other variables.
-
-        Parameters
-        ----------
-        unit
-            The variables, ``(variables,)``; see `Explorer.derivatives`.
-        """
+        """Derivatives of aims and excess by the variables, ``(aims, variables)`` and ``(limits, variables)``."""
+        # They are 0 where they are not known, so that a search moves along the other variables.
         trial, found = self.run([unit])[0], self.derivatives(unit)
         if trial.failed:  # aims and excess are constants there
             return np.zeros((len(self.aims), len(unit))), np.zeros((len(self.bounds), len(unit)))

@@ -20,27 +20,8 @@ REDUCTIONS: dict[str, Callable[[Array], Array]] = {  # of a curve over the posit
 
 
 def reduced(found: xr.DataArray, reduction: str) -> float:
-    """Reduce a variable to one number: over the positions first, and then to the worst of the places.
-
-    The worst is the largest size, or the least value of "min". Vectors count by their lengths.
-
-    Parameters
-    ----------
-    found
-        The variable.
-    reduction
-        One of `REDUCTIONS`: largest size, least value, mean, root mean square, or largest less least value.
-
-    Returns
-    -------
-    float
-        The number; NaN where there is none.
-
-    Examples
-    --------
-    >>> reduced(xr.DataArray([[3.0, 4.0], [0.0, 1.0]], dims=("theta", "component")), "max")
-    5.0
-    """
+    """Reduce a variable to one number: over the positions first, and then to the worst of the places."""
+    # The worst is the largest size, or the least value of "min". Vectors count by their lengths.
     if "component" in found.dims:
         found = ((found**2).sum("component")) ** 0.5
     values = found.transpose("theta", ...).to_numpy() if "theta" in found.dims else found.to_numpy()[None]

@@ -19,24 +19,10 @@ from fenics_mech.studies.design.targets import at_angles
 
 @dataclass(frozen=True)
 class Curve:
-    """A quantity of a result at drive angles.
+    """A quantity of a result at drive angles."""
 
-    Parameters
-    ----------
-    of
-        The quantity, without a reduction.
-    angles
-        Drive angles (rad).
-
-    Examples
-    --------
-    >>> curve = Curve.read("torque", [0.0, 1.0])
-    >>> curve.names
-    ('torque at 0 deg', 'torque at 57.2957795 deg')
-    """
-
-    of: Quantity
-    angles: tuple[float, ...]
+    of: Quantity  # the quantity, without a reduction
+    angles: tuple[float, ...]  # drive angles (rad)
     names: tuple[str, ...] = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -45,20 +31,7 @@ class Curve:
 
     @classmethod
     def read(cls, text: str, angles: Array | list[float]) -> Curve:
-        """Read the name of a curve.
-
-        Parameters
-        ----------
-        text
-            ``NAME`` or ``NAME[LABEL]...``.
-        angles
-            Drive angles (rad), ``(angles,)``.
-
-        Raises
-        ------
-        SceneError
-            When there is no such quantity, or it is no curve.
-        """
+        """Read the name of a curve."""
         of = Quantity.read(text)
         if of.reduction or of.name in OWN:
             hint = "Write a variable of the result and its labels, such as strain[coupler][@0.5][+] or torque"
@@ -96,20 +69,7 @@ class Curve:
         return self.of.needs_stability
 
     def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
-        """Give its values in a result, by their names.
-
-        Parameters
-        ----------
-        result
-            The result.
-        targets
-            Not used.
-
-        Raises
-        ------
-        SceneError
-            When the result has no such variable, or it is not one number at each position.
-        """
+        """Give its values in a result, by their names."""
         if result.cases:
             if not (case := self.of.case_of(result)):
                 hint = f"Name one in brackets: {', '.join(result.cases)}"

@@ -52,44 +52,16 @@ FORM = "Write NAME[LABEL].REDUCTION, such as strain[coupler].max; reductions are
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number of a result.
+    """A number of a result."""
 
-    Parameters
-    ----------
-    text
-        What the user wrote.
-    name
-        Variable of the result, or one of `OWN`.
-    labels
-        Member, joint, mode or the like; all where there is none.
-    reduction
-        What is taken over the cycle; "" of what is one number already.
-
-    Examples
-    --------
-    >>> Quantity.read("strain[coupler].max").labels
-    ('coupler',)
-    """
-
-    text: str
-    name: str
-    labels: tuple[str, ...]
-    reduction: str
+    text: str  # what the user wrote
+    name: str  # variable of the result, or one of `OWN`
+    labels: tuple[str, ...]  # member, joint, mode or the like; all where there is none
+    reduction: str  # what is taken over the cycle; "" of what is one number already
 
     @classmethod
     def read(cls, text: str) -> Quantity:
-        """Read the name of a number.
-
-        Parameters
-        ----------
-        text
-            The name: ``NAME``, ``NAME.REDUCTION`` or ``NAME[LABEL].REDUCTION``.
-
-        Raises
-        ------
-        SceneError
-            When there is no such number; the error names those that are spelled nearly so.
-        """
+        """Read the name of a number."""
         match = NAME.fullmatch(text.strip())
         if match is None:
             raise SceneError(f"cannot read {shortened(text)} as a number of a result", place="study", hint=FORM)
@@ -137,18 +109,7 @@ class Quantity:
         return made_from.get(self.name, (self.name,))
 
     def in_si(self, value: float | str) -> float:
-        """Read a limit on the number.
-
-        Parameters
-        ----------
-        value
-            A number in SI, or a text with a unit.
-
-        Raises
-        ------
-        SceneError
-            When it cannot be read in the unit of the number.
-        """
+        """Read a limit on the number."""
         unit = self.unit.replace(" ", "*").replace("^", "**")
         try:
             return float(in_unit(unit)(value) if unit in EXAMPLES else value)
@@ -156,20 +117,7 @@ class Quantity:
             raise SceneError(f"{self.text!r}: {error}", place="study.limits") from error
 
     def of(self, result: Result, targets: Mapping[str, Target] | None = None) -> float:
-        """Give the number of a result.
-
-        Parameters
-        ----------
-        result
-            The result.
-        targets
-            Paths that points are to follow, by name.
-
-        Raises
-        ------
-        SceneError
-            When the result has no such variable or label, or it is not one number.
-        """
+        """Give the number of a result."""
         if self.name == "mass":
             return total_mass(result.scene, self.labels)
         if result.cases and (self.name != "safety" or self.case_of(result)):
@@ -190,13 +138,7 @@ class Quantity:
         return self._of_variable(result)
 
     def case_of(self, result: Result) -> str:
-        """Name the load case of a result that a label names; "" where none does.
-
-        Parameters
-        ----------
-        result
-            The result.
-        """
+        """Name the load case of a result that a label names; "" where none does."""
         return next((label for label in self.labels if label in result.cases), "")
 
     def _of_cases(self, result: Result, targets: Mapping[str, Target] | None) -> float:
@@ -208,30 +150,11 @@ class Quantity:
         return min(found) if self.reduction == "min" or self.name == "stability" else max(found, key=abs)
 
     def numbers(self, result: Result, targets: Mapping[str, Target]) -> dict[str, float]:
-        """Give the number of a result by its name; see `of`.
-
-        Parameters
-        ----------
-        result
-            The result.
-        targets
-            Paths that points are to follow, by name.
-        """
+        """Give the number of a result by its name; see `of`."""
         return {self.text: self.of(result, targets)}
 
     def variable(self, result: Result) -> xr.DataArray:
-        """Give the variable of a result with the labels taken.
-
-        Parameters
-        ----------
-        result
-            The result.
-
-        Raises
-        ------
-        SceneError
-            When the result has no such variable or label.
-        """
+        """Give the variable of a result with the labels taken."""
         if self.name not in result.data:
             raise SceneError(f"{self.text!r}: this result has no {self.name!r}", place="study", hint=_available(result))
         return self._selected(result.data[self.name])
@@ -269,13 +192,7 @@ def _between(result: Result, found: xr.DataArray, reduction: str) -> float:
 
 
 def read_all(names: Sequence[str]) -> tuple[Quantity, ...]:
-    """Read several names, each once; see `Quantity.read`.
-
-    Parameters
-    ----------
-    names
-        The names.
-    """
+    """Read several names, each once; see `Quantity.read`."""
     return tuple(Quantity.read(name) for name in dict.fromkeys(names))
 
 
@@ -322,10 +239,8 @@ def _require_multipliers(quantity: Quantity, result: Result) -> None:
 
 
 def _least_factor(quantity: Quantity, result: Result) -> float:
-    """Give the least factor of safety over the wanted one, of a member, a mode, both or all.
-
-    Of all modes those that rest on an assumed grade or pin do not count; a mode that is named counts in any case.
-    """
+    """Give the least factor of safety over the wanted one, of a member, a mode, both or all."""
+    # Of all modes those that rest on an assumed grade or pin do not count; a mode that is named counts in any case.
     found, said = judge(result), f"{quantity.text!r}: "
     modes = [label for label in quantity.labels if label in KEYS]
     members = [label for label in quantity.labels if label in found.checks]
@@ -350,25 +265,7 @@ def _tracer(quantity: Quantity, result: Result, targets: Mapping[str, Target]) -
 
 
 def total_mass(scene: Scene, links: Sequence[str] = ()) -> float:
-    """Mass of the links and of the point masses on them (kg).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    links
-        Links that are counted; all where none is named.
-
-    Raises
-    ------
-    SceneError
-        When there is no such link.
-
-    Examples
-    --------
-    >>> f"{total_mass(fm.load('demos/four_bar.toml'), ['coupler']):.4f}"
-    '0.0308'
-    """
+    """Mass of the links and of the point masses on them (kg)."""
     counted = set(links or scene.links)
     if unknown := sorted(counted - set(scene.links)):
         known = ", ".join(scene.links)

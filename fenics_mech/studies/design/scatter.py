@@ -22,33 +22,15 @@ SAMPLINGS = ("sobol", "latin-hypercube")
 
 @dataclass(frozen=True)
 class Scattered:
-    """The numbers of a scene that scatter.
+    """The numbers of a scene that scatter."""
 
-    Parameters
-    ----------
-    design
-        The scene, with each of them as a variable from its least to its largest value.
-    normal
-        Which have a normal distribution, cut at `CUT` deviations, ``(variables,)``. Others are as likely everywhere.
-    """
-
-    design: Design
+    design: Design  # the scene, with each of them as a variable from its least to its largest value
+    # which have a normal distribution, cut at `CUT` deviations, ``(variables,)``. Others are as likely everywhere.
     normal: Truths
 
     @classmethod
     def of(cls, scene: Scene) -> Scattered:
-        """Read what scatters in the study of a scene.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-
-        Raises
-        ------
-        SceneError
-            When nothing scatters, or a path or a distribution is not valid.
-        """
+        """Read what scatters in the study of a scene."""
         study = scene.study
         if study is None or not study.scatter:
             hint = "Add a [study.scatter] with numbers and a tolerance or deviation of each"
@@ -69,13 +51,7 @@ class Scattered:
         return (upper - lower) * np.where(self.normal, truncnorm.std(-CUT, CUT) / (2 * CUT), uniform)
 
     def values(self, chance: Array) -> Array:
-        """Give the values in SI below which the numbers are with a chance, of the shape of `chance`.
-
-        Parameters
-        ----------
-        chance
-            From 0 to 1, ``(..., variables)``.
-        """
+        """Give the values in SI below which the numbers are with a chance, of the shape of `chance`."""
         from scipy.stats import truncnorm  # noqa: PLC0415
 
         lower, upper = np.array(self.design.bounds).T
@@ -84,24 +60,7 @@ class Scattered:
 
 
 def drawn(sampling: str, count: int, variables: int, seed: int) -> Array:
-    """Draw points of the unit cube, ``(count, variables)``.
-
-    Parameters
-    ----------
-    sampling
-        One of `SAMPLINGS`.
-    count
-        How many; for "sobol" a power of 2 is best.
-    variables
-        Dimensions of the cube.
-    seed
-        Of random numbers.
-
-    Raises
-    ------
-    SceneError
-        When there is no such sampling.
-    """
+    """Draw points of the unit cube, ``(count, variables)``."""
     from scipy.stats import qmc  # noqa: PLC0415
 
     if sampling not in SAMPLINGS:

@@ -26,27 +26,7 @@ SMALL = 1e-2  # share of a variable's range, below which its own size is no meas
 
 
 def slopes(trials: Trials, values: Sequence[float]) -> dict[str, Array]:
-    """Give the derivatives of all numbers of a trial by the variables.
-
-    Parameters
-    ----------
-    trials
-        The trials, for which `Trials.linearised` holds, of scenes whose solver is "poses".
-    values
-        A value of each variable, in SI.
-
-    Returns
-    -------
-    dict
-        By name, by each variable in SI, ``(variables,)``.
-
-    Raises
-    ------
-    DerivativeError
-        When a variable changes coordinates or steps, or multipliers have no derivatives.
-    MechanismError
-        When the analysis fails.
-    """
+    """Give the derivatives of all numbers of a trial by the variables."""
     known, here = trials.solution(values), np.array(values, dtype=float)
     if not isinstance(known, Solved | AtRest):
         raise DerivativeError("the answer is not found by the equation of poses")

@@ -290,15 +290,7 @@ STATISTICS = ("nominal", "mean", "deviation", "linear deviation", *(f"{100 * sha
 
 
 def statistics(found: Spread, name: str) -> list[float]:
-    """Give the `STATISTICS` of a number; those of samples are NaN where there are none.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    name
-        The number.
-    """
+    """Give the `STATISTICS` of a number; those of samples are NaN where there are none."""
     values = np.array([trial.numbers[name] for trial in found.independent if not trial.failed])
     linear = float(np.linalg.norm(found.contributions[name]))
     enough = len(values) > 1

@@ -14,20 +14,7 @@ PATHS = ("point_position_bent", "point_position")  # of links that bend, and of 
 
 
 def tracer_error(result: Result, target: Target) -> xr.DataArray:
-    """Distance of a point from each place of its target (m), ``(theta,)``, one entry for each place.
-
-    Parameters
-    ----------
-    result
-        The result.
-    target
-        The places. Where it states angles, the point is compared at these; else the nearest of its path counts.
-
-    Raises
-    ------
-    SceneError
-        When the result has no such point.
-    """
+    """Distance of a point from each place of its target (m), ``(theta,)``, one entry for each place."""
     name = next((name for name in PATHS if name in result.data), PATHS[-1])
     points = [str(point) for point in result.data["point"].to_numpy()] if name in result.data else []
     if target.point not in points:
@@ -43,17 +30,7 @@ def tracer_error(result: Result, target: Target) -> xr.DataArray:
 
 
 def at_angles(theta: Array, values: Array, angles: Array) -> Array:
-    """Give values of a cycle at other drive angles, by a periodic cubic spline, ``(angles, ...)``.
-
-    Parameters
-    ----------
-    theta
-        Drive angles of the cycle in equal steps (rad), ``(positions,)``.
-    values
-        Values there, ``(positions, ...)``.
-    angles
-        Drive angles (rad), of any turn.
-    """
+    """Give values of a cycle at other drive angles, by a periodic cubic spline, ``(angles, ...)``."""
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import)
 
     turn = np.copysign(2 * np.pi, theta[1] - theta[0])
@@ -63,21 +40,7 @@ def at_angles(theta: Array, values: Array, angles: Array) -> Array:
 
 
 def nearest(path: Array, wanted: Array) -> Array:
-    """Distance of each wanted place from a closed path (m), ``(places,)``.
-
-    Parameters
-    ----------
-    path
-        Corners of the closed path (m), ``(positions, 2)``.
-    wanted
-        The places (m), ``(places, 2)``.
-
-    Examples
-    --------
-    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
-    >>> nearest(square, np.array([[0.5, 0.25]]))
-    array([0.25])
-    """
+    """Distance of each wanted place from a closed path (m), ``(places,)``."""
     along = np.roll(path, -1, axis=0) - path
     square = np.maximum((along**2).sum(axis=1), np.finfo(float).tiny)
     apart = wanted[:, None] - path

@@ -47,25 +47,14 @@ Answer = Solved | AnswersAtRest  # by the equation of poses
 
 @dataclass(frozen=True)
 class Trial:
-    """What one trial found.
+    """What one trial found."""
 
-    Parameters
-    ----------
-    values
-        Values of the variables, in SI.
-    numbers
-        Numbers of the result by name; NaN where the trial failed.
-    error, message
-        Kind of the error that it ended with and what that said; empty where it did not fail.
-    seconds
-        How long it took.
-    """
-
-    values: tuple[float, ...]
-    numbers: dict[str, float]
+    values: tuple[float, ...]  # values of the variables, in SI
+    numbers: dict[str, float]  # numbers of the result by name; NaN where the trial failed
+    # error, message: kind of the error that it ended with and what that said; empty where it did not fail
     error: str
     message: str
-    seconds: float
+    seconds: float  # how long it took
 
     @property
     def failed(self) -> bool:
@@ -75,32 +64,12 @@ class Trial:
 
 @dataclass(frozen=True)
 class Trials:
-    """The trials of a design.
+    """The trials of a design."""
 
-    Parameters
-    ----------
-    design
-        The scene and its variables.
-    quantities
-        The numbers that are looked at.
-    folder
-        Where finished trials are kept; None for nowhere.
-    workers
-        Processes of this machine that share trials, if any do.
-
-    Examples
-    --------
-    >>> study = {"variables": {"speed": {"numbers": ["drive.speed"], "between": [5, 50]}}, "minimise": ["strain.max"]}
-    >>> quasi_static = {"analysis.method": "quasi-static", "analysis.sub_intervals": 36, "study": study}
-    >>> trials = Trials.of(fm.load("demos/four_bar.toml").changed(quasi_static))
-    >>> slow, fast = trials.run([[10.0], [20.0]])
-    >>> fast.numbers["strain.max"] > 3 * slow.numbers["strain.max"]
-    True
-    """
-
-    design: Design
-    quantities: tuple[ResultNumbers, ...]
-    folder: Path | None = None
+    design: Design  # the scene and its variables
+    quantities: tuple[ResultNumbers, ...]  # the numbers that are looked at
+    folder: Path | None = None  # where finished trials are kept; None for nowhere
+    # processes of this machine that share trials, if any do
     workers: Workers | None = field(default=None, compare=False, repr=False)
     _last: dict[tuple[float, ...], Answer] = field(default_factory=dict, compare=False, repr=False)
 
@@ -117,22 +86,7 @@ class Trials:
         folder: Path | None = None,
         workers: Workers | None = None,
     ) -> Trials:
-        """Prepare the trials of a scene.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its study.
-        names
-            The numbers to look at; by default those that the study names.
-        folder, workers
-            As of the class.
-
-        Raises
-        ------
-        SceneError
-            When the study is not valid; see `Design.of` and `Quantity.read`.
-        """
+        """Prepare the trials of a scene."""
         design = Design.of(scene)
         return cls(design, read_all(design.study.names if names is None else names), folder, workers)
 
@@ -141,10 +95,8 @@ class Trials:
         return next(one for one in self.quantities if one.text == name)
 
     def with_fixed_effects(self) -> Trials:
-        """Give the trials with the effects that the scene calls for at the start of the variables.
-
-        Numbers would jump where other effects are chosen.
-        """
+        """Give the trials with the effects that the scene calls for at the start of the variables."""
+        # Numbers would jump where other effects are chosen.
         design = self.design
         if design.scene.effects != "auto" or not design.scene.members() or self._of_masses:
             return self
@@ -164,24 +116,7 @@ class Trials:
         progress: Callable[[Trial], None] = lambda trial: None,
         counted: Callable[[], None] = lambda: None,
     ) -> list[Trial]:
-        """Run trials, or read those that are finished.
-
-        Parameters
-        ----------
-        points
-            Values of the variables, in SI: one list for each trial.
-        progress
-            Called with each trial as it is known, in order.
-        counted
-            Called once for each trial: as another process of this machine begins it, or as it is known.
-
-        Raises
-        ------
-        SceneError
-            When a result has no such number.
-        MechanismError
-            When a file cannot be written, or the computer has too little of something.
-        """
+        """Run trials, or read those that are finished."""
         tasks = [self._task(point) for point in points]
         shared = self._share([task for task in tasks if known(task) is None], counted)
         found = []
@@ -217,18 +152,7 @@ class Trials:
         return not why_differences(self.design, self.quantities)
 
     def solution(self, values: Sequence[float]) -> Answer:
-        """Give the solution of a trial that `linearised` holds for; that of the last trial is known.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-
-        Raises
-        ------
-        MechanismError
-            When the analysis fails.
-        """
+        """Give the solution of a trial that `linearised` holds for; that of the last trial is known."""
         point = tuple(float(value) for value in values)
         if point not in self._last:
             self._analysed(Scene.read(self.data_at(point)), point)
@@ -266,13 +190,7 @@ class Trials:
         return {name for quantity in self.quantities for name in quantity.variables}
 
     def data_at(self, values: Sequence[float]) -> Record:
-        """Give the scene of a trial as plain data.
-
-        Parameters
-        ----------
-        values
-            A value of each variable, in SI.
-        """
+        """Give the scene of a trial as plain data."""
         return placed(self._data, self.design.changes(values))
 
     @cached_property

@@ -86,20 +86,7 @@ def run_task(task: Task, analysed: Analysed) -> Record:
 
 
 def numbers_of(task: Task, analysed: Analysed) -> dict[str, float]:
-    """Analyse the scene of a trial, unless its mass is all that is asked for, and give its numbers by name.
-
-    Parameters
-    ----------
-    task
-        The trial.
-    analysed
-        Analyses a scene, whose variables have these values.
-
-    Raises
-    ------
-    MechanismError
-        When the analysis fails, or a number is not finite.
-    """
+    """Analyse the scene of a trial, unless its mass is all that is asked for, and give its numbers by name."""
     scene = Scene.read(placed(task.scene, task.changes))
     if all(quantity.name == "mass" for quantity in task.quantities):
         return {quantity.text: total_mass(scene, quantity.labels) for quantity in task.quantities}
@@ -124,17 +111,7 @@ def wrong_numbers(quantities: Sequence[ResultNumbers], numbers: Mapping[str, flo
 def read_numbers(
     quantities: Sequence[ResultNumbers], result: Result, targets: Mapping[str, Target]
 ) -> dict[str, float]:
-    """Give the numbers of all quantities of a result, by name.
-
-    Parameters
-    ----------
-    quantities
-        The quantities.
-    result
-        The result.
-    targets
-        Paths that points are to follow, by name.
-    """
+    """Give the numbers of all quantities of a result, by name."""
     found: dict[str, float] = {}
     for quantity in quantities:
         found |= quantity.numbers(result, targets)

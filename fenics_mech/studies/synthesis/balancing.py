@@ -27,43 +27,23 @@ EXACT = 1e-15  # convergence of the least squares
 
 @dataclass(frozen=True)
 class Counterweight:
-    """A mass on the far side of a pin of a link.
+    """A mass on the far side of a pin of a link."""
 
-    Parameters
-    ----------
-    link, pivot
-        The link, and the point of it that the radius is measured from.
-    radius
-        Distance from the pivot (m).
-    mass
-        Mass (kg), beside that of the bar which holds it.
-    angle
-        Direction from the pivot in the link's frame (rad).
-    """
-
+    # link, pivot: the link, and the point of it that the radius is measured from
     link: str
     pivot: str
-    radius: float
-    mass: float
-    angle: float
+    radius: float  # distance from the pivot (m)
+    mass: float  # mass (kg), beside that of the bar which holds it
+    angle: float  # direction from the pivot in the link's frame (rad)
 
 
 @dataclass(frozen=True)
 class Balanced:
-    """A balanced linkage.
+    """A balanced linkage."""
 
-    Parameters
-    ----------
-    scene
-        The scene with its counterweights.
-    counterweights
-        What was added.
-    before, after
-        What inertia does to the frame and the drive without and with them, with links that do not bend.
-    """
-
-    scene: Scene
-    counterweights: tuple[Counterweight, ...]
+    scene: Scene  # the scene with its counterweights
+    counterweights: tuple[Counterweight, ...]  # what was added
+    # before, after: what inertia does to the frame and the drive without and with them, with links that do not bend
     before: Shaking
     after: Shaking
 
@@ -71,33 +51,9 @@ class Balanced:
 def four_bar_counterweights(
     lengths: tuple[float, float, float], bodies: tuple[LinkInertia, ...]
 ) -> tuple[complex, complex]:
-    """First moments that counterweights on crank and follower need to cancel the shaking force of a four-bar.
-
-    The origins of crank and follower are at the ground, that of the coupler at the crank, and the x axes along the
-    links. Berkof and Lowen (1969), with the masses of the links themselves.
-
-    Parameters
-    ----------
-    lengths
-        Of crank, coupler and follower (m).
-    bodies
-        Inertia of crank, coupler and follower.
-
-    Returns
-    -------
-    tuple
-        First moments for the crank and the follower (kg m): x + i y in the link's frame.
-
-    Examples
-    --------
-    >>> from fenics_mech.studies.synthesis.balancing import four_bar_counterweights
-    >>> from fenics_mech.studies.synthesis.inertia_forces import LinkInertia
-    >>> nothing = LinkInertia(0.0, np.zeros(2), 0.0)
-    >>> rod = LinkInertia.at(2.0, np.array([0.1, 0.0]))
-    >>> moments = four_bar_counterweights((0.1, 0.2, 0.3), (nothing, rod, nothing))
-    >>> [round(moment.real, 3) for moment in moments]
-    [-0.1, -0.3]
-    """
+    """First moments that counterweights on crank and follower need to cancel the shaking force of a four-bar."""
+    # The origins of crank and follower are at the ground, that of the coupler at the crank, and the x axes along the
+    # links. Berkof and Lowen (1969), with the masses of the links themselves.
     crank, coupler, follower = lengths
     of_crank, of_coupler, of_follower = (complex(*body.moment) for body in bodies)
     first = -of_crank - crank * (bodies[1].mass - of_coupler / coupler)
@@ -108,34 +64,9 @@ def four_bar_counterweights(
 def slider_crank_counterweights(
     lengths: tuple[float, float], bodies: tuple[LinkInertia, ...], radius: float
 ) -> tuple[complex, complex]:
-    """First moments that counterweights on crank and rod need to cancel the shaking force of a slider-crank.
-
-    The counterweight of the rod brings the centre of rod and slider to the crank pin, that of the crank brings the
-    centre of all to the main bearing.
-
-    Parameters
-    ----------
-    lengths
-        Of crank and rod (m).
-    bodies
-        Inertia of crank, rod and slider.
-    radius
-        Distance of the rod's counterweight from the crank pin (m).
-
-    Returns
-    -------
-    tuple
-        First moments for the crank and the rod (kg m): x + i y in the link's frame.
-
-    Examples
-    --------
-    >>> from fenics_mech.studies.synthesis.balancing import slider_crank_counterweights
-    >>> from fenics_mech.studies.synthesis.inertia_forces import LinkInertia
-    >>> nothing, piston = LinkInertia(0.0, np.zeros(2), 0.0), LinkInertia.at(1.0, np.zeros(2))
-    >>> moments = slider_crank_counterweights((0.1, 0.3), (nothing, nothing, piston), radius=0.1)
-    >>> [round(moment.real, 3) for moment in moments]
-    [-0.4, -0.3]
-    """
+    """First moments that counterweights on crank and rod need to cancel the shaking force of a slider-crank."""
+    # The counterweight of the rod brings the centre of rod and slider to the crank pin, that of the crank brings the
+    # centre of all to the main bearing.
     crank, rod = lengths
     of_crank, of_rod = (complex(*body.moment) for body in bodies[:2])
     second = -of_rod - bodies[2].mass * rod

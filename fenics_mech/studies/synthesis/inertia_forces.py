@@ -20,21 +20,11 @@ PLACES = 12  # Gauss points of a member: exact for densities up to the 21st powe
 
 @dataclass(frozen=True)
 class LinkInertia:
-    """Inertia of a link about the origin of its frame.
+    """Inertia of a link about the origin of its frame."""
 
-    Parameters
-    ----------
-    mass
-        Mass (kg).
-    moment
-        First moment: mass times centre of mass in the link's frame (kg m), ``(2,)``.
-    inertia
-        Moment of inertia about the origin (kg m^2).
-    """
-
-    mass: float
-    moment: Array
-    inertia: float
+    mass: float  # mass (kg)
+    moment: Array  # first moment: mass times centre of mass in the link's frame (kg m), ``(2,)``
+    inertia: float  # moment of inertia about the origin (kg m^2)
 
     def __add__(self, other: LinkInertia) -> LinkInertia:
         """Give the inertia of both together."""
@@ -42,37 +32,17 @@ class LinkInertia:
 
     @classmethod
     def at(cls, mass: float, place: Array, inertia: float = 0.0) -> LinkInertia:
-        """Give that of a mass at a place.
-
-        Parameters
-        ----------
-        mass
-            Mass (kg).
-        place
-            Centre of mass in the link's frame (m), ``(2,)``.
-        inertia
-            Moment of inertia about it (kg m^2).
-        """
+        """Give that of a mass at a place."""
         return cls(mass, mass * place, mass * float(place @ place) + inertia)
 
 
 @dataclass(frozen=True)
 class Shaking:
-    """What inertia does, over the cycle.
+    """What inertia does, over the cycle."""
 
-    Parameters
-    ----------
-    force
-        On the frame (N), ``(angles, 2)``.
-    moment
-        On the frame, about the origin of the ground (N m), ``(angles,)``.
-    torque
-        Of the first drive (N m; N where it slides), ``(angles,)``.
-    """
-
-    force: Array
-    moment: Array
-    torque: Array
+    force: Array  # on the frame (N), ``(angles, 2)``
+    moment: Array  # on the frame, about the origin of the ground (N m), ``(angles,)``
+    torque: Array  # of the first drive (N m; N where it slides), ``(angles,)``
 
     @property
     def rms(self) -> dict[str, float]:
@@ -82,13 +52,7 @@ class Shaking:
 
 
 def link_inertias(scene: Scene) -> dict[str, LinkInertia]:
-    """Give the inertia of every link, with its point masses.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the inertia of every link, with its point masses."""
     found = {}
     for name, link in scene.links.items():
         body = link.rigid
@@ -112,15 +76,7 @@ def _of_member(scene: Scene, label: str) -> LinkInertia:
 
 
 def bar_inertia(rigidity: Callable[[Array], Rigidity], first: Array, second: Array) -> LinkInertia:
-    """Give the inertia of a bar about the origin of its link.
-
-    Parameters
-    ----------
-    rigidity
-        Gives what its section is at places along it, 0..1.
-    first, second
-        Its ends in the link's frame (m), ``(2,)``.
-    """
+    """Give the inertia of a bar about the origin of its link."""
     nodes, weights = np.polynomial.legendre.leggauss(PLACES)
     s, length = (1 + nodes) / 2, float(np.linalg.norm(second - first))
     along = (second - first) / length
@@ -132,20 +88,9 @@ def bar_inertia(rigidity: Callable[[Array], Rigidity], first: Array, second: Arr
 
 
 def shaking(motion: Motion, links: Mapping[str, LinkInertia], rate: float) -> Shaking:
-    """Give what the inertia of links does to the frame and to the drive.
-
-    Sum of minus mass times acceleration, its moment, and the rate of kinetic energy over the rate of the drive
-    (Berkof and Lowen 1969; Lowen, Tepper and Berkof 1983).
-
-    Parameters
-    ----------
-    motion
-        Motion of the links.
-    links
-        Their inertia, by name.
-    rate
-        Speed of the first drive (rad/s or m/s).
-    """
+    """Give what the inertia of links does to the frame and to the drive."""
+    # Sum of minus mass times acceleration, its moment, and the rate of kinetic energy over the rate of the drive
+    # (Berkof and Lowen 1969; Lowen, Tepper and Berkof 1983).
     count = len(motion.theta)
     force, moment, power = np.zeros((count, 2)), np.zeros(count), np.zeros(count)
     for name, body in links.items():
