@@ -183,8 +183,8 @@ class _Bar:
             return
         self.shown, name, left = now, self.names[-1], (now - self.began) * (1 - share) / max(share, LEAST_SHARE)
         if not self.alike and share < 1:
-            name += f", motion {self.motion}:" * (self.motion > 1) + f" {100 * share:.0f} %"
-            name += f", about {left:.0f} s left" * (left >= 1 and self.motion == 1)
+            name += f", motion {self.motion}: {100 * share:.0f} %" if self.motion > 1 else f" {100 * share:.0f} %"
+            name += f", about {left:.0f} s left" if left >= 1 and self.motion == 1 else ""
         self.progress.update(self.task, description=name, completed=max(self.done, 0) + share)
         self._say(name)
 

@@ -33,16 +33,6 @@ def memory_of_machine() -> int:
     return int(psutil.virtual_memory().total)
 
 
-def peak_memory() -> float:
-    """Give the largest memory of this process so far (bytes)."""
-    # Linux keeps it by program: what `getrusage` gives there is also that of the one that started it.
-    try:
-        status = Path("/proc/self/status").read_text()
-    except OSError:  # macOS, in bytes
-        return 0 if resource is None else float(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
-    return next(float(line.split()[1]) * 1024 for line in status.splitlines() if line.startswith("VmHWM"))
-
-
 def memory_limit() -> int | None:
     """Give the memory that this process may have (bytes), or None where nothing limits it."""
     if resource is None:

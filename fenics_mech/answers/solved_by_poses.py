@@ -16,7 +16,7 @@ from fenics_mech._constants import TURN
 from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
-from fenics_mech.errors import AssemblyError, DerivativeError, SceneError, SolverError
+from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
 from fenics_mech.kinematics import Motion as LinkMotion
@@ -24,7 +24,7 @@ from fenics_mech.kinematics import solve_motion
 from fenics_mech.kinematics.freedom import describe, nothing_holds
 from fenics_mech.kinematics.motion import coordinates
 from fenics_mech.machine import Machine
-from fenics_mech.machine.from_scene import ALWAYS, SECTIONS, SceneMachine, machine_of
+from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.motion import coordinates as of_poses
@@ -91,13 +91,7 @@ def with_effects(scene: Scene) -> Scene:
         scene = scene.changed(effects=(COUPLING, EXACT_STRAINS, *(name for name in FREE if name not in lacking)))
     elif EXACT_STRAINS in scene.named_effects and COUPLING not in scene.named_effects:  # which exact strains come with
         scene = scene.changed(effects=(*scene.named_effects, COUPLING))
-    acting = {effect.name for effect in active(scene)}
-    if refused := sorted(
-        acting - ALWAYS - SECTIONS.keys() - {effect.name for effect in EFFECTS.values() if effect.acting is not None}
-    ):
-        raise SceneError(
-            f"the equation of poses does not have {' and '.join(refused)} yet", place="effects", hint="Leave it out"
-        )
+    active(scene)  # which says what is wrong with its effects
     return scene
 
 

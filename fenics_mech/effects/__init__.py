@@ -12,8 +12,6 @@ from fenics_mech.effects.effect import Effect
 from fenics_mech.effects.known import KNOWN
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
-from fenics_mech.terms import Term
-from fenics_mech.terms.added import ADDED
 
 __all__ = ["EFFECTS", "Effect", "active", "loads_at_nodes"]
 
@@ -37,15 +35,16 @@ def _plugged(plugin: Plugin, taken: bool) -> Effect:
     return replace(effect, **called | {"acting": _checked(plugin, called["acting"])})
 
 
-def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], dict[str, Term]]:
+def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], dict[str, Any]]:
     """Give what states the terms of a plugin, which are such, and whose errors name it."""
+    asked = "respond", "near", "energy"
 
-    def terms(made: Any) -> dict[str, Term]:
+    def terms(made: Any) -> dict[str, Any]:
         found = acting(made)
-        if not isinstance(found, Mapping) or not all(isinstance(term, Term) for term in found.values()):
+        if not isinstance(found, Mapping) or not all(hasattr(t, name) for t in found.values() for name in asked):
             raise plugin.refused("must give terms of `fenics_mech.terms` by name in `acting`")
         for term in found.values():
-            for name in ("respond", "near", "energy"):
+            for name in asked:
                 setattr(term, name, plugin.blamed(getattr(term, name)))
         return {str(name): term for name, term in found.items()}
 
@@ -53,7 +52,6 @@ def _checked(plugin: Plugin, acting: Callable[[Any], Any]) -> Callable[[Any], di
 
 
 EFFECTS = _found()
-ADDED[:] = [effect for effect in EFFECTS.values() if effect.acting is not None]
 
 
 def active(scene: Scene) -> tuple[Effect, ...]:

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Any
 
 from fenics_mech.scene import Scene
-
-if TYPE_CHECKING:
-    from fenics_mech.machine.from_scene import SceneMachine
-    from fenics_mech.terms import Term
 
 
 @dataclass(frozen=True)
@@ -53,7 +49,7 @@ class Effect:
     name: str
     meaning: str
     source: str
-    acting: Callable[[SceneMachine], Mapping[str, Term]] | None = None
+    acting: Callable[[Any], Mapping[str, Any]] | None = None
     stated: Callable[[Scene], bool] = lambda scene: False
     missing_data: Callable[[Scene], str] = lambda scene: ""
     stated_by: str = ""

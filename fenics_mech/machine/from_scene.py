@@ -14,6 +14,7 @@ from fenics_mech.beams.lumped import lumped
 from fenics_mech.beams.made_once import LastMade
 from fenics_mech.beams.mesh import BeamMesh, mesh_scene
 from fenics_mech.beams.timoshenko import sheared, with_rotary_inertia
+from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints import Ride, Riding
@@ -25,7 +26,6 @@ from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Prismatic, Revolute, Weld, members_under_pins
 from fenics_mech.scene.numbering import order_of
 from fenics_mech.terms import Element, Term
-from fenics_mech.terms.added import ADDED
 
 STRAINED = np.array([[0, 0, 0, 1, 0, 0], [0, 0, 1, 0, 0, 1], [0, 0, -0.5, 0, 0, 0.5]])  # u, w, phi of both nodes
 SECTIONS = {
@@ -33,8 +33,6 @@ SECTIONS = {
     "rotary-inertia": with_rotary_inertia,
     "shear": sheared,
 }  # effects that change the matrices of links
-ALWAYS = {"coupling", "damping", "geometric-stiffness", "large-rotations", "vibration"}  # what the equation has
-ALWAYS |= {"air-drag", "dampers", "gravity", "impulses", "loads", "motor", "springs"}  # where it is stated
 RESTING, BENDING, STIFF = range(3)  # what carries a point: the ground, a link that bends, a rigid link
 SHALLOW = np.array([1, 2, 4, 5])  # w and phi of both nodes
 MADE = LastMade(2 ** len(SECTIONS))  # matrices of links: those of a scene with and without each of these effects
@@ -114,8 +112,8 @@ def machine_of(scene: Scene, inner: int = 0) -> SceneMachine:
             made.driven.append(lead(made, drive.joint, law_of(scene, number, clock)))
     _add_bodies(made, nodes)
     made.acting.update(add_acting(scene, machine, nodes, bodies, links))
-    for effect in ADDED:  # of other packages
-        if effect.acting is not None and (effect.name in scene.named_effects or effect.stated(scene)):
+    for effect in EFFECTS.values():
+        if effect.acting is not None and (effect.name in scene.named_effects or effect.stated(scene)):  # of a package
             found = {f"effects.{effect.name}.{name}": term for name, term in effect.acting(made).items()}
             made.acting |= found
             machine.terms += found.values()
@@ -128,9 +126,6 @@ def _matrices(scene: Scene) -> LinkMatrices | None:
 
     They are made from a scene with nothing but what they depend on. Where that is equal they are those made before.
     """
-    for name in scene.named_effects:
-        if name not in ALWAYS and name not in SECTIONS and all(name != effect.name for effect in ADDED):
-            raise SceneError(f"no term states the effect {name!r} yet", place="effects")
     if not scene.members():
         return None
     stated = Scene.model_construct(

@@ -22,8 +22,6 @@ from fenics_mech.scene.sections import CustomSection, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 from fenics_mech.scene.units import OfTurning
 
-STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
-
 
 def implausible(scene: Scene) -> tuple[str, ...]:
     """Find what a scene states and hardly means.

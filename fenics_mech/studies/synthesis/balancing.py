@@ -1,8 +1,7 @@
 """Counterweights that cancel the forces of a linkage on its frame, or make the best of force, moment and torque.
 
-Closed forms by linearly independent vectors (Berkof and Lowen 1969, Journal of Engineering for Industry 91, 21-26): the
-angle of the coupler is eliminated by the closed loop, and what remains must not depend on the angles of the others.
-For any linkage the same counterweights follow from least squares over the cycle, as far as they exist.
+They follow from least squares over the cycle, for any linkage, as far as they exist. Source: Berkof and Lowen, Journal
+of Engineering for Industry 91 (1969) 21, whose closed forms are those of four-bars and slider-cranks.
 """
 
 from __future__ import annotations
@@ -46,32 +45,6 @@ class Balanced:
     # before, after: what inertia does to the frame and the drive without and with them, with links that do not bend
     before: Shaking
     after: Shaking
-
-
-def four_bar_counterweights(
-    lengths: tuple[float, float, float], bodies: tuple[LinkInertia, ...]
-) -> tuple[complex, complex]:
-    """First moments that counterweights on crank and follower need to cancel the shaking force of a four-bar."""
-    # The origins of crank and follower are at the ground, that of the coupler at the crank, and the x axes along the
-    # links. Berkof and Lowen (1969), with the masses of the links themselves.
-    crank, coupler, follower = lengths
-    of_crank, of_coupler, of_follower = (complex(*body.moment) for body in bodies)
-    first = -of_crank - crank * (bodies[1].mass - of_coupler / coupler)
-    second = -of_follower - of_coupler * follower / coupler
-    return first, second
-
-
-def slider_crank_counterweights(
-    lengths: tuple[float, float], bodies: tuple[LinkInertia, ...], radius: float
-) -> tuple[complex, complex]:
-    """First moments that counterweights on crank and rod need to cancel the shaking force of a slider-crank."""
-    # The counterweight of the rod brings the centre of rod and slider to the crank pin, that of the crank brings the
-    # centre of all to the main bearing.
-    crank, rod = lengths
-    of_crank, of_rod = (complex(*body.moment) for body in bodies[:2])
-    second = -of_rod - bodies[2].mass * rod
-    first = -of_crank - crank * (bodies[1].mass + bodies[2].mass + abs(second) / radius)
-    return first, second
 
 
 @dataclass(frozen=True)
