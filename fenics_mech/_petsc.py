@@ -44,20 +44,6 @@ except ImportError as error:
 if not isinstance(PETSc, Absent) and PETSc.ScalarType is not PETSc.RealType:
     raise MechanismError("the PETSc that is installed computes with complex numbers: install the one with real numbers")
 
-__all__ = [
-    "DIRECT",
-    "MPI",
-    "SLOWEST_MODES",
-    "SMALLEST_PIVOT",
-    "WHOLE_SPECTRUM",
-    "PETSc",
-    "SLEPc",
-    "configured",
-    "name_of",
-    "to_petsc",
-    "to_scipy",
-]
-
 SMALLEST_PIVOT = 1e-290  # PETSc's own, 2e-14, is not free of units: the stiffness of a machine in micrometres is less
 LATER = {"ts_dt": "ts_time_step"}  # names of options that PETSc has given new ones: each release reads the one it knows
 MEANINGS = {  # of PETSc's error codes, which stay when releases change: include/petscerror.h

@@ -37,10 +37,7 @@ Progress = Callable[[str], None]
 
 @guarded()
 def analyse(
-    scene: Scene,
-    progress: Progress = lambda step: None,
-    run: Run | None = None,
-    names: Collection[str] | None = None,
+    scene: Scene, progress: Progress = lambda step: None, run: Run | None = None, names: Collection[str] | None = None
 ) -> Result:
     """Analyse a scene as its `analysis` states.
 

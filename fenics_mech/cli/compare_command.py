@@ -14,7 +14,7 @@ from fenics_mech.errors import MechanismError
 if TYPE_CHECKING:
     from fenics_mech.recovery import Result
     from fenics_mech.scene import Scene
-    from fenics_mech.studies.compared_curves import Curves, Quantity
+    from fenics_mech.studies.compare import Curves, Quantity
 
 PEAK, MID_SPAN = "peak", "mid-span"
 
@@ -50,13 +50,13 @@ def compare(
     with loading():
         from fenics_mech.analysis import analyse  # noqa: PLC0415
         from fenics_mech.recovery import Result  # noqa: PLC0415
-        from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
-        from fenics_mech.studies.compared_curves import (  # noqa: PLC0415
+        from fenics_mech.studies.compare import (  # noqa: PLC0415
             Quantity,
             by_theories,
             curves_of_result,
             with_vibration,
         )
+        from fenics_mech.studies.compare import compare as compared  # noqa: PLC0415
         from fenics_mech.views.comparison import comparison_table, plot_comparison, write_comparison  # noqa: PLC0415
         from fenics_mech.views.reading import reading_of_a_file  # noqa: PLC0415
 
@@ -152,7 +152,7 @@ def _measured(files: list[Path], scenes: list[Scene], gauge: Quantity | None) ->
     Those of the scenes whose member the reference lacks are left out, with a line for each that says so.
     """
     from fenics_mech.recovery.measured import read_measurement  # noqa: PLC0415
-    from fenics_mech.studies.compared_curves import Quantity, curves_of_measurement  # noqa: PLC0415
+    from fenics_mech.studies.compare import Quantity, curves_of_measurement  # noqa: PLC0415
 
     stated = {
         measurement.file.resolve(): Quantity("strain", measurement.member, measurement.s, measurement.fibre)

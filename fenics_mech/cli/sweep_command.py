@@ -65,7 +65,7 @@ def sweep(
     """
     with loading():
         from fenics_mech.studies.gauge import Gauge  # noqa: PLC0415
-        from fenics_mech.studies.sweep import run_sweep  # noqa: PLC0415
+        from fenics_mech.studies.sweep import sweep as run_sweep  # noqa: PLC0415
         from fenics_mech.studies.sweep_axes import parse_axes  # noqa: PLC0415
         from fenics_mech.views.page.sweep_page import can_show, sweep_report  # noqa: PLC0415
         from fenics_mech.views.sweep_plots import check_member, plot_sweep  # noqa: PLC0415

@@ -2,28 +2,21 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NotRequired
 
 import numpy as np
 from pydantic import Field, TypeAdapter
 
-from fenics_mech._files import write_whole
 from fenics_mech._read_back import LARGEST_STRAIN, Ended, Text, read_kept
-from fenics_mech._version import __version__
-from fenics_mech.errors import MechanismError
 from fenics_mech.scene.joints import joint_names
-from fenics_mech.studies.gauge import Gauge
+from fenics_mech.studies.kept_records import Record
 
 if TYPE_CHECKING:
     from fenics_mech.scene import Scene
 
-Record = dict[str, Any]
 Variables = Mapping[str, tuple[tuple[str, ...], str, str]]
 
 KEPT: Variables = {  # by variable: dimensions, unit, meaning
@@ -57,7 +50,6 @@ KEPT: Variables = {  # by variable: dimensions, unit, meaning
     "joint_force_error_estimate": ((), "1", "estimated error of the joint forces, relative to the largest"),
     "drive_effort_error_estimate": ((), "1", "estimated error of the drives' efforts, relative to the largest"),
 }
-LOST = "LostProcess"  # error of a point whose process was ended from outside
 TEXTS = {
     "error": "kind of error that the point ended with",
     "message": "what it said",
@@ -97,12 +89,6 @@ class Point(Ended):
 POINT = TypeAdapter(Point)
 
 
-def point_file(folder: Path, data: Record, gauge: Gauge) -> Path:
-    """Give the file of a point: its name is the hash of version, scene and gauge."""
-    text = json.dumps([__version__, data, asdict(gauge)], sort_keys=True)
-    return folder / f"{hashlib.sha256(text.encode()).hexdigest()[:32]}.json"
-
-
 def kept_point(path: Path, scene: Scene) -> Record | None:
     """Read a point that has been computed, also one that is to be tried again; None where there is none."""
     record = read_kept(path, POINT)
@@ -135,16 +121,3 @@ def unlike(values: Mapping[str, Any], scene: Scene) -> str:
         if np.isinf(known).any() and name not in INFINITE:
             return f"{name} is not finite"
     return ""
-
-
-def write_point(path: Path, record: Record) -> None:
-    """Write what is kept of a point."""
-    text = json.dumps(record | {"message": str(MechanismError(record["message"]))})
-    write_whole(path, lambda temporary: temporary.write_text(text))
-
-
-def give_up(path: Path) -> None:
-    """Write that the process of a point was lost; the point is tried again by the next sweep."""
-    said = "the process that computed this point was ended from outside: there may be too little memory"
-    record = dict.fromkeys(TEXTS, "") | {"error": LOST, "message": said, "again": True, "seconds": 0.0}
-    write_point(path, record)

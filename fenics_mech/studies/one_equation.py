@@ -14,7 +14,7 @@ from typing import Any
 from fenics_mech.effects import EFFECTS
 from fenics_mech.planning.fine_enough import COUNTS, Numbers, free_numbers
 from fenics_mech.scene import Scene
-from fenics_mech.studies.kept_points import Record
+from fenics_mech.studies.kept_records import Record
 from fenics_mech.studies.sweep_axes import placed
 
 MOST_TIMES = 2.0  # as many elements or steps as usual, which all points may take: a sweep then takes 2 to 4 times

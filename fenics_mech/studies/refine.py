@@ -35,6 +35,9 @@ UNITS = {"strain": "1", "stress": "Pa", "frequency": "Hz"}
 class Refinement(OfScene):
     """What `refine` found."""
 
+    # By `quantity`, `refinement` ("elements", for periodic motions "sub_intervals" too) and `level`: the `count` of
+    # elements or sub-intervals, and the `value` (SI, in what says `unit`). Of the last three levels the `order` and the
+    # `extrapolated` answer, NaN where they do not converge, and the `error` of the scene's own answer beside that.
     KIND: ClassVar[str] = "refinement"
     NEEDED: ClassVar[tuple[str, ...]] = ("fenics_mech", "scene")
 

@@ -14,7 +14,6 @@ import numpy as np
 from fenics_mech.errors import SceneError
 from fenics_mech.scene import Scene
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.models import OF_LINKS
 from fenics_mech.scene.units import COMMA, unit_written
 
 MOST_POINTS = 1_000_000  # of a grid
@@ -30,11 +29,6 @@ class Axis:
     values: tuple[float, ...]  # SI, increasing
     unit: str  # SI unit, "1" where it has none
     written: tuple[str, float] = ("1", 1.0)  # the unit in which the range was written ("rpm"), and how much of SI it is
-
-    @property
-    def shapes_links(self) -> bool:
-        """Whether the field changes links or joints."""
-        return self.path.split(".")[0] in OF_LINKS
 
     def told(self, value: float) -> str:
         """Write a value of the field in the unit in which its range was written."""

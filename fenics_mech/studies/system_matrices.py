@@ -290,10 +290,7 @@ def participation(scene: Scene, progress: Progress = lambda step: None) -> xr.Da
         "modal_coordinate": (("theta", "mode"), y, meaning),
         "energy_share": ("mode", shares, {"units": "1", "long_name": "share of the strain energy over the cycle"}),
     }
-    labels = {
-        "theta": ("theta", chosen.cycle_rate * held.t, {"units": "rad"}),
-        "mode": range(1, y.shape[1] + 1),
-    }
+    labels = {"theta": ("theta", chosen.cycle_rate * held.t, {"units": "rad"}), "mode": range(1, y.shape[1] + 1)}
     return xr.Dataset(found, labels, stamp(scene))
 
 

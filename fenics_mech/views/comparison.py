@@ -18,8 +18,7 @@ from fenics_mech._files import write_frame
 from fenics_mech.errors import ViewError, percent
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.studies.compare import COLUMNS
-from fenics_mech.studies.compared_curves import Curves, Quantity
+from fenics_mech.studies.compare import COLUMNS, Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
 from fenics_mech.views.plot_marks import MEASURED
 from fenics_mech.views.prefixes import fitted, without_rounding

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from fenics_mech.studies.design.result_curves import Curve
+from fenics_mech.studies.design.result_numbers import Curve
 from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save_all
 from fenics_mech.views.study_units import number_unit
 

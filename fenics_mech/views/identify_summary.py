@@ -11,7 +11,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech.studies.design.result_curves import Curve
+from fenics_mech.studies.design.result_numbers import Curve
 from fenics_mech.views.study_units import number_unit, variable_unit
 from fenics_mech.views.tables import table_of
 

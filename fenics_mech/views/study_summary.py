@@ -14,7 +14,7 @@ from rich.text import Text
 from fenics_mech.errors import percent
 from fenics_mech.planning.answer_remarks import in_words
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.problem import PROBLEM
+from fenics_mech.studies.design.problem import WITHIN
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.views.study_units import Told, number_unit, variable_unit
 from fenics_mech.views.tables import table_of
@@ -106,7 +106,7 @@ def missed(found: Optimum) -> str:
     for bound, excess in zip(problem.bounds, problem.excess_of(found.best)):
         number = found.best.numbers[bound.of]
         beyond = bound.sign * (number - bound.limit)
-        if excess > PROBLEM.within:
+        if excess > WITHIN:
             told = unit_of(found, bound.of)
             far = f" ({percent(beyond / abs(bound.limit))} beyond it)" if bound.limit else ""
             asked = f"{bound.words} {told.whole(bound.limit)} is asked"

@@ -15,7 +15,6 @@ from fenics_mech.scene.answer_units import AnswerUnits, named_units
 from fenics_mech.scene.study import Study
 from fenics_mech.scene.units import unit_written
 from fenics_mech.studies.design.design_variables import Design, DesignVariable
-from fenics_mech.studies.design.result_curves import ResultNumbers
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.views.prefixes import fitted
 
@@ -73,7 +72,7 @@ class Told:
         return "" if self.unit == "1" else f" {self.unit}"
 
 
-def number_unit(of: ResultNumbers, design: Design, shown: ArrayLike) -> Told:
+def number_unit(of: Quantity, design: Design, shown: ArrayLike) -> Told:
     """Give the unit of a number of a result: one that the scene names for answers, that of its limit, or the usual one.
 
     The usual one has the prefix that fits the numbers which are shown.

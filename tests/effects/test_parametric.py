@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SolverError
 from fenics_mech.scene import Scene, load
-from fenics_mech.studies.sweep import run_sweep
+from fenics_mech.studies.sweep import sweep as run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.views.sweep_maps import stability_map
 from tests.common import DEMOS, response_of

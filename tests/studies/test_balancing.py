@@ -5,7 +5,7 @@ import pytest
 
 import fenics_mech as fm
 from fenics_mech.kinematics import solve_motion
-from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, link_inertias, shaking
+from fenics_mech.studies.synthesis.balancing import LinkInertia, link_inertias, shaking
 from tests.common import DEMOS, response_of
 
 RIGID = {"effects": (), "analysis.method": "quasi-static"}

@@ -11,8 +11,7 @@ import fenics_mech as fm
 from fenics_mech._console import text_of
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.studies.compare import compare
-from fenics_mech.studies.compared_curves import curves_of_result
+from fenics_mech.studies.compare import compare, curves_of_result
 from fenics_mech.studies.design.trial import Trials
 from fenics_mech.views import comparison, spread_summary, study_summary
 from fenics_mech.views.frames import cycle, frames_at, peak_of

@@ -13,7 +13,8 @@ from rich.console import Console
 from fenics_mech import load
 from fenics_mech.cli import app
 from fenics_mech.studies.kept_points import TEXTS
-from fenics_mech.studies.sweep import Sweep, run_sweep
+from fenics_mech.studies.sweep import Sweep
+from fenics_mech.studies.sweep import sweep as run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.views.campbell import NAME, _apart
 from fenics_mech.views.judgements import theory

@@ -20,18 +20,11 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.design.scatter import CUT
 
-
-@dataclass(frozen=True)
-class ChaosLimits:
-    """Numbers of the fit."""
-
-    samples: float = 2.0  # for each polynomial, at least
-    most: int = 12  # largest degree
-    terms: int = 600  # polynomials at most
-    nodes: int = 64  # of the quadrature by which they are made orthonormal
-
-
-CHAOS, TINY = ChaosLimits(), float(np.finfo(float).tiny)
+SAMPLES = 2.0  # for each polynomial, at least
+MOST = 12  # largest degree
+TERMS = 600  # polynomials at most
+NODES = 64  # of the quadrature by which they are made orthonormal
+TINY = float(np.finfo(float).tiny)
 
 
 @dataclass(frozen=True)
@@ -79,8 +72,8 @@ def polynomial_chaos(places: Array, values: Array, normal: Truths) -> Chaos | No
     if not np.ptp(values) > 0:
         return None
     each = np.stack([_orthonormal(place, bool(cut)) for place, cut in zip(places.T, normal)])
-    for degree in range(1, CHAOS.most + 1):
-        powers = _powers(degree, places.shape[1], int(len(values) / CHAOS.samples))
+    for degree in range(1, MOST + 1):
+        powers = _powers(degree, places.shape[1], int(len(values) / SAMPLES))
         if powers is None:
             break
         found = _fitted(each, powers, values)
@@ -91,7 +84,7 @@ def polynomial_chaos(places: Array, values: Array, normal: Truths) -> Chaos | No
 
 def _powers(degree: int, variables: int, most: int) -> Index | None:
     """Degrees of all polynomials up to a total degree, the constant first; None where they are too many."""
-    if comb(degree + variables, variables) > min(most, CHAOS.terms):
+    if comb(degree + variables, variables) > min(most, TERMS):
         return None
     rows: list[list[int]] = [[]]
     for _ in range(variables):
@@ -101,10 +94,10 @@ def _powers(degree: int, variables: int, most: int) -> Index | None:
 
 def _orthonormal(place: Array, cut: bool) -> Array:
     """Orthonormal polynomials of one variable at its samples, ``(samples, most + 1)``."""
-    points, weights = np.polynomial.legendre.leggauss(CHAOS.nodes)
+    points, weights = np.polynomial.legendre.leggauss(NODES)
     if cut:
         weights = weights * np.exp(-((CUT * points) ** 2) / 2)
-    at_points, at_samples = (np.polynomial.legendre.legvander(x, CHAOS.most) for x in (points, 2 * place - 1))
+    at_points, at_samples = (np.polynomial.legendre.legvander(x, MOST) for x in (points, 2 * place - 1))
     lower = np.linalg.cholesky((at_points.T * (weights / weights.sum())) @ at_points)
     return np.asarray(np.linalg.solve(lower, at_samples.T).T)
 

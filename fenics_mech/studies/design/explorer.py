@@ -11,7 +11,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
-from fenics_mech.studies.design.derivative_kinds import why_differences
 from fenics_mech.studies.design.slopes import slopes
 from fenics_mech.studies.design.trial import Trial, Trials
 
@@ -91,7 +90,7 @@ class Explorer:
         """Why derivatives were differences of trials; empty where none were, or where they came from `slopes`."""
         if not self._slopes:
             return ""
-        return why_differences(self.trials.design, self.trials.quantities) or next(iter(self._without), "")
+        return self.trials.why_differences or next(iter(self._without), "")
 
     def derivatives(self, unit: Array) -> dict[str, Array]:
         """Derivatives of all numbers by the variables, by name, ``(variables,)`` each."""
@@ -106,7 +105,7 @@ class Explorer:
     def _by_linearised(self, unit: Array) -> dict[str, Array]:
         """Derivatives from the linearised equation; none where it does not give them."""
         trial = self.run([unit])[0]
-        if trial.failed or not self.trials.linearised:
+        if trial.failed or self.trials.why_differences:
             return {}
         try:
             found = slopes(self.trials, trial.values)

@@ -17,24 +17,13 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index
 
 Truths = NDArray[np.bool_]
-
-
 TINY = float(np.finfo(float).eps)
-
-
-@dataclass(frozen=True)
-class FitLimits:
-    """Numbers of a fit."""
-
-    rounds: int = 20  # of estimates of the noise
-    same: float = 1e-3  # change of the noise, at which they end
-    least_noise: float = 1e-9  # of the size of the measured values
-    untold: float = 1 / math.sqrt(12)  # deviation of a value that may be anywhere in its range, as a share of that
-    part: float = 0.3  # of a direction of length 1, from which a variable belongs to it
-    share: float = 0.95  # of the intervals that hold the truth
-
-
-FIT = FitLimits()
+ROUNDS = 20  # of estimates of the noise
+SAME = 1e-3  # change of the noise, at which they end
+LEAST_NOISE = 1e-9  # of the size of the measured values
+UNTOLD = 1 / math.sqrt(12)  # deviation of a value that may be anywhere in its range, as a share of that
+PART = 0.3  # of a direction of length 1, from which a variable belongs to it
+SHARE = 0.95  # of the intervals that hold the truth
 
 
 @dataclass(frozen=True)
@@ -51,7 +40,7 @@ class Noisy:
         square = np.bincount(self.group, difference**2, minlength=len(self.known))
         size = np.bincount(self.group, self.values**2, minlength=len(self.known))
         free = count * max(1.0 - variables / len(self.values), TINY)  # degrees of freedom
-        found = np.sqrt(np.maximum(square / free, FIT.least_noise**2 * size / count))
+        found = np.sqrt(np.maximum(square / free, LEAST_NOISE**2 * size / count))
         found = np.where(found > 0, found, 1.0)
         return np.where(np.isnan(self.known), found, self.known)
 
@@ -90,26 +79,26 @@ class Fit:
     def untold(self) -> Array:
         """Directions along which the data tell no more than the bounds do, ``(variables, directions)``."""
         directions, deviation = self.directions
-        return directions[:, deviation > FIT.untold]
+        return directions[:, deviation > UNTOLD]
 
     @property
     def told(self) -> Truths:
         """Which variables the data tell: those that no untold direction has a part in, ``(variables,)``."""
-        return np.asarray(np.all(np.abs(self.untold) < FIT.part, axis=1))
+        return np.asarray(np.all(np.abs(self.untold) < PART, axis=1))
 
     @property
     def covariance(self) -> Array:
         """Covariance of the variables, ``(variables, variables)``: the inverse of J'J, with weighted derivatives J."""
         # Along directions that the data do not tell, a value may be anywhere in its range.
         directions, deviation = self.directions
-        return (directions * np.minimum(deviation, FIT.untold) ** 2) @ directions.T
+        return (directions * np.minimum(deviation, UNTOLD) ** 2) @ directions.T
 
     @property
     def reach(self) -> float:
         """Half the width of a confidence interval in standard deviations, by Student's t where noise is estimated."""
         from scipy.stats import norm, t  # noqa: PLC0415  (slow to import)
 
-        end = (1 + FIT.share) / 2
+        end = (1 + SHARE) / 2
         return float(t.ppf(end, self.freedom) if np.isnan(self.data.known).any() else norm.ppf(end))
 
 
@@ -134,9 +123,9 @@ def fit(
     count = len(start)
     noise, at = data.noise(data.values - predict(start), count), start
     ended = settled = False
-    for _ in range(FIT.rounds):
+    for _ in range(ROUNDS):
         (at, ended), before = search(at, noise[data.group]), noise
         noise = data.noise(data.values - predict(at), count)
-        if settled := len(noise) == 1 or np.allclose(noise, before, rtol=FIT.same, atol=0):
+        if settled := len(noise) == 1 or np.allclose(noise, before, rtol=SAME, atol=0):
             break
     return Fit(at, predict(at), slopes(at), noise, data, ended and settled)

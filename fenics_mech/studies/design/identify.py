@@ -20,10 +20,9 @@ from fenics_mech.scene.rewriting import write_like
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.explorer import Explorer
-from fenics_mech.studies.design.fit import FIT, Fit, Noisy, Truths, fit
-from fenics_mech.studies.design.kept_folder import kept_folder
+from fenics_mech.studies.design.fit import PART, Fit, Noisy, Truths, fit
 from fenics_mech.studies.design.measured_values import Observation, read_observations, stated_observations
-from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.design.trial import Trial, Trials, kept_folder
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.sweep_axes import value_in_si
 from fenics_mech.studies.worker_processes import Workers
@@ -112,7 +111,7 @@ class Identified:
         found = []
         for direction in self.fit.untold.T:
             parts = dict(zip(self.names, direction.tolist()))
-            found.append({name: part for name, part in parts.items() if abs(part) >= FIT.part})
+            found.append({name: part for name, part in parts.items() if abs(part) >= PART})
         return found
 
     @property
@@ -131,7 +130,7 @@ class Identified:
     def first(self) -> Array:
         """Predicted values at the start, ``(points,)``."""
         groups = _groups(self.observations).values()
-        return _joined([_predicted(group, one.first.numbers) for group, one in zip(groups, self.explorers)])
+        return np.concatenate([_predicted(group, one.first.numbers) for group, one in zip(groups, self.explorers)])
 
     def follows(self, part: slice) -> float:
         """Correlation of each difference with the next: of noise alone it is about 0.
@@ -296,10 +295,6 @@ def _predicted(observations: Sequence[Observation], numbers: dict[str, float]) -
     return np.array([numbers[name] for one in observations for name in one.of.names])
 
 
-def _joined(parts: Sequence[Array]) -> Array:
-    return np.concatenate(parts)
-
-
 def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], measured: Noisy, start: Array) -> Fit:
     """Fit the variables from one start."""
     far, groups = FAILED * np.abs(measured.values).max(), list(_groups(observations).values())
@@ -311,7 +306,7 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
         trials = [explorer.run([unit])[0] for explorer in explorers]
         if any(trial.failed for trial in trials):
             return np.full(len(measured.values), far)
-        return _joined([_predicted(group, trial.numbers) for group, trial in zip(groups, trials)])
+        return np.concatenate([_predicted(group, trial.numbers) for group, trial in zip(groups, trials)])
 
     def slopes(unit: Array) -> Array:
         found = [explorer.derivatives(unit) for explorer in explorers]

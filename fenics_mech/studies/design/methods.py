@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.studies.design.problem import PROBLEM, Problem
+from fenics_mech.studies.design.problem import WITHIN, Problem
 from fenics_mech.studies.design.trial import Trial
 
 
@@ -73,7 +73,7 @@ def by_gradients(name: str) -> Method:
             guided, shrink = _Guided(problem, problem.best), SHRINK
             try:
                 ending, at = guided.search(name, (middle, box), replace(limits, generations=left))
-                inside = np.abs(at - middle).max() < box * (1 - PROBLEM.within)
+                inside = np.abs(at - middle).max() < box * (1 - WITHIN)
                 if guided.steps >= left or (ending.converged and (inside or box == 1.0)):
                     return ending
                 shrink = 1.0 if ending.converged else SHRINK  # it goes on beyond its move limits
@@ -123,10 +123,7 @@ class _Guided:
 
         (middle, box), problem = place, self.problem
         within = NonlinearConstraint(
-            lambda unit: problem.excess_of(self.trial(unit)),
-            -np.inf,
-            0.0,
-            jac=lambda unit: problem.jacobian(unit)[1],
+            lambda unit: problem.excess_of(self.trial(unit)), -np.inf, 0.0, jac=lambda unit: problem.jacobian(unit)[1]
         )
 
         def count(*_: object) -> None:

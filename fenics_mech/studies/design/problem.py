@@ -15,17 +15,9 @@ from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.studies.design.trial import Trial
 
-
-@dataclass(frozen=True)
-class ProblemLimits:
-    """Numbers of the search itself."""
-
-    failed: float = 10.0  # aim and excess of a limit where a trial failed, in units of those at the start
-    within: float = 1e-6  # excess of a limit that counts as none, relative
-    least: float = 1e-9  # of a limit, that a number counts as
-
-
-PROBLEM = ProblemLimits()
+FAILED = 10.0  # aim and excess of a limit where a trial failed, in units of those at the start
+WITHIN = 1e-6  # excess of a limit that counts as none, relative
+LEAST = 1e-9  # of a limit, that a number counts as
 
 
 @dataclass(frozen=True)
@@ -46,7 +38,7 @@ class Bound:
     def excess(self, number: float, scale: float) -> float:
         """By how much the number is beyond the limit, in units of the scale."""
         if self._of_sizes:
-            return self.sign * math.log(max(number, PROBLEM.least * self.limit) / self.limit)
+            return self.sign * math.log(max(number, LEAST * self.limit) / self.limit)
         return self.sign * (number - self.limit) / scale
 
     @property
@@ -55,7 +47,7 @@ class Bound:
 
     def slope(self, number: float, scale: float) -> float:
         """Derivative of the excess by the number."""
-        return self.sign / (max(number, PROBLEM.least * self.limit) if self._of_sizes else scale)
+        return self.sign / (max(number, LEAST * self.limit) if self._of_sizes else scale)
 
 
 def bounds_of(study: Study) -> tuple[Bound, ...]:
@@ -102,13 +94,13 @@ class Problem(Explorer):
     def aims_of(self, trial: Trial) -> Array:
         """Aims of a trial, all to be minimised, in units of those at the start, ``(aims,)``."""
         if trial.failed:
-            return np.full(len(self.aims), PROBLEM.failed)
+            return np.full(len(self.aims), FAILED)
         return np.array([sign * trial.numbers[name] / self.scales[name] for name, sign in self.aims])
 
     def excess_of(self, trial: Trial) -> Array:
         """By how much a trial is beyond each limit, relative; negative within it, ``(limits,)``."""
         if trial.failed:
-            return np.full(len(self.bounds), PROBLEM.failed)
+            return np.full(len(self.bounds), FAILED)
         return np.array([b.excess(trial.numbers[b.of], self._scale(b)) for b in self.bounds])
 
     def _scale(self, bound: Bound) -> float:
@@ -128,7 +120,7 @@ class Problem(Explorer):
     def rank(self, trial: Trial) -> tuple[float, float]:
         """Order of trials: the largest excess beyond a limit first, then the size of the aims."""
         beyond = float(max(self.excess_of(trial).max(initial=0.0), 0.0))
-        within = beyond <= PROBLEM.within
+        within = beyond <= WITHIN
         return (0.0 if within else beyond), (math.inf if trial.failed else self.size(trial))
 
     def size(self, trial: Trial) -> float:

@@ -11,7 +11,7 @@ from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene import Scene
 from fenics_mech.scene.study import Scatter, Value
 from fenics_mech.scene.units import EXAMPLES, in_unit
-from fenics_mech.studies.design.design_variables import Design, DesignVariable, refuse_twice, tied_numbers
+from fenics_mech.studies.design.design_variables import Design, DesignVariable, named_at, refuse_twice, tied_numbers
 from fenics_mech.studies.design.fit import Truths
 from fenics_mech.studies.sweep_axes import range_in_si, unit_of, value_in_si
 
@@ -73,7 +73,7 @@ def drawn(sampling: str, count: int, variables: int, seed: int) -> Array:
 
 def _read(scene: Scene, place: str, scatter: Scatter) -> DesignVariable:
     """Read one number that scatters as a variable from its least to its largest value; it starts at its mean."""
-    try:
+    with named_at(place):
         numbers = tied_numbers(scene, scatter.numbers)
         first = numbers[0]
         if (first.factor, first.power) != (1.0, 1.0):
@@ -93,9 +93,6 @@ def _read(scene: Scene, place: str, scatter: Scatter) -> DesignVariable:
         if not lower < upper:
             raise SceneError("the lower bound is not below the upper bound", hint="Write [smallest, largest]")
         return DesignVariable(place.rsplit(".", maxsplit=1)[-1], numbers, lower, upper, middle, unit)
-    except SceneError as error:
-        at = f"{place}: {error.place}" if error.place else place
-        raise SceneError(error.message, place=at, hint=error.hint) from None
 
 
 def _departure(value: Value, middle: float, unit: str) -> float:

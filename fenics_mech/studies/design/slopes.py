@@ -17,8 +17,7 @@ from fenics_mech.answers.solved_by_poses import AtRest, Solved
 from fenics_mech.errors import DerivativeError
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.scene import Scene
-from fenics_mech.studies.design.trial import Trials
-from fenics_mech.studies.design.trial_tasks import read_numbers
+from fenics_mech.studies.design.trial import Trials, read_numbers
 
 STEP = 6e-5  # of differences, as a share of a variable: of less rounding shows, of more its third power
 OF_LINEAR = 1e-3  # the same where what is read off is linear, by differences of its own that are rounded to 1e-8

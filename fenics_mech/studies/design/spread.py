@@ -18,13 +18,11 @@ from fenics_mech.scene import Scene
 from fenics_mech.studies.design.chaos import Chaos, polynomial_chaos
 from fenics_mech.studies.design.explorer import Explorer
 from fenics_mech.studies.design.fit import Truths
-from fenics_mech.studies.design.kept_folder import kept_folder
 from fenics_mech.studies.design.problem import Bound, bounds_of
-from fenics_mech.studies.design.result_curves import Curve, ResultNumbers
-from fenics_mech.studies.design.result_numbers import read_all
+from fenics_mech.studies.design.result_numbers import Curve, Quantity, read_all
 from fenics_mech.studies.design.scatter import Scattered, drawn
 from fenics_mech.studies.design.sobol_indices import SobolIndices, saltelli_points, sobol_indices
-from fenics_mech.studies.design.trial import Trial, Trials
+from fenics_mech.studies.design.trial import Trial, Trials, kept_folder
 from fenics_mech.studies.lead_process import led
 from fenics_mech.studies.worker_processes import Workers
 
@@ -230,8 +228,8 @@ def _trials(scattered: Scattered, folder: Path, workers: Workers) -> Trials:
     bounds_of(study)  # which says what is wrong with a limit
     count = min(MOST_ANGLES, design.scene.analysis.sub_intervals)
     angles = 2 * np.pi * np.arange(count) / count
-    looked_at: list[ResultNumbers] = [*read_all(study.names)]
-    looked_at += [Curve.read(name, angles) for name in dict.fromkeys(study.curves)]
+    looked_at: list[Quantity] = [*read_all(study.names)]
+    looked_at += [Curve.at(name, angles) for name in dict.fromkeys(study.curves)]
     if not looked_at:
         hint = 'Write results = ["strain.max"], curves = ["torque"] or limits'
         raise SceneError("the study looks at no number", place="study", hint=hint)

@@ -6,18 +6,121 @@ of Engineering for Industry 91 (1969) 21, whose closed forms are those of four-b
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.kinematics import Motion
+from fenics_mech.scene import Scene
+
+if TYPE_CHECKING:
+    from fenics_mech.scene.sections import Rigidity
+from dataclasses import field
+from typing import Any
+
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import Motion, solve_motion
-from fenics_mech.scene import Revolute, Scene
+from fenics_mech.kinematics import solve_motion
+from fenics_mech.scene import Revolute
 from fenics_mech.scene.base import check_known
-from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, Shaking, bar_inertia, link_inertias, shaking
+
+PLACES = 12  # Gauss points of a member: exact for densities up to the 21st power of the place
+
+
+@dataclass(frozen=True)
+class LinkInertia:
+    """Inertia of a link about the origin of its frame."""
+
+    mass: float  # mass (kg)
+    moment: Array  # first moment: mass times centre of mass in the link's frame (kg m), ``(2,)``
+    inertia: float  # moment of inertia about the origin (kg m^2)
+
+    def __add__(self, other: LinkInertia) -> LinkInertia:
+        """Give the inertia of both together."""
+        return LinkInertia(self.mass + other.mass, self.moment + other.moment, self.inertia + other.inertia)
+
+    @classmethod
+    def at(cls, mass: float, place: Array, inertia: float = 0.0) -> LinkInertia:
+        """Give that of a mass at a place."""
+        return cls(mass, mass * place, mass * float(place @ place) + inertia)
+
+
+@dataclass(frozen=True)
+class Shaking:
+    """What inertia does, over the cycle."""
+
+    force: Array  # on the frame (N), ``(angles, 2)``
+    moment: Array  # on the frame, about the origin of the ground (N m), ``(angles,)``
+    torque: Array  # of the first drive (N m; N where it slides), ``(angles,)``
+
+    @property
+    def rms(self) -> dict[str, float]:
+        """Root mean square of each."""
+        squares = {"force": (self.force**2).sum(axis=1), "moment": self.moment**2, "torque": self.torque**2}
+        return {name: float(np.sqrt(values.mean())) for name, values in squares.items()}
+
+
+def link_inertias(scene: Scene) -> dict[str, LinkInertia]:
+    """Give the inertia of every link, with its point masses."""
+    found = {}
+    for name, link in scene.links.items():
+        body = link.rigid
+        found[name] = (
+            LinkInertia(0.0, np.zeros(2), 0.0)
+            if body is None
+            else LinkInertia.at(body.mass, np.array(body.centre), body.inertia)
+        )
+    for label, (link_name, _) in scene.members().items():
+        ends = (np.array(end) for end in scene.member_ends(label))
+        found[link_name] += bar_inertia(partial(scene.rigidity, label), *ends)
+    for mass in scene.masses.values():
+        body_name, place = scene.point(mass.at)
+        if body_name != "ground":
+            found[body_name] += LinkInertia.at(mass.mass, np.array(place), mass.inertia)
+    return found
+
+
+def bar_inertia(rigidity: Callable[[Array], Rigidity], first: Array, second: Array) -> LinkInertia:
+    """Give the inertia of a bar about the origin of its link."""
+    nodes, weights = np.polynomial.legendre.leggauss(PLACES)
+    s, length = (1 + nodes) / 2, float(np.linalg.norm(second - first))
+    along = (second - first) / length
+    here = rigidity(s)
+    mass = here.line_density * weights * length / 2
+    offset = np.broadcast_to(here.mass_centre, s.shape)
+    places = first + s[:, None] * (second - first) + offset[:, None] * np.array([-along[1], along[0]])
+    return LinkInertia(float(mass.sum()), mass @ places, float(mass @ (places**2).sum(axis=1)))
+
+
+def shaking(motion: Motion, links: Mapping[str, LinkInertia], rate: float) -> Shaking:
+    """Give what the inertia of links does to the frame and to the drive."""
+    # Sum of minus mass times acceleration, its moment, and the rate of kinetic energy over the rate of the drive
+    # (Berkof and Lowen 1969; Lowen, Tepper and Berkof 1983).
+    count = len(motion.theta)
+    force, moment, power = np.zeros((count, 2)), np.zeros(count), np.zeros(count)
+    for name, body in links.items():
+        i = motion.links.index(name)
+        p, v, a = (array[:, i] for array in (motion.position, motion.velocity, motion.acceleration))
+        omega, alpha = motion.omega[:, i], motion.alpha[:, i]
+        c, s = np.cos(motion.angle[:, i]), np.sin(motion.angle[:, i])
+        x, y = body.moment
+        arm = np.stack([c * x - s * y, s * x + c * y], axis=1)
+        normal = np.stack([-arm[:, 1], arm[:, 0]], axis=1)
+        turning = alpha[:, None] * normal - omega[:, None] ** 2 * arm
+        change = body.mass * a + turning  # rate of momentum
+        force -= change
+        moment -= _cross(p, change) + _cross(arm, a) + body.inertia * alpha
+        dots = body.mass * a * v + omega[:, None] * a * normal + v * turning
+        power += dots.sum(axis=1) + body.inertia * omega * alpha
+    return Shaking(force, moment, power / rate)
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+
 
 POSITIONS = 180  # of the cycle, at which forces are made small
 SHARE = 0.4  # radius of a counterweight over the length of its link, where none is stated
@@ -61,18 +164,15 @@ class _Holder:
         """Give the inertia of counterweight and bar with a first moment about the pivot (kg m), ``(2,)``."""
         size = float(np.hypot(*moment))
         out = moment / size if size else np.array([1.0, 0.0])
-        return LinkInertia.at(self.mass(moment), self.place + self.radius * out) + self._turned_bar(out)
+        (along, across), mass = self.bar.moment, self.bar.mass
+        turned = along * out + across * np.array([-out[1], out[0]])  # first moment of the bar along that direction
+        inertia = self.bar.inertia + 2 * float(self.place @ turned) + mass * float(self.place @ self.place)
+        bar = LinkInertia(mass, mass * self.place + turned, inertia)
+        return LinkInertia.at(self.mass(moment), self.place + self.radius * out) + bar
 
     def mass(self, moment: Array) -> float:
         """Give the mass of the counterweight (kg), negative where the bar alone is too heavy."""
         return float(np.hypot(*moment) - self.bar.moment[0]) / self.radius
-
-    def _turned_bar(self, out: Array) -> LinkInertia:
-        """Give the inertia of the bar about the link's origin, with the bar along a direction, ``(2,)``."""
-        (along, across), mass = self.bar.moment, self.bar.mass
-        moment = along * out + across * np.array([-out[1], out[0]])
-        inertia = self.bar.inertia + 2 * float(self.place @ moment) + mass * float(self.place @ self.place)
-        return LinkInertia(mass, mass * self.place + moment, inertia)
 
 
 def balance(
@@ -153,10 +253,13 @@ def _holders(scene: Scene, radii: Mapping[str, float] | None, section: str | Non
     """Give where the counterweights are held: at pins on the ground, else at the joint nearest to it."""
     pivots = _pivots(scene)
     if radii is None:
-        grounded = {name: point for name, (point, steps) in pivots.items() if steps == 1}
+        grounded = [name for name, (_, steps) in pivots.items() if steps == 1]
         if not grounded:
             raise SceneError("no link is pinned to the ground: name the links of the counterweights", place="links")
-        radii = {name: SHARE * _length(scene, name) for name in grounded}
+        radii = {}
+        for name in grounded:
+            points = np.array(list(scene.links[name].points.values()))
+            radii[name] = SHARE * float(np.linalg.norm(points[:, None] - points[None], axis=-1).max())
     found = []
     for name, radius in radii.items():
         if name not in pivots:
@@ -180,12 +283,6 @@ def _bar(scene: Scene, name: str, section: str | None, radius: float) -> LinkIne
         key = next(key for key, one in scene.links[name].members.items() if one == member)
         scene = scene.changed({f"links.{name}.members.{key}.section": section})
     return bar_inertia(lambda s: scene.rigidity(label, s), np.zeros(2), np.array([radius, 0.0]))
-
-
-def _length(scene: Scene, name: str) -> float:
-    """Give the largest distance between points of a link (m)."""
-    points = np.array(list(scene.links[name].points.values()))
-    return float(np.linalg.norm(points[:, None] - points[None], axis=-1).max())
 
 
 def _pivots(scene: Scene) -> dict[str, tuple[str, int]]:

@@ -25,14 +25,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.studies.synthesis.planar_four_bar import Complex, middle_and_size
 
-
-def _sorted(*numbers: int) -> tuple[int, ...]:
-    return tuple(sorted(numbers))
-
-
 SECOND = list(combinations_with_replacement(range(3), 2))  # terms of second degree in 1, x and y
 THIRD: dict[tuple[int, ...], int] = {term: k for k, term in enumerate(combinations_with_replacement(range(3), 3))}
-PRODUCT = np.array([[THIRD[_sorted(*term, k)] for k in range(3)] for term in SECOND])  # of the former with each
+PRODUCT = np.array([[THIRD[tuple(sorted((*term, k)))] for k in range(3)] for term in SECOND])  # of the former with each
 FORMS = np.array([[0.7, 0.3, -0.6], [0.2, -0.9, 0.5]])  # linear in 1, x, y, whose quotient tells the zeros apart
 SAME = 1e-12  # singular value over the largest, from which the equations do not fix the zeros
 FAR = 1e-4  # size of the positions over a distance, below which that is infinite

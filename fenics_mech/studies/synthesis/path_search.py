@@ -24,14 +24,6 @@ SINGULAR = 1e-6  # share of the coupler by which it must be out of line with the
 
 
 @dataclass(frozen=True)
-class Fitted:
-    """A four-bar that a search found."""
-
-    linkage: FourBar  # the four-bar
-    angles: Array  # angles of its crank at the places of the path (rad), ``(places,)``
-
-
-@dataclass(frozen=True)
 class _Shape:
     """Parts of a linkage at the angles of its crank, in units of the path, in axes with the ground along x."""
 
@@ -112,8 +104,8 @@ class PathFit:
         return turned, cosine
 
 
-def fits(task: PathTask, starts: int, seed: int) -> Iterator[Fitted]:
-    """Search from many starts, and give the best, each searched to the end."""
+def fits(task: PathTask, starts: int, seed: int) -> Iterator[tuple[FourBar, Array]]:
+    """Search from many starts, and give the best with the angles of their cranks, each searched to the end."""
     places = np.array([complex(*place) for place in task.path], dtype=np.complex128)
     middle, size = middle_and_size(places, "path")
     random = np.random.default_rng(seed)
@@ -171,9 +163,9 @@ def _start(fit: PathFit, closed: bool, random: np.random.Generator) -> Array | N
     return None
 
 
-def _fitted(fit: PathFit, x: Array, middle: complex, size: float) -> Fitted:
+def _fitted(fit: PathFit, x: Array, middle: complex, size: float) -> tuple[FourBar, Array]:
     a, b, c, d = np.exp(x[-6:-2]) * size
     origin = middle + size * complex(*x[-9:-7])
     pivot = origin + d * np.exp(1j * x[-7])
     linkage = FourBar(complex(origin), complex(pivot), a, b, c, fit.side, size * complex(*x[-2:]))
-    return Fitted(linkage, fit.angles(x) + x[-7])
+    return linkage, fit.angles(x) + x[-7]

@@ -14,8 +14,8 @@ from fenics_mech.cli import app
 from fenics_mech.errors import DerivativeError, MechanismError, SceneError
 from fenics_mech.scene.writing import write_scene
 from fenics_mech.studies.design.design_variables import Design
-from fenics_mech.studies.design.history import History
 from fenics_mech.studies.design.methods import METHODS, Search
+from fenics_mech.studies.design.optimise import History
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.slopes import slopes as slopes_of
 from fenics_mech.studies.design.trial import Trial, Trials
@@ -206,7 +206,7 @@ def test_a_catalogue_is_searched_for_its_best_entry():
 class Formula:
     """Trials whose numbers are formulas: a mass, and a largest strain with kinks, as of two peaks in turn."""
 
-    linearised, jobs = False, 1
+    why_differences, jobs = "they are formulas", 1
 
     def __init__(self, scene):
         self.design = Design.of(scene)

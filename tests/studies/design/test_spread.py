@@ -71,7 +71,7 @@ def test_samples_too_few_or_without_scatter_have_no_polynomials():
 
 def test_a_derivative_between_trials_that_failed_is_not_known():
     class Failing:
-        linearised = False
+        why_differences = "they are formulas"
         design = type("Bounds", (), {"bounds": [(0.0, 1.0)] * 2, "variables": [type("V", (), {"choices": ()})] * 2})
 
         def run(self, points, progress):
