@@ -27,7 +27,7 @@ def together(comm: Any, work: Callable[[], Found]) -> Found:
         found, error = tried(comm, work)
     except _EndedError as ended:
         raise MechanismError(str(ended)) from None
-    reports = comm.allgather((True, error and _said(error)))
+    reports = comm.allgather((True, error and f"{type(error).__name__}: {error}"))
     if error is not None:
         raise error
     for rank, (_, text) in enumerate(reports):
@@ -57,7 +57,3 @@ def tried(comm: Any, work: Callable[[], Found]) -> tuple[Found | None, Exception
         if comm.size > 1:
             comm.Abort(INTERRUPTED)
         raise
-
-
-def _said(error: Exception) -> str:
-    return f"{type(error).__name__}: {error}"

@@ -75,8 +75,18 @@ def analyse(
     0.0003
     """
     if scene.cases:
-        return _of_cases(scene, progress, run, names)
-    _refuse_undriven(scene)
+        found = {}
+        for name, case in scenes_of(scene).items():
+            with told_of_case(name):
+                found[name] = analyse(case, progress, run, names)
+        return of_cases(scene, found)
+    if scene.analysis.method == "periodic" and not scene.drives:
+        free = "".join(f"; {freedom}" for freedom in reachable_range(scene).free)
+        raise SceneError(
+            f"a periodic response needs a drive, and the scene has none: there is no period{free}",
+            place="analysis.method",
+            hint="Add a [drive], or write method = 'quasi-static'",
+        )
     progress("effects")
     of_start = assembly_notices(scene)
     scene, _ = choose_laws(stated := scene)
@@ -109,23 +119,3 @@ def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     if scene.analysis.method == "static":
         return rigid_at_rest(scene, any(part.start is not None for part in stated.freedoms.values()))
     return rigid_in_time(scene, start)
-
-
-def _of_cases(scene: Scene, progress: Progress, run: Run | None, names: Collection[str] | None) -> Result:
-    """Analyse a scene in each of its load cases, and give the result of the governing one with all of them."""
-    found = {}
-    for name, case in scenes_of(scene).items():
-        with told_of_case(name):
-            found[name] = analyse(case, progress, run, names)
-    return of_cases(scene, found)
-
-
-def _refuse_undriven(scene: Scene) -> None:
-    """Raise `SceneError` where a periodic response is asked for and nothing is driven."""
-    if scene.analysis.method == "periodic" and not scene.drives:
-        free = "".join(f"; {freedom}" for freedom in reachable_range(scene).free)
-        raise SceneError(
-            f"a periodic response needs a drive, and the scene has none: there is no period{free}",
-            place="analysis.method",
-            hint="Add a [drive], or write method = 'quasi-static'",
-        )

@@ -198,8 +198,12 @@ def follow(
     ended = END
 
     def found() -> Branch:
-        attributes = {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
-        return Branch(_dataset(first, path, values, records, attributes))
+        data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(first, path)})})
+        data = tabulated(data, records, {**KEPT, **OWN}, first, {"point": len(values)})
+        data = data.assign_coords({"part": ["real", "imaginary"]} if "part" in data.dims else {})
+        data.attrs = {"fenics_mech": __version__, "title": first.name, "scene": first.model_dump_json()}
+        data.attrs |= {"path": path, "ended": ended, "gauge": json.dumps(asdict(gauge or Gauge()))}
+        return Branch(data)
 
     try:
         for point, solved in followed(at, path, range_si, points):
@@ -248,14 +252,3 @@ def _record(result: Result, gauge: Gauge, told: Record) -> Record:
         "stable": np.hypot(*multiplier.T).max(initial=0) <= 1 + STABILITY.tolerance,
     }
     return record
-
-
-def _dataset(
-    scene: Scene, path: str, values: list[float], records: list[Record], attributes: dict[str, str]
-) -> xr.Dataset:
-    """Label the points' numbers."""
-    data = xr.Dataset(coords={path: ("point", values, {"units": unit_of(scene, path)})})
-    data = tabulated(data, records, {**KEPT, **OWN}, scene, {"point": len(values)})
-    data = data.assign_coords({"part": ["real", "imaginary"]} if "part" in data.dims else {})
-    data.attrs = {"fenics_mech": __version__, "title": scene.name, "scene": scene.model_dump_json()} | attributes
-    return data

@@ -26,33 +26,28 @@ def led(study: Callable[Given, Found]) -> Callable[Given, Found]:
 
     @wraps(study)
     def alone_or_led(*given: Given.args, **named: Given.kwargs) -> Found:
-        if MPI.COMM_WORLD.size == 1:
+        comm = MPI.COMM_WORLD
+        if comm.size == 1:
             return study(*given, **named)
-        return _led(lambda: study(*given, **named), named.get("jobs", 1))
+        if named.get("jobs", 1) != 1:
+            raise MechanismError("the processes of mpirun share the trials already: leave --jobs out, or mpirun")
+        from mpi4py.futures import MPICommExecutor  # noqa: PLC0415  (under mpirun only)
+
+        found, error = None, None
+        with MPICommExecutor(comm) as pool:  # the others work in here until the first one has left
+            if pool is not None:
+                before = _pool.set(pool)
+                found, error = tried(comm, lambda: study(*given, **named))
+                _pool.reset(before)
+
+        def outcome() -> Found | None:
+            if error is not None:
+                raise error
+            return found
+
+        return comm.bcast(together(comm, outcome))  # type: ignore[no-any-return]
 
     return alone_or_led
-
-
-def _led(work: Callable[[], Found], jobs: object) -> Found:
-    """Work in the first process, with the others."""
-    comm = MPI.COMM_WORLD
-    if jobs != 1:
-        raise MechanismError("the processes of mpirun share the trials already: leave --jobs out, or mpirun")
-    from mpi4py.futures import MPICommExecutor  # noqa: PLC0415  (under mpirun only)
-
-    found, error = None, None
-    with MPICommExecutor(comm) as pool:  # the others work in here until the first one has left
-        if pool is not None:
-            before = _pool.set(pool)
-            found, error = tried(comm, work)
-            _pool.reset(before)
-
-    def outcome() -> Found | None:
-        if error is not None:
-            raise error
-        return found
-
-    return comm.bcast(together(comm, outcome))  # type: ignore[no-any-return]
 
 
 def leads() -> bool:

@@ -143,7 +143,7 @@ def _converged(refinement: str, counts: Sequence[int], values: Array, names: Seq
 
 
 def richardson(values: Array) -> tuple[Array, Array]:
-    """Observed order and extrapolated value of the last three levels, each with half the steps of the one before."""
+    """Observed order and extrapolated value of the last three of ``(levels, quantities)``, each with half the steps."""
     coarse, middle, fine = values[-3:]
     first, second = middle - coarse, fine - middle
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -11,7 +11,7 @@ import logging
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import islice, pairwise
+from itertools import groupby, islice, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,12 +56,9 @@ class Ahead:
 
 def gaps_of(records: Sequence[Record]) -> list[range]:
     """Give the runs of neighbouring points of a line that have no stable motion."""
-    found: list[range] = []
-    for k, record in enumerate(records):
-        if record["error"] in NO_MOTION or record["unstable"]:
-            joins = found and found[-1].stop == k
-            found[-1:] = [range(found[-1].start, k + 1)] if joins else [*found[-1:], range(k, k + 1)]
-    return found
+    lacking = [record["error"] in NO_MOTION or bool(record["unstable"]) for record in records]
+    runs = [list(run) for without, run in groupby(range(len(records)), lacking.__getitem__) if without]
+    return [range(run[0], run[-1] + 1) for run in runs]
 
 
 def followable(record: Record, scene: Scene) -> bool:

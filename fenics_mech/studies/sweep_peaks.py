@@ -23,7 +23,7 @@ FINEST = 64  # parts that refinement may cut a step of the range into
 
 
 def peaks_of(strains: Array, rank: int) -> NDArray[np.bool_]:
-    """Tell which points of a grid are its corners, or have a peak of some curve."""
+    """Tell which points of a grid are its corners, or have a peak of some curve, of strains ``(*grid, members)``."""
     # A peak is no less than the points beside it along any axis.
     known = np.where(np.isnan(strains), -np.inf, strains)
     highest = np.isfinite(known)
@@ -37,7 +37,7 @@ def peaks_of(strains: Array, rank: int) -> NDArray[np.bool_]:
 
 
 def unresolved(places: Array, peaks: Array) -> list[float]:
-    """Midpoints of the steps in which linear interpolation of the peaks is not good enough, the worst first."""
+    """Midpoints of steps in which linear interpolation of peaks ``(points, members)`` is too coarse, worst first."""
     # The error in a step h is estimated as ``h^2 |y''| / 8`` with the larger of the second divided differences at its
     # two ends, relative to the largest y. The steps at a point that failed are passed over.
     if len(places) < 3:

@@ -68,6 +68,8 @@ class Chaos:
 
 def polynomial_chaos(places: Array, values: Array, normal: Truths) -> Chaos | None:
     """Fit polynomials to samples; of all degrees that of the least error counts."""
+    # places 0..1 in the ranges of the variables ``(samples, variables)``, values there ``(samples,)``; variables whose
+    # distribution is normal, cut at `CUT` deviations ``(variables,)``: others are as likely everywhere
     best: Chaos | None = None
     if not np.ptp(values) > 0:
         return None

@@ -105,7 +105,7 @@ class Fit:
 def fit(
     predict: Callable[[Array], Array], slopes: Callable[[Array], Array], data: Noisy, start: Array, tolerance: float
 ) -> Fit:
-    """Fit variables from 0 to 1 to measured values."""
+    """Fit variables from 0 to 1 to measured values, by predictions ``(points,)`` and slopes ``(points, variables)``."""
     from scipy.optimize import least_squares  # noqa: PLC0415  (slow to import)
 
     def search(at: Array, scale: Array) -> tuple[Array, bool]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from pathlib import Path
@@ -215,14 +215,16 @@ def identify(
         count = len(Design.of(scene).variables)
         measured = _noisy(observations, count)  # which says where they are too few
         for at, group in _groups(observations).items():
-            explorers.append(_explorer(_placed(scene, at), group, (kept / "trials", workers), told))
+            explorers.append(replace(_explorer(scene, at, kept / "trials", workers, group), progress=told))
             explorers[-1].first  # noqa: B018  (it says what is wrong at the start)
         first = explorers[0]
         points = np.random.default_rng(seed).random((starts, count))
         points[0] = first.to_unit(first.trials.design.start)
         fits = [_fitted(explorers, observations, measured, point) for point in points]
-        seconds = time.perf_counter() - begun
-        found = Identified(scene, tuple(explorers), observations, min(fits, key=_misfit), seconds)
+        # minus the logarithm of the likelihood, but for a constant
+        misfits = [np.log(one.noise)[one.data.group].sum() + (one.weighted**2).sum() / 2 for one in fits]
+        best, seconds = fits[int(np.argmin(misfits))], time.perf_counter() - begun
+        found = Identified(scene, tuple(explorers), observations, best, seconds)
         if folder is not None:
             _write(found, kept, like)
     return found
@@ -253,8 +255,8 @@ def _groups(observations: Sequence[Observation]) -> dict[At, list[Observation]]:
     return found
 
 
-def _placed(scene: Scene, at: At) -> Scene:
-    """Give the scene at which data were measured."""
+def _explorer(scene: Scene, at: At, kept: Path, workers: Workers, of: Sequence[Observation]) -> Explorer:
+    """Prepare the trials of data that were measured at the same numbers of the scene."""
     variables = {} if scene.study is None else scene.study.variables
     varied = {one if isinstance(one, str) else one.number for part in variables.values() for one in part.numbers}
     if both := [path for path, _ in at if path in varied]:
@@ -262,21 +264,10 @@ def _placed(scene: Scene, at: At) -> Scene:
         raise SceneError(message, place="identify", hint="Leave it out of the variables, or out of the data")
     for path, value in at:
         value_in_si(scene, path, value)  # it says what is wrong
-    return scene.changed(dict(at)) if at else scene
-
-
-def _explorer(
-    scene: Scene,
-    observations: Sequence[Observation],
-    kept: tuple[Path, Workers],
-    progress: Callable[[int, Trial, Trial | None], None],
-) -> Explorer:
-    """Prepare the trials of data that were measured at the same numbers of the scene."""
-    design = Design.of(scene)
+    design = Design.of(scene.changed(dict(at)) if at else scene)
     if chosen := [variable.name for variable in design.variables if variable.choices]:
         raise SceneError("least squares take no choices", place=f"study.variables.{chosen[0]}", hint="Give `between`")
-    trials = Trials(design, tuple(one.of for one in observations), *kept)
-    return Explorer(trials.with_fixed_effects(), progress)
+    return Explorer(Trials(design, tuple(one.of for one in of), kept, workers).with_fixed_effects())
 
 
 def _noisy(observations: Sequence[Observation], variables: int) -> Noisy:
@@ -318,12 +309,6 @@ def _fitted(explorers: Sequence[Explorer], observations: Sequence[Observation], 
         return np.nan_to_num(rows)
 
     return fit(predict, slopes, measured, start, 1e-8)
-
-
-def _misfit(found: Fit) -> float:
-    """Order of fits: minus the logarithm of the likelihood, but for a constant."""
-    points = np.log(found.noise)[found.data.group].sum()
-    return float(points + (found.weighted**2).sum() / 2)
 
 
 def _write(found: Identified, folder: Path, like: str | Path | None) -> None:

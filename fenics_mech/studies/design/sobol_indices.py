@@ -38,7 +38,7 @@ def saltelli_points(samples: Array) -> Array:
 
 
 def sobol_indices(values: Array, seed: int = 0) -> SobolIndices:
-    """Give the Sobol indices of a number."""
+    """Give the Sobol indices of a number from its values at `saltelli_points`, ``(samples, variables + 2)``."""
     values = values[np.isfinite(values).all(axis=1)]
     if len(values) < 2 or np.ptp(values[:, :2]) == 0:
         nothing = np.full(values.shape[1] - 2, np.nan)

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 
 import numpy as np
@@ -215,7 +216,8 @@ def spread(
         explorer = Explorer(trials)
         explorer.first  # noqa: B018  (it says what is wrong at the means)
         explorer.derivatives(explorer.to_unit(scattered.design.start))  # they are kept
-        run = _run(trials, points.reshape(-1, points.shape[-1]), progress)
+        numbers = count(1)
+        run = trials.run(points.reshape(-1, points.shape[-1]).tolist(), counted=lambda: progress(next(numbers)))
         found = Spread(scattered, explorer, tuple(run), points.shape[1], time.perf_counter() - begun)
         if folder is not None:
             _write(found, kept)
@@ -247,18 +249,6 @@ def _points(scattered: Scattered, how: tuple[int, str, int], indices: bool) -> A
     if not indices:
         return scattered.values(drawn(sampling, count, variables, seed))[:, None]
     return scattered.values(saltelli_points(drawn(sampling, count, 2 * variables, seed)))
-
-
-def _run(trials: Trials, points: Array, progress: Callable[[int], None]) -> list[Trial]:
-    """Run the samples, and count them."""
-    counted = 0
-
-    def count() -> None:
-        nonlocal counted
-        counted += 1
-        progress(counted)
-
-    return trials.run(points.tolist(), counted=count)
 
 
 def _write(found: Spread, folder: Path) -> None:
