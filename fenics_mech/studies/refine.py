@@ -117,10 +117,10 @@ def _peaks(result: Result, every: int) -> dict[str, float]:
 
 def _frequencies(result: Result) -> list[float]:
     """Lowest natural frequencies at the first position (Hz)."""
-    if "frequency" in result.data:
-        return [float(value) for value in result.data["frequency"].isel(theta=0).to_numpy()[:MODES]]
-    scene = result.scene.changed(analysis__sub_intervals=FEWEST, analysis__modes=MODES)
-    return [float(value) for value in modes(scene).data["frequency"].isel(theta=0).to_numpy()[:MODES]]
+    data = result.data
+    if "frequency" not in data:
+        data = modes(result.scene.changed(analysis__sub_intervals=FEWEST, analysis__modes=MODES)).data
+    return data["frequency"].isel(theta=0).to_numpy()[:MODES].tolist()  # type: ignore[no-any-return]
 
 
 def _converged(refinement: str, counts: Sequence[int], values: Array, names: Sequence[str]) -> xr.Dataset:

@@ -60,7 +60,38 @@ class Synthesised:
     @property
     def scene(self) -> Scene:
         """The four-bar as a scene: bars of aluminium, whose crank turns, or swings where it cannot turn."""
-        return _scene(self)
+        linkage, start = self.linkage, self.course.start
+        first, second = (complex(pin[0]) for pin in linkage.pins(np.array([start])))
+        ends = {"crank": ("O", "A", linkage.crank), "coupler": ("A", "B", linkage.coupler)}
+        ends["follower"] = ("C", "B", linkage.follower)
+        angles = (start, cmath.phase(second - first), cmath.phase((second - linkage.pivot) / linkage.follower))
+        longest = max(linkage.lengths[:3])
+        data: dict[str, Any] = {
+            "name": f"four-bar for a {self.task.kind}",
+            "materials": {"aluminium": MATERIAL},
+            "sections": {"bar": {"shape": "rectangle", "width": WIDTH * longest, "height": HEIGHT * longest}},
+            "ground": {"points": {"O": _pair(linkage.origin), "C": _pair(linkage.pivot)}},
+            "links": {
+                name: {
+                    "points": {one: (0.0, 0.0), other: (length, 0.0)},
+                    "members": {one + other: {"ends": (one, other), "section": "bar", "material": "aluminium"}},
+                    "angle": angle,
+                }
+                for (name, (one, other, length)), angle in zip(ends.items(), angles)
+            },
+            "joints": {
+                "O": {"connect": ("ground.O", "crank.O")},
+                "A": {"connect": ("crank.A", "coupler.A")},
+                "B": {"connect": ("coupler.B", "follower.B")},
+                "C": {"connect": ("ground.C", "follower.C")},
+            },
+            "drive": _drive(self),
+            "damping": {"ratio": 0.01},
+            "effects": "auto",  # slow links of bars do not vibrate
+        }
+        if not isinstance(self.task, FunctionTask):
+            data["points"] = {"P": {"at": "coupler.A", "offset": _pair(linkage.point)}}
+        return Scene.read(data)
 
     @property
     def transmission(self) -> float:
@@ -166,42 +197,6 @@ def _best_of_paths(task: PathTask, starts: int, seed: int) -> Synthesised:
     least = min(one.error for one in found)
     good = [one for one in found if one.error <= max(WORSE * least, SAME * size)]
     return min(good, key=lambda one: (len(one.defects), round(one.error / size, 9)))
-
-
-def _scene(found: Synthesised) -> Scene:
-    """Write the four-bar as a scene in its first position."""
-    linkage, start = found.linkage, found.course.start
-    first, second = (complex(pin[0]) for pin in linkage.pins(np.array([start])))
-    ends = {"crank": ("O", "A", linkage.crank), "coupler": ("A", "B", linkage.coupler)}
-    ends["follower"] = ("C", "B", linkage.follower)
-    angles = (start, cmath.phase(second - first), cmath.phase((second - linkage.pivot) / linkage.follower))
-    longest = max(linkage.lengths[:3])
-    data: dict[str, Any] = {
-        "name": f"four-bar for a {found.task.kind}",
-        "materials": {"aluminium": MATERIAL},
-        "sections": {"bar": {"shape": "rectangle", "width": WIDTH * longest, "height": HEIGHT * longest}},
-        "ground": {"points": {"O": _pair(linkage.origin), "C": _pair(linkage.pivot)}},
-        "links": {
-            name: {
-                "points": {one: (0.0, 0.0), other: (length, 0.0)},
-                "members": {one + other: {"ends": (one, other), "section": "bar", "material": "aluminium"}},
-                "angle": angle,
-            }
-            for (name, (one, other, length)), angle in zip(ends.items(), angles)
-        },
-        "joints": {
-            "O": {"connect": ("ground.O", "crank.O")},
-            "A": {"connect": ("crank.A", "coupler.A")},
-            "B": {"connect": ("coupler.B", "follower.B")},
-            "C": {"connect": ("ground.C", "follower.C")},
-        },
-        "drive": _drive(found),
-        "damping": {"ratio": 0.01},
-        "effects": "auto",  # slow links of bars do not vibrate
-    }
-    if not isinstance(found.task, FunctionTask):
-        data["points"] = {"P": {"at": "coupler.A", "offset": _pair(linkage.point)}}
-    return Scene.read(data)
 
 
 def _drive(found: Synthesised) -> dict[str, Any]:
