@@ -13,6 +13,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech._version import __version__
+from fenics_mech.answers.spatial_in_time import in_time
 from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine, spatial_machine
@@ -107,6 +108,9 @@ def _answered(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSp
     if machine.size == 0:
         raise SceneError("nothing in the scene moves or bends", place="links")
     cycle = None
+    if method == "transient":
+        motion = in_time(made, stricter=10.0 ** (STAGES - stages))
+        return _read_off(made, motion, None)
     if method == "static":
         t = np.zeros(1)
     else:
@@ -119,7 +123,12 @@ def _answered(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSp
     else:  # at rest, or a machine without degrees of freedom beside the drives
         q, a = _balanced(made, t, method)
         motion = Motion(machine, t, q, 0 * q, a, moving=method != "static")
-    shares = np.linspace(0, 1, scene.analysis.stations)
+    return _read_off(made, motion, cycle)
+
+
+def _read_off(made: SpatialMachine, motion: Motion, cycle: Cycle | None) -> InSpace:
+    """Give the forces of a motion, and where its members are without bending."""
+    shares = np.linspace(0, 1, made.scene.analysis.stations)
     sections = of_members(made, motion, shares)
     rigid = {own.label: _drawn_stations(made, motion, own, shares) for own in made.members}
     return InSpace(made, motion, cycle, sections, rigid, of_joints(made, motion))
@@ -193,8 +202,8 @@ def _count_turns_of_springs(made: SpatialMachine) -> None:
 
 
 def _drawn_stations(made: SpatialMachine, motion: Motion, own: MemberInSpace, shares: Array) -> Array:
-    """Give places of the stations of a member that does not bend."""
-    machine = made.machine
+    """Give places of the stations of a member that does not bend: in time, on the line between its ends."""
+    machine = motion.machine
     pairs = [machine.beams.pairs[k] for k in own.elements]
     chart = machine.known.at(motion.t)
     ends = [
@@ -282,7 +291,7 @@ def _dataset(answer: InSpace) -> xr.Dataset:
         idle = made.machine.n + np.array(list(made.idle), dtype=int)
         labels["held_link"] = list(made.idle.values())
         variables["holding_moment"] = (("theta", "held_link"), -motion.a[:, idle])
-    if scene.analysis.modes and made.members:
+    if scene.analysis.modes and made.members and scene.analysis.method != "transient":
         variables["frequency"] = (("theta", "mode"), _frequencies(answer))
         labels["mode"] = np.arange(1, 1 + variables["frequency"][1].shape[1])
     return xr.Dataset(variables, labels)
@@ -319,7 +328,7 @@ def _errors(answer: InSpace, data: xr.Dataset) -> xr.Dataset:
     """Estimate errors by an answer with another stage, and one with halved elements, which have order 2."""
     scene = answer.made.scene
     better = {"mesh": (_answered(scene, finer=2), 4 / 3)} if answer.made.members else {}
-    if answer.cycle is not None:
+    if answer.cycle is not None or scene.analysis.method == "transient":
         better["time"] = _answered(scene, stages=STAGES + 1), 1.0
     sources, found = list(better), {}
     others = {source: (_dataset_plain(other), lack) for source, (other, lack) in better.items()}

@@ -266,7 +266,7 @@ def _judge_mobility(made: SpatialMachine, nodes: _Nodes) -> None:
     scene, machine = made.scene, made.machine
     found = mobility(machine)
     made.freedoms = found.freedoms
-    if len(found.idle):
+    if len(found.idle) and scene.analysis.method != "transient":  # in which what is free moves
         places = np.append(found.idle, np.zeros((len(found.idle), 1)), axis=1)[:, machine.places]
         moved = places[..., :3].reshape(len(found.idle), -1) / machine.extent
         ways, sizes, _ = np.linalg.svd(moved, full_matrices=True)

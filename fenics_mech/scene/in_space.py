@@ -22,6 +22,7 @@ from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamp
 from fenics_mech.scene.units import (
     Acceleration,
     Angle,
+    AngularSpeed,
     Area,
     Force,
     Inertia,
@@ -469,9 +470,17 @@ class SpatialAnalysis(Part):
     ----------
     method
         "periodic" finds the motion that repeats every cycle, "quasi-static" the equilibrium at each position with the
-        inertia of the rigid motion, "static" the one at the drawn position, at rest.
+        inertia of the rigid motion, "static" the one at the drawn position, at rest. "transient" follows the motion in
+        time from the drawn position, with the velocities of rigid links.
     positions
-        Positions of the cycle at which results are given, and steps in which it is solved.
+        Positions of the cycle at which results are given, and steps in which it is solved; or even instants.
+    duration
+        Of a motion in time (s).
+    start_speeds
+        Of a motion in time: angular speeds of joints at its start, by name (rad/s). What neither a drive nor these lead
+        starts as slowly as it can.
+    time_tolerance
+        Of a motion in time: largest error of a coordinate in a step, over the size of the machine.
     stations
         Places along each member at which results are given.
     modes
@@ -489,13 +498,24 @@ class SpatialAnalysis(Part):
     'periodic'
     """
 
-    method: Literal["periodic", "quasi-static", "static"] = "periodic"
+    method: Literal["periodic", "quasi-static", "static", "transient"] = "periodic"
     positions: Annotated[int, Field(ge=8, le=100_000)] = 60
+    duration: Annotated[Time, Field(gt=0)] | None = None
+    start_speeds: dict[Name, AngularSpeed] = Field(default_factory=dict)
+    time_tolerance: Annotated[float, Field(gt=0, le=1e-2)] = 1e-6
     stations: Annotated[int, Field(ge=2, le=SCENE.most_stations)] = 11
     modes: Annotated[int, Field(ge=0, le=200)] = 6
     multipliers: Annotated[int, Field(ge=0, le=50)] = 4
     error_estimates: bool = True
     allow_unstable: bool = False
+
+    @model_validator(mode="after")
+    def _is_timed(self) -> Self:
+        if (self.method == "transient") != (self.duration is not None):
+            raise ValueError('a motion in time needs its duration: method = "transient" and `duration` stand together')
+        if self.start_speeds and self.method != "transient":
+            raise ValueError('`start_speeds` are of a motion in time: write method = "transient"')
+        return self
 
 
 class SpatialScene(Part):
@@ -759,7 +779,13 @@ def _check_acting(scene: SpatialScene) -> None:
         if drive.joint in driven:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")
         driven.add(drive.joint)
-    if scene.analysis.method != "static" and not scene.drives:
+    for joint in scene.analysis.start_speeds:
+        place = f"analysis.start_speeds.{joint}"
+        check_known(joint, scene.joints, "joint", place)
+        _check_freedom(scene, joint, TURNING, place)
+        if joint in driven:
+            raise SceneError(f"joint {joint!r} is driven, which gives its speed", place=place)
+    if scene.analysis.method not in ("static", "transient") and not scene.drives:
         raise SceneError(
             f"a {scene.analysis.method} answer needs a drive, and the scene has none: there is no cycle",
             place="analysis.method",
