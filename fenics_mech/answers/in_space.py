@@ -23,6 +23,7 @@ from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.sections.shapes import open_and_thin
 from fenics_mech.solve import (
     Cycle,
+    damp_modes,
     equilibria,
     frequencies,
     held_modes,
@@ -92,7 +93,7 @@ def in_space(scene: SpatialScene) -> SpatialResult:
     >>> result.data["stress"].dims
     ('theta', 'member', 's', 'corner')
     """
-    answer = _answered(scene)
+    answer = answer_in_space(scene)
     data = _dataset(answer)
     if scene.analysis.error_estimates:
         data = data.merge(_errors(answer, data))
@@ -101,8 +102,18 @@ def in_space(scene: SpatialScene) -> SpatialResult:
     return SpatialResult.with_scene(scene, described(data, scene))
 
 
-def _answered(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSpace:
-    """Solve for the answer, with so many elements for each one and so many stages of a step."""
+def answer_in_space(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSpace:
+    """Solve for the answer to a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    finer
+        Elements for each one that it states.
+    stages
+        Of a step.
+    """
     made = spatial_machine(scene, finer)
     machine, method = made.machine, scene.analysis.method
     if machine.size == 0:
@@ -118,6 +129,8 @@ def _answered(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -> InSp
         t = scene.period * np.arange(scene.analysis.positions) / scene.analysis.positions
         _count_turns_of_springs(made)
     if method == "periodic" and machine.n > machine.held:
+        if scene.damping.ratio and made.members:
+            damp_modes(machine, scene.period, scene.damping.ratio)
         cycle = periodic(machine, scene.period, _steps_of(scene), stages=stages, tolerance=TOLERANCE)
         motion = Motion(machine, t, *cycle.path.when(t))
     else:  # at rest, or a machine without degrees of freedom beside the drives
@@ -327,9 +340,9 @@ QUANTITIES = {"strain": "strain", "deflection": "deflection", "joint_force": "jo
 def _errors(answer: InSpace, data: xr.Dataset) -> xr.Dataset:
     """Estimate errors by an answer with another stage, and one with halved elements, which have order 2."""
     scene = answer.made.scene
-    better = {"mesh": (_answered(scene, finer=2), 4 / 3)} if answer.made.members else {}
+    better = {"mesh": (answer_in_space(scene, finer=2), 4 / 3)} if answer.made.members else {}
     if answer.cycle is not None or scene.analysis.method == "transient":
-        better["time"] = _answered(scene, stages=STAGES + 1), 1.0
+        better["time"] = answer_in_space(scene, stages=STAGES + 1), 1.0
     sources, found = list(better), {}
     others = {source: (_dataset_plain(other), lack) for source, (other, lack) in better.items()}
     for what, name in QUANTITIES.items():

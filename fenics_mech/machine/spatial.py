@@ -12,6 +12,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import SPACE, End
 from fenics_mech.joints import kind_of
+from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.mobility import hold_idle, loosen, mobility
 from fenics_mech.scene.in_space import PointDamper, SpatialForce, SpatialMember, SpatialScene, SpatialTorque
@@ -20,7 +21,7 @@ from fenics_mech.sections import SectionNumbers, numbers_of
 from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Spring
 
 SAME = 1e-9  # of a member's length, between nodes that are one
-STROKE_AXIS = {"slider": 0, "cylinder": 2}  # along which axis of its ends a joint slides
+STROKE_AXIS = {"slider": 0, "slot": 0, "cylinder": 2}  # along which axis of its ends a joint slides
 
 
 @dataclass
@@ -107,6 +108,7 @@ def spatial_machine(scene: SpatialScene, finer: int = 1) -> SpatialMachine:
         When something can move that nothing drives, and it is no turn of a link about its own line.
     """
     machine = Machine(SPACE, scene.gravity)
+    machine.drag = Drag(scene.damping.external, scene.damping.relative)
     made, nodes = SpatialMachine(scene, machine), _Nodes(scene, machine, finer)
     pairs: list[tuple[End, End]] = []
     elements: list[Element] = []
@@ -227,7 +229,7 @@ def _add_joints(made: SpatialMachine, nodes: _Nodes) -> None:
         one, other = map(nodes.end, joint.connect)
         first = np.array(joint.axis or (0.0, 0.0, 1.0))
         # a slider lies along the first of its axes, and the axis of the others is the last
-        axes = SPACE.axes(first) if joint.kind == "slider" else SPACE.axes(first)[:, [1, 2, 0]]
+        axes = SPACE.axes(first) if joint.kind in ("slider", "slot") else SPACE.axes(first)[:, [1, 2, 0]]
         both = axes, axes
         if joint.axes is not None:
             both = tuple(SPACE.axes(np.array(way))[:, [1, 2, 0]] for way in joint.axes)  # type: ignore[assignment]
@@ -247,7 +249,7 @@ def _add_drives(made: SpatialMachine) -> None:
     scene = made.scene
     for drive in scene.drives:
         kind = scene.joints[drive.joint].kind
-        by_stroke = kind == "slider" or (kind == "cylinder" and drive.speed is None)
+        by_stroke = kind in ("slider", "slot") or (kind == "cylinder" and drive.speed is None)
         ends = made.joints[drive.joint]
         start = float(drive.jet(np.zeros(1), scene.cycle_rate).value[0]) if drive.law is not None else 0.0
         drawn = 0.0

@@ -15,6 +15,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import OverCycle
 from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts
 from fenics_mech.scene.bodies import MESH, Material
+from fenics_mech.scene.damping_options import Ratios
 from fenics_mech.scene.drives import Drive, common_rate
 from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.sections.plain import ISection, Positive, RectangleSection, RoundSection, TubeSection
@@ -28,6 +29,7 @@ from fenics_mech.scene.units import (
     Inertia,
     Length,
     Mass,
+    Rate,
     SecondMoment,
     SectionModulus,
     Time,
@@ -42,9 +44,9 @@ AtPlace = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*
 GAP = 1e-6  # of the machine's size, by which points of a joint may miss each other: digits of a written coordinate
 PARALLEL = 1e-6  # sine of the angle between two directions that are to differ
 MEETING = ("revolute", "ball", "universal", "weld")  # kinds whose two points are one
-WITH_AXIS = ("revolute", "cylinder", "slider", "plane")
+WITH_AXIS = ("revolute", "cylinder", "slider", "slot", "plane")
 TURNING = ("revolute", "cylinder", "plane")  # kinds with an angle, which a drive, a spring or a damper may take
-SLIDING = ("cylinder", "slider")  # kinds with a stroke
+SLIDING = ("cylinder", "slider", "slot")  # kinds with a stroke
 
 
 class SpatialCustomSection(Part):
@@ -270,7 +272,8 @@ class SpatialJoint(Part):
         A point of each, "link.point" or "ground.point".
     kind
         "revolute" turns about its axis, "ball" in all directions, "universal" about two axes; "cylinder" turns about
-        and slides along its axis, "slider" slides along it, "plane" slides across it and turns; "weld" holds.
+        and slides along its axis, "slider" slides along it, "slot" guides a ball along it, "plane" slides across it
+        and turns; "weld" holds.
     axis
         Direction of the axis in the drawn position; of a plane its normal.
     axes
@@ -285,7 +288,7 @@ class SpatialJoint(Part):
     """
 
     connect: tuple[PointName, PointName]
-    kind: Literal["revolute", "ball", "universal", "cylinder", "slider", "plane", "weld"] = "revolute"
+    kind: Literal["revolute", "ball", "universal", "cylinder", "slider", "slot", "plane", "weld"] = "revolute"
     axis: Way | None = None
     axes: tuple[Way, Way] | None = None
     misaligned: Misalignment | None = None
@@ -430,12 +433,18 @@ Drives = Annotated[
 
 
 class SpatialDamping(Part):
-    """Damping of the elastic motion in space.
+    """Damping of the elastic motion in space; what is stated adds up.
 
     Parameters
     ----------
+    ratio
+        Damping ratio of all modes, or one per mode (the last holds for the rest), of a periodic motion.
     material
         Retardation time of the material (s): its stress is the modulus times the strain plus this times its rate.
+    external
+        Drag of the surroundings on the velocity, in proportion to the mass (1/s).
+    relative
+        The same on the velocity relative to the rigid motion (1/s).
 
     Examples
     --------
@@ -443,7 +452,10 @@ class SpatialDamping(Part):
     0.0005
     """
 
+    ratio: Ratios = 0.0
     material: Annotated[Time, Field(ge=0)] = 0.0
+    external: Annotated[Rate, Field(ge=0)] = 0.0
+    relative: Annotated[Rate, Field(ge=0)] = 0.0
 
 
 class SpatialMesh(Part):
@@ -785,6 +797,12 @@ def _check_acting(scene: SpatialScene) -> None:
         _check_freedom(scene, joint, TURNING, place)
         if joint in driven:
             raise SceneError(f"joint {joint!r} is driven, which gives its speed", place=place)
+    if scene.damping.ratio and scene.analysis.method == "transient":
+        raise SceneError(
+            "damping ratios are those of modes about a cycle, which a motion in time in space does not have",
+            place="damping.ratio",
+            hint="State damping.material or damping.external",
+        )
     if scene.analysis.method not in ("static", "transient") and not scene.drives:
         raise SceneError(
             f"a {scene.analysis.method} answer needs a drive, and the scene has none: there is no cycle",
