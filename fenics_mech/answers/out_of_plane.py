@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech.answers.in_space import InSpace, answer_in_space
-from fenics_mech.errors import UnstableError
+from fenics_mech.errors import SceneError, UnstableError
 from fenics_mech.machine.lifted import lifted
+from fenics_mech.recovery.variables import ATTRIBUTES
 from fenics_mech.scene import Scene
 from fenics_mech.solve import frequencies, held_modes, tangents_at
 
@@ -38,6 +39,12 @@ def across_the_plane(scene: Scene) -> xr.Dataset:
     UnstableError
         When the machine buckles across its plane.
     """
+    if scene.analysis.method == "transient":
+        raise SceneError(
+            "a motion in time has no frequencies and multipliers across the plane",
+            place="analysis.out_of_plane",
+            hint="Leave it out, or take another method",
+        )
     count = min(scene.analysis.sub_intervals, POSITIONS)
     answer = answer_in_space(lifted(scene).changed({"analysis.positions": max(count, 8)}))
     across = _across(answer)
@@ -62,7 +69,11 @@ def across_the_plane(scene: Scene) -> xr.Dataset:
                 f"{own.max():.5g} in every cycle. Take members that are wider across it, or another speed"
             )
     labels = {"position_angle": answer.motion.t * answer.made.scene.cycle_rate}
-    return xr.Dataset(found, labels)
+    data = xr.Dataset(found, labels)
+    for name in data.variables:
+        unit, meaning = ATTRIBUTES[str(name)]
+        data.variables[name].attrs.update(units=unit, long_name=meaning)
+    return data
 
 
 def _across(answer: InSpace) -> Array:
