@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.follow import Branch, follow
     from fenics_mech.studies.gauge import Gauge
     from fenics_mech.studies.natural_frequencies import NaturalFrequencies, modes
+    from fenics_mech.studies.spatial_sweep import sweep_in_space
     from fenics_mech.studies.sweep import Sweep, sweep
     from fenics_mech.studies.synthesis.balancing import balance
     from fenics_mech.studies.synthesis.synthesise import Synthesised, four_bars, synthesise
@@ -236,6 +237,7 @@ __all__ = [
     "spread",
     "summary",
     "sweep",
+    "sweep_in_space",
     "synthesise",
     "write_outlines",
     "write_scene",
@@ -289,6 +291,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "spread": "studies.design.spread",
     "summary": "views.summary",
     "sweep": "studies.sweep",
+    "sweep_in_space": "studies.spatial_sweep",
     "synthesise": "studies.synthesis.synthesise",
     "write_outlines": "views.outlines",
     "write_workbook": "views.workbook",
