@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from fenics_mech.safety import Verdict, judge
     from fenics_mech.safety.load_cases import envelope
     from fenics_mech.scene import *
+    from fenics_mech.sections import from_sectionproperties
     from fenics_mech.studies.design.identify import Identified, identify
     from fenics_mech.studies.design.measured_values import Observation
     from fenics_mech.studies.design.methods import Search
@@ -205,6 +206,7 @@ __all__ = [
     "four_bars",
     "from_drawing",
     "from_pylinkage",
+    "from_sectionproperties",
     "identify",
     "in_case",
     "interactive",
@@ -266,6 +268,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "fatigue": "recovery.stress_figures",
     "follow": "studies.follow",
     "four_bars": "studies.synthesis.synthesise",
+    "from_sectionproperties": "sections",
     "identify": "studies.design.identify",
     "judge": "safety",
     "interactive": "views.notebook",

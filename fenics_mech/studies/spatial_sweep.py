@@ -161,7 +161,8 @@ def _point(text: str) -> dict[str, Any]:
     kept: dict[str, Any] = {"error": ""}
     for name, (dimension, *_) in LARGEST.items():
         if name in data:
-            kept[name] = np.abs(data[name]).max([str(dim) for dim in data[name].dims if dim != dimension]).to_numpy()
+            over = tuple(k for k, dim in enumerate(data[name].dims) if dim != dimension)
+            kept[name] = np.abs(data[name].to_numpy()).max(axis=over)
     if "frequency" in data:
         kept["lowest_frequency"] = data["frequency"].min("theta").to_numpy()
         kept["highest_frequency"] = data["frequency"].max("theta").to_numpy()
