@@ -13,9 +13,10 @@ from fenics_mech.geometry import Given, PoseMotion
 from fenics_mech.machine.mobility import conditions
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.spatial import SpatialMachine
-from fenics_mech.solve import States, steps_in_time
+from fenics_mech.solve import Step, accelerated, steps_in_time
+from fenics_mech.solve.step import now
 
-BEGUN = 1e-4  # of the way to the first instant, where forces at the start are told
+BEYOND = 1e-3  # of the way between two instants, by which the motion goes on for the forces at the last one
 UNLED = 1e-9  # of the largest rate that is asked for: what no rate of links gives is a contradiction
 
 
@@ -41,8 +42,8 @@ def in_time(made: SpatialMachine, stricter: float = 1.0) -> Motion:
     machine.chart = None
     tolerance = stricter * analysis.time_tolerance * machine.units[: machine.n]
     even = analysis.duration * np.arange(analysis.positions + 1) / analysis.positions
-    times = np.insert(even, 1, BEGUN * even[1])
-    states: list[States] = []
+    times = np.append(even, even[-1] + BEYOND * even[1])
+    states: list[tuple[PoseMotion, Array, list[Array]]] = []
     for step in steps_in_time(
         machine,
         _start(made),
@@ -51,17 +52,45 @@ def in_time(made: SpatialMachine, stricter: float = 1.0) -> Motion:
         longest=analysis.duration / analysis.positions,
         angles=machine.angles_as_drawn(),
     ):
-        if np.abs(times - step.t - step.h).min() < 1e-3 * times[1]:
-            states.append(step.at_end())
-    whole = States.joined(states)
+        if np.abs(even - step.t).min() < BEYOND / 10 * even[1]:
+            states.append(_state(made, step))
+    motions, others, measures = zip(*states)
     still = copy(machine)
     still.forget_plan()
-    motion = PoseMotion(*(x.copy() for x in whole.motion.arrays))
-    still.chart = Given(whole.t, motion)
-    zero = np.zeros((len(whole.t), machine.size))
+    still.chart = Given(even, PoseMotion.joined(motions))
+    zero = np.zeros((len(even), machine.size))
     a = zero.copy()
-    a[:, machine.n :] = whole.others
-    return Motion(still, whole.t, zero, zero, a, angles=whole.measures)
+    a[:, machine.n :] = others
+    return Motion(still, even, zero, zero, a, angles=[np.concatenate(of_term) for of_term in zip(*measures)])
+
+
+def _state(made: SpatialMachine, step: Step) -> tuple[PoseMotion, Array, list[Array]]:
+    """Give poses, multipliers and measures where a step begins.
+
+    Rates are brought onto the rows. Accelerations and multipliers come from M a + G^T L = F and the second derivatives
+    of the rows: those at the end of a step have the order of its stages alone.
+    """
+    machine, t, zero = made.machine, np.array([step.t]), np.zeros((1, made.machine.size))
+    n, rows = machine.n, len(machine.rows)
+    held = machine.residual(t, zero, zero, zero, loads=0.0, moving=False, angles=step.angles)
+    first, second = np.zeros((2, rows))
+    for row, drive in zip(made.driven, made.scene.drives):
+        rate = made.scene.cycle_rate
+        jet = drive.jet(rate * t, rate)
+        first[row], second[row] = rate * jet.first[0], rate**2 * jet.second[0]
+    off = np.zeros_like(zero)
+    off[0, n : n + rows] = machine.pattern.times(held.K, step.v[None])[0, n : n + rows] - first
+    v = step.v + np.where(np.arange(machine.size) < n, accelerated(machine, held, -off)[0], 0.0)
+
+    found = machine.residual(t, zero, v[None], zero, angles=step.angles, known=True)
+    force = -found.force
+    force[0, n:] = 0.0
+    if rows:
+        measured = machine.row_group.measure(found.at, None)
+        bent = np.einsum("tn,tn->t", measured.rate_by_variables[0, :, 0], measured.ways[0])
+        force[0, n : n + rows] = second - bent
+    a = accelerated(machine, found, force)[0]
+    return now(machine, step.t, v, a), a[n:], [term.x for term in found.terms]
 
 
 def _start(made: SpatialMachine) -> Array:
