@@ -1,4 +1,4 @@
-"""fenics_mech: dynamics of planar linkages whose links bend.
+"""fenics_mech: dynamics of linkages whose links bend, in the plane and in space.
 
 Everything that a user needs stands here: ``import fenics_mech as fm``, and then ``fm.load``, ``fm.analyse``,
 ``fm.Scene`` and so on. The command is `fenics-mech`.

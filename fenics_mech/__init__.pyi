@@ -16,6 +16,7 @@ from fenics_mech.errors import (
 )
 from fenics_mech.recovery import Result as Result
 from fenics_mech.recovery.sound import sound as sound
+from fenics_mech.recovery.spatial_result import SpatialResult as SpatialResult
 from fenics_mech.recovery.stress_figures import fatigue as fatigue
 from fenics_mech.safety import Verdict as Verdict, judge as judge
 from fenics_mech.safety.load_cases import envelope as envelope
@@ -63,6 +64,7 @@ from fenics_mech.scene import (
     Measurement as Measurement,
     Member as Member,
     Mesh as Mesh,
+    Misalignment as Misalignment,
     MotionTask as MotionTask,
     Motor as Motor,
     Notch as Notch,
@@ -70,6 +72,7 @@ from fenics_mech.scene import (
     Pin as Pin,
     Ply as Ply,
     PoincareSection as PoincareSection,
+    PointDamper as PointDamper,
     PointMass as PointMass,
     PolygonPart as PolygonPart,
     PolygonSection as PolygonSection,
@@ -85,6 +88,20 @@ from fenics_mech.scene import (
     Scene as Scene,
     SideContact as SideContact,
     Slot as Slot,
+    SpatialAnalysis as SpatialAnalysis,
+    SpatialBody as SpatialBody,
+    SpatialCustomSection as SpatialCustomSection,
+    SpatialDamping as SpatialDamping,
+    SpatialForce as SpatialForce,
+    SpatialGround as SpatialGround,
+    SpatialJoint as SpatialJoint,
+    SpatialLink as SpatialLink,
+    SpatialMass as SpatialMass,
+    SpatialMember as SpatialMember,
+    SpatialMesh as SpatialMesh,
+    SpatialPolygonSection as SpatialPolygonSection,
+    SpatialScene as SpatialScene,
+    SpatialTorque as SpatialTorque,
     SpeedController as SpeedController,
     Stop as Stop,
     StressLife as StressLife,
@@ -112,6 +129,7 @@ from fenics_mech.scene import (
     slider_crank as slider_crank,
     write_scene as write_scene,
 )
+from fenics_mech.sections import from_sectionproperties as from_sectionproperties
 from fenics_mech.studies.design.identify import Identified as Identified, identify as identify
 from fenics_mech.studies.design.measured_values import Observation as Observation
 from fenics_mech.studies.design.methods import Search as Search
@@ -120,6 +138,7 @@ from fenics_mech.studies.design.spread import Spread as Spread, spread as spread
 from fenics_mech.studies.follow import Branch as Branch, follow as follow
 from fenics_mech.studies.gauge import Gauge as Gauge
 from fenics_mech.studies.natural_frequencies import NaturalFrequencies as NaturalFrequencies, modes as modes
+from fenics_mech.studies.spatial_sweep import sweep_in_space as sweep_in_space
 from fenics_mech.studies.sweep import Sweep as Sweep, sweep as sweep
 from fenics_mech.studies.synthesis.balancing import balance as balance
 from fenics_mech.studies.synthesis.synthesise import (

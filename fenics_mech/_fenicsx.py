@@ -243,3 +243,48 @@ class CellKernel:
         arrays = (pointer(module, part) for part in (values, self.places, result))
         module.lib.tabulate(self.address, positions, cells, given, int(np.prod(self.shape)), *arrays)
         return result
+
+
+@_calling()
+def plane_mesh(model: Any) -> Any:
+    """Read a gmsh model of triangles in the plane z = 0."""
+    return gmshio.model_to_mesh(model, MPI.COMM_SELF, 0, gdim=2)[0]
+
+
+@_calling()
+def lagrange(mesh: Any, degree: int) -> Any:
+    """Give the space of continuous Lagrange elements of a degree."""
+    return compiled(
+        fem.functionspace if hasattr(fem, "functionspace") else fem.FunctionSpace, mesh, ("Lagrange", degree)
+    )
+
+
+@_calling()
+def constant(mesh: Any, value: float) -> Any:
+    """Give a number as forms on a mesh take it."""
+    return fem.Constant(mesh, np.float64(value))
+
+
+@_calling()
+def function_of(space: Any, values: Array) -> Any:
+    """Give the function of a space that has some values."""
+    function = fem.Function(space)
+    function.x.array[:] = values
+    return function
+
+
+@_calling()
+def integral(form: Any) -> float:
+    """Compile a form without arguments, and give its value."""
+    return float(fem.assemble_scalar(compiled(fem.form, form)))
+
+
+@_calling()
+def largest_at_vertices(mesh: Any, expression: Any) -> float:
+    """Give the largest value of an expression at the vertices of the cells, each seen from its own cell."""
+    space = broken_line(mesh, 1)
+    points = space.element.interpolation_points
+    made = compiled(fem.Expression, expression, points() if callable(points) else points)
+    function = fem.Function(space)
+    function.interpolate(made)
+    return float(np.abs(function.x.array).max())

@@ -89,16 +89,18 @@ NUMBERS = (
     *("power_balance_error", "condition", "too_coarse", "stability_limit", "time_steps", "contacts_closed"),
     *("cycle_change", "interpolation_error", "error_estimate", "deflection_error_estimate", "stated_rate"),
     *("joint_force_error_estimate", "drive_effort_error_estimate", "freedom_place_error_estimate"),
-    *("own_period", "repeats_after", "closing_error"),
+    *("own_period", "repeats_after", "closing_error", "dimension"),
+    *("strain_error_estimate", "torque_error_estimate"),
 )
 OF_SCENE = (  # labels that are made of names that the scene has
     *("member", "joint", "link", "drive", "support", "point", "pair", "slide", "freedom", "law", "contact"),
-    *("spring", "damper", "motor_at", "held", "linked", "multiplier_link"),
+    *("spring", "damper", "motor_at", "held", "linked", "multiplier_link", "held_link"),
 )
 OF_PROGRAM = {  # labels that are words of the program
     "fibre": {"+", "-"},
     "gauge_fibre": {"+", "-"},
-    "component": {"x", "y"},
+    "component": {"x", "y", "z"},
+    "section_axis": {"along", "first", "second"},
     "end": {"first", "second"},
     "part": {"real", "imaginary"},
     "gauge": {"mid-span", "peak"},

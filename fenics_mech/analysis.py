@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection
+from typing import overload
 
 from fenics_mech._guard import guarded
 from fenics_mech.answers.by_poses import RefinedByPoses, by_poses
 from fenics_mech.answers.by_sub_intervals import by_sub_intervals
+from fenics_mech.answers.in_space import in_space
 from fenics_mech.answers.in_time_by_poses import in_time_by_poses
+from fenics_mech.answers.out_of_plane import across_the_plane
 from fenics_mech.answers.repeated_by_poses import repeated_by_poses
 from fenics_mech.answers.rigid_at_rest import rigid_at_rest
 from fenics_mech.answers.rigid_by_poses import rigid_by_poses
@@ -26,8 +29,10 @@ from fenics_mech.planning.law_choice import choose_laws
 from fenics_mech.planning.meet_tolerance import within
 from fenics_mech.planning.start_state import state_to_go_on_from
 from fenics_mech.recovery import Result
+from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
+from fenics_mech.scene.in_space import SpatialScene
 from fenics_mech.scene.load_cases import scenes_of, told_of_case
 
 logger = logging.getLogger(__name__)
@@ -35,16 +40,32 @@ STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "err
 Progress = Callable[[str], None]
 
 
+@overload
+def analyse(scene: SpatialScene) -> SpatialResult: ...
+
+
+@overload
+def analyse(
+    scene: Scene,
+    progress: Progress = ...,
+    run: Run | None = ...,
+    names: Collection[str] | None = ...,
+) -> Result: ...
+
+
 @guarded()
 def analyse(
-    scene: Scene, progress: Progress = lambda step: None, run: Run | None = None, names: Collection[str] | None = None
-) -> Result:
+    scene: Scene | SpatialScene,
+    progress: Progress = lambda step: None,
+    run: Run | None = None,
+    names: Collection[str] | None = None,
+) -> Result | SpatialResult:
     """Analyse a scene as its `analysis` states.
 
     Parameters
     ----------
     scene
-        The scene.
+        The scene. The others are of scenes in the plane.
     progress
         Called with the name of each of `STEPS` as it begins.
     run
@@ -55,7 +76,7 @@ def analyse(
 
     Returns
     -------
-    Result
+    Result or SpatialResult
         Strains, stresses, forces, deflections, their errors, and every decision that was taken. Mesh and steps that
         the scene does not state are as fine as the answer needs; those that it states are kept, and the errors told.
 
@@ -74,6 +95,8 @@ def analyse(
     >>> print(f"{abs(result.data['strain'].sel(member='coupler')).max().item():.4f}")
     0.0003
     """
+    if isinstance(scene, SpatialScene):
+        return in_space(scene)
     if scene.cases:
         found = {}
         for name, case in scenes_of(scene).items():
@@ -106,6 +129,8 @@ def analyse(
         result = fine_enough(scene, lambda finer: by_poses(finer, run, names))
     else:
         result = within(scene, RefinedByPoses())
+    if scene.analysis.out_of_plane:
+        result.data.update(across_the_plane(stated))
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result

@@ -18,9 +18,10 @@ def mesh(scene: SceneFile, folder: OutFolder = Path("out"), refine: Refine = 0) 
         from fenics_mech.beams.mesh import mesh_scene  # noqa: PLC0415
         from fenics_mech.effects import active, loads_at_nodes  # noqa: PLC0415
         from fenics_mech.kinematics import solve_motion  # noqa: PLC0415
-        from fenics_mech.scene import load, refined  # noqa: PLC0415
+        from fenics_mech.scene import refined  # noqa: PLC0415
+        from fenics_mech.scene.files import load_planar  # noqa: PLC0415
 
-    loaded = refined(load(scene), refine)
+    loaded = refined(load_planar(scene), refine)
     make_folder(folder)
     beams = mesh_scene(loaded, loads_at_nodes(active(loaded)))
     plane = plane_mesh(loaded.links, loaded.joints, beams, solve_motion(loaded, np.zeros(1)))

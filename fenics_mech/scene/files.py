@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 from fenics_mech._files import read_bounded, reason_of
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.base import SCENE
+from fenics_mech.scene.in_space import SpatialScene, is_spatial
 from fenics_mech.scene.models import Scene
 
 
@@ -35,8 +36,8 @@ TOML_ADVICE = {  # by how tomllib's message starts
 }
 
 
-def load(path: str | Path) -> Scene:
-    """Read a scene file.
+def load(path: str | Path) -> Scene | SpatialScene:
+    """Read a scene file, in the plane or in space.
 
     Parameters
     ----------
@@ -45,8 +46,9 @@ def load(path: str | Path) -> Scene:
 
     Returns
     -------
-    Scene
-        The scene; paths of measurements in it count from the working folder.
+    Scene or SpatialScene
+        The scene, in space where its points have three coordinates; paths of measurements count from the working
+        folder.
 
     Raises
     ------
@@ -58,11 +60,52 @@ def load(path: str | Path) -> Scene:
     >>> fm.load("demos/four_bar.toml").name
     'seed four-bar'
     """
+    found = load_in_space(path)
+    return load_planar(path) if found is None else found
+
+
+def load_in_space(path: str | Path) -> SpatialScene | None:
+    """Read a scene file in space; None where it is of the plane. What it takes and raises is as of `load`.
+
+    Parameters
+    ----------
+    path
+        A TOML file.
+    """
+    path = Path(path)
+    return _spatial(text_of(path), path.name)
+
+
+def load_planar(path: str | Path) -> Scene:
+    """Read a scene file in the plane; what it takes and raises is as of `load`.
+
+    Parameters
+    ----------
+    path
+        A TOML file.
+    """
     path = Path(path)
     text = text_of(path)
+    if _spatial(text, path.name) is not None:
+        raise SceneError(
+            "points have three coordinates, so that it is a scene in space, which this does not take",
+            place=path.name,
+            hint="Scenes in space have run, check, report, plot and animate",
+        )
     scene = parse(text, file=path.name, folder=path.parent)
     measurements = tuple(m.model_copy(update={"file": path.parent / m.file}) for m in scene.measurements)
     return scene.model_copy(update={"measurements": measurements})
+
+
+def _spatial(text: str, file: str) -> SpatialScene | None:
+    """Make a scene in space from a text; None where it is of the plane, or no TOML."""
+    try:
+        if not is_spatial(tomllib.loads(text)):
+            return None
+    except (ValueError, RecursionError):
+        return None
+    name = {"name": Path(file).stem[: SCENE.longest_name]}
+    return read_toml(text, file, lambda data: SpatialScene.read(name | data))
 
 
 def text_of(path: Path, what: str = "scene file") -> str:

@@ -83,6 +83,7 @@ EXAMPLES = {
     "1": "2 %",
     "m": "4.25 in",
     "m**2": "0.406 cm^2",
+    "m**3": "20 mm^3",
     "m**4": "8.67e-4 cm^4",
     "kg": "45.2 g",
     "kg/m**3": "2714 kg/m^3",
@@ -319,6 +320,7 @@ def _schema(named: str) -> WithJsonSchema:
 Share = _quantity("1")
 Length = _quantity("m")
 Area = _quantity("m**2")
+SectionModulus = _quantity("m**3")
 SecondMoment = _quantity("m**4")
 Mass = _quantity("kg")
 Density = _quantity("kg/m**3")
