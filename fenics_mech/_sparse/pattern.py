@@ -22,26 +22,15 @@ from fenics_mech._sparse.kernels import pointer
 
 @dataclass(frozen=True, eq=False)
 class Elimination:
-    """The factors' pattern, as `kernels.c` describes it.
+    """The factors' pattern, as `kernels.c` describes it."""
 
-    Parameters
-    ----------
-    order
-        Unknown that is eliminated at each turn, ``(size,)``.
-    first, below
-        Where the blocks below the diagonal of each turn's column begin, ``(size + 1,)``, and their rows as turns.
-    update, target
-        Where the updates of each turn begin, ``(size + 1,)``, and the block that each changes.
-    place
-        Block of each nonzero, ``(nonzeros,)``.
-    """
-
-    order: Index
+    order: Index  # unknown that is eliminated at each turn, (size,)
+    # where the blocks below the diagonal of each turn's column begin, (size + 1,), and their rows as turns
     first: Index
     below: Index
-    update: Index
+    update: Index  # where the updates of each turn begin, (size + 1,), and the block that each changes
     target: Index
-    place: Index
+    place: Index  # block of each nonzero, (nonzeros,)
 
     @property
     def blocks(self) -> int:

@@ -119,13 +119,7 @@ class Stack:
 
     @property
     def full(self) -> Array:
-        """All matrices as a whole, ``(positions, size, size)``: for few unknowns only.
-
-        Raises
-        ------
-        TooLargeError
-            When they, and what is made of them, do not fit into memory.
-        """
+        """All matrices as a whole, ``(positions, size, size)``: for few unknowns only."""
         what = f"the matrices of {len(self.values)} positions with {self.size} degrees of freedom"
         require_memory(DENSE * len(self.values) * self.size**2, what, "Take fewer sub_intervals or elements")
         whole = np.zeros((len(self.values), self.size, self.size))
@@ -134,13 +128,7 @@ class Stack:
 
     @cached_property
     def factors(self) -> Factors:
-        """Factors of all matrices.
-
-        Raises
-        ------
-        SolverError
-            When one is singular.
-        """
+        """Factors of all matrices."""
         return factorised(self)
 
     def solve(self, right: Array) -> Array:
@@ -179,13 +167,7 @@ class Factors:
 
 
 def factorised(stack: Stack) -> Factors:
-    """Factorise all matrices of a stack.
-
-    Raises
-    ------
-    SolverError
-        When one is singular.
-    """
+    """Factorise all matrices of a stack."""
     module = kernels(1)
     factors = np.empty((len(stack.values), stack.pattern.elimination.blocks))
     values = np.ascontiguousarray(stack.values)

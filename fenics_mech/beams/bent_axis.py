@@ -20,40 +20,22 @@ from fenics_mech.beams.layout import Layout
 
 @dataclass(frozen=True, eq=False)
 class BentAxis:
-    """Shortening and bending of elements, by their displacements w across their members.
+    """Shortening and bending of elements, by their displacements w across their members."""
 
-    An element that is stretched lambda times bends as one that is not, whose ends move across by a share 1/lambda and
-    turn alike: its ``w/lambda``, here its shape, has the sine of the axis' rotation as its slope.
+    # An element that is stretched lambda times bends as one that is not, whose ends move across by a share 1/lambda
+    # and turn alike: its w/lambda, here its shape, has the sine of the axis' rotation as its slope.
 
-    Parameters
-    ----------
-    kernels
-        By name: of the shortening and its two derivatives, of the forces of bending and their two derivatives, and of
-        the energy of bending.
-    broken
-        Dofs of the broken deflection by those of w, the place and slope of each end, ``(elements, 4, 4)``.
-    whole
-        Dofs of w by the dofs of each element, ``(elements, 4, n)``.
-    shear
-        Stiffness of shear on the dofs of the shape, ``(elements, 4, 4)``; None where beams are rigid in shear.
-    """
-
+    # by name: of the shortening and its two derivatives, of the forces of bending and their two derivatives, and of
+    # the energy of bending
     kernels: Mapping[str, _fenicsx.CellKernel]
-    broken: Array
-    whole: Array
+    broken: Array  # dofs of the broken deflection by those of w, the place and slope of each end, (elements, 4, 4)
+    whole: Array  # dofs of w by the dofs of each element, (elements, 4, n)
+    # stiffness of shear on the dofs of the shape, (elements, 4, 4); None where beams are rigid in shear
     shear: Array | None = None
 
     @classmethod
     def of(cls, layout: Layout, stiffness: Distribution, shear: Distribution | None = None) -> BentAxis:
-        """Give it in the nodal dofs of the elements in link axes; of a constant EI it is compiled once for all meshes.
-
-        Parameters
-        ----------
-        layout
-            The broken space of the mesh.
-        stiffness
-            EI (N m^2).
-        """
+        """Give it in the nodal dofs of the elements in link axes; for a constant EI it is compiled once."""
         mesh, coefficient = layout.mesh, stiffness.coefficient
         if stiffness.varies:
             kernels = _kernels(mesh.mesh, mesh.cell, coefficient)
@@ -66,13 +48,8 @@ class BentAxis:
         return cls(kernels, layout.broken_deflection[:, :, across], member_rotation(mesh)[:, across], resisted)
 
     def by(self, shape: Array) -> BentAxis:
-        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
-
-        Parameters
-        ----------
-        shape
-            The elements' dofs by the coordinates z that move them, ``(elements, dofs, n)``.
-        """
+        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``."""
+        # shape (elements, dofs, n)
         return replace(self, whole=self.whole @ shape)
 
     @cached_property
@@ -82,46 +59,27 @@ class BentAxis:
         return self.tangent(straight, straight)[0]
 
     def shortened(self, shape: Array) -> tuple[Array, Array]:
-        """Give by how much elements of a shape are shorter than their axes (m), and the gradient by its dofs.
-
-        Parameters
-        ----------
-        shape
-            Dofs of the shape, ``(angles, elements, 4)``.
-        """
+        """Give by how much elements of a shape are shorter than their axes (m), and the gradient by its dofs."""
+        # shape (angles, elements, 4)
         bent = each(self.broken, shape)
         return self.kernels["shortening"](bent), each(self._back, self.kernels["slope"](bent))
 
     def curvature(self, shape: Array) -> Array:
-        """Give the second derivative of that, ``(angles, elements, 4, 4)``.
-
-        Parameters are those of `shortened`.
-        """
+        """Give the second derivative of that, ``(angles, elements, 4, 4)``."""
         return self._matrices("curvature", shape)
 
     def force(self, shape: Array, rate: Array) -> Array:
-        """Give the forces of bending and shear on the dofs of the shape, ``(angles, elements, 4)``.
-
-        Parameters
-        ----------
-        shape, rate
-            Dofs of the shape, and their rate times the retardation time of the material, ``(angles, elements, 4)``.
-        """
+        """Give the forces of bending and shear on the dofs of the shape, ``(angles, elements, 4)``."""
+        # shape, rate (angles, elements, 4)
         found = each(self._back, self.kernels["force"](each(self.broken, shape), each(self.broken, rate)))
         return found if self.shear is None else found + each(self.shear, shape + rate)
 
     def tangent(self, shape: Array, rate: Array) -> Array:
-        """Give the derivative of these forces by the shape, ``(angles, elements, 4, 4)``.
-
-        Parameters are those of `force`.
-        """
+        """Give the derivative of these forces by the shape, ``(angles, elements, 4, 4)``."""
         return self._with_shear(self._matrices("force by v", shape, rate))
 
     def energy(self, shape: Array) -> Array:
-        """Give the strain energy of bending and shear (J), ``(angles, elements)``.
-
-        Parameters are those of `shortened`.
-        """
+        """Give the strain energy of bending and shear (J), ``(angles, elements)``."""
         found = np.asarray(self.kernels["energy"](each(self.broken, shape)))
         return found if self.shear is None else found + np.sum(shape * each(self.shear, shape), axis=-1) / 2
 

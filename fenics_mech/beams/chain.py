@@ -16,30 +16,16 @@ from fenics_mech._arrays import Array
 
 @dataclass(frozen=True)
 class Chain:
-    """Elements in line, in the axes of their member; three dofs per node: u, w, phi.
+    """Elements in line, in the axes of their member; three dofs per node: u, w, phi."""
 
-    Parameters
-    ----------
-    length
-        Length of each element (m), ``(elements,)``.
-    compliance
-        Displacement of each element's second node by the force on it when the first is held, ``(elements, 3, 3)``.
-    """
-
-    length: Array
+    length: Array  # length of each element (m), (elements,)
+    # displacement of each element's second node by the force on it when the first is held, (elements, 3, 3)
     compliance: Array
 
     @classmethod
     def of(cls, length: Array, stiffness: Array) -> Chain:
-        """Make a chain of element matrices in member axes, ``(elements, 6, 6)``.
-
-        Parameters
-        ----------
-        length
-            Length of each element (m), ``(elements,)``.
-        stiffness
-            Stiffness of each element in member axes, ``(elements, 6, 6)``.
-        """
+        """Make a chain of element matrices in member axes, ``(elements, 6, 6)``."""
+        # length (elements,) (m); stiffness (elements, 6, 6)
         return cls(length, np.asarray(np.linalg.inv(stiffness[:, 3:, 3:]), dtype=np.float64))
 
     def _forces(self, loads: Array) -> Array:
@@ -69,18 +55,8 @@ class Chain:
         return relative.T @ self.end_stiffness @ relative
 
     def carried(self, ends: Array) -> tuple[Array, Array]:
-        """Give the displacements of the inner nodes, and the elements' forces, when the ends move and nothing acts.
-
-        Parameters
-        ----------
-        ends
-            Displacements of both ends, ``(..., 6)``.
-
-        Returns
-        -------
-        tuple
-            Displacements ``(..., elements - 1, 3)`` and forces on second nodes ``(..., elements, 3)``.
-        """
+        """Give the displacements of the inner nodes, and the elements' forces, when the ends move and nothing acts."""
+        # ends (..., 6)
         start, end = ends[..., :3], ends[..., 3:]
         forces = self._of_end((end - start @ self._swing.T) @ self.end_stiffness)
         found = self._displacements(forces)
@@ -89,18 +65,8 @@ class Chain:
         return found[..., :-1, :], forces
 
     def clamped(self, loads: Array) -> tuple[Array, Array]:
-        """Give the displacements of the inner nodes by loads on them, and the elements' forces, when the ends are held.
-
-        Parameters
-        ----------
-        loads
-            On the inner nodes (N, N m), ``(..., elements - 1, 3)``.
-
-        Returns
-        -------
-        tuple
-            As `carried` does.
-        """
+        """Give the displacements of the inner nodes under loads, and the elements' forces, when the ends are held."""
+        # loads (..., elements - 1, 3) (N, N m)
         padded = np.concatenate([loads, np.zeros((*loads.shape[:-2], 1, 3))], axis=-2)
         forces = self._forces(padded)
         released = self._displacements(forces)

@@ -16,51 +16,27 @@ from fenics_mech.beams.layout import Layout
 
 @dataclass(frozen=True)
 class Stretching:
-    """Elongation ``line v + v^T bow v/2`` of elements, in their dofs in link axes or in what moves these.
+    """Elongation ``line v + v^T bow v/2`` of elements, in their dofs in link axes or in what moves these."""
 
-    It is the integral of von Karman's strain ``u' + w'^2/2``.
+    # It is the integral of von Karman's strain u' + w'^2/2.
 
-    Parameters
-    ----------
-    line
-        ``(elements, n)``.
-    bow
-        ``int w' z' dx``, ``(elements, n, n)`` (1/m ...).
-    uneven
-        ``int (2 xi - 1) w' z' dx``, xi from 0 to 1 in each element, ``(elements, n, n)`` (1/m ...).
-    """
-
-    line: Array
-    bow: Array
-    uneven: Array
+    line: Array  # (elements, n)
+    bow: Array  # int w' z' dx, (elements, n, n) (1/m ...)
+    uneven: Array  # int (2 xi - 1) w' z' dx, xi from 0 to 1 in each element, (elements, n, n) (1/m ...)
 
     def bowed(self, a: Array, b: Array) -> Array:
-        """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m).
-
-        Parameters
-        ----------
-        a, b
-            The displacements, ``(angles, elements, n)``.
-        """
+        """``a^T bow b`` of two displacements ``(angles, elements, n)``, ``(angles, elements)`` (m)."""
+        # a, b (angles, elements, n)
         return _product(self.bow, a, b)
 
     def by(self, shape: Array) -> Stretching:
-        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``.
-
-        Parameters are those of `BentAxis.by`.
-        """
+        """Give it by what moves the elements' dofs; these are ``shape z``, ``(elements, dofs, n)``."""
         line, back = np.einsum("ei,ein->en", self.line, shape), shape.transpose(0, 2, 1)
         return Stretching(line, back @ self.bow @ shape, back @ self.uneven @ shape)
 
     @classmethod
     def of(cls, layout: Layout) -> Stretching:
-        """Assemble the derivatives of the energy's stretching part for tensions of 1 N, even and uneven.
-
-        Parameters
-        ----------
-        layout
-            The broken space of the mesh.
-        """
+        """Assemble the derivatives of the energy's stretching part for tensions of 1 N, even and uneven."""
         rotation = member_rotation(layout.mesh)
         first, *second = stretching(layout.space, layout.coefficient(np.ones(len(rotation))), layout.coordinate)
         line = np.einsum("ei,eij->ej", layout.vector_of_elements(first), rotation)

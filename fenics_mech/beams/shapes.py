@@ -22,30 +22,14 @@ AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both node
 
 
 def evaluate(functions: tuple[Polynomial, ...], xi: Array) -> Array:
-    """Values of functions, ``(..., functions)``.
-
-    Parameters
-    ----------
-    functions
-        Polynomials of the place 0..1 in an element.
-    xi
-        Places, ``(...)``.
-    """
+    """Values of functions, ``(..., functions)``."""
+    # xi (...)
     return np.stack([f(xi) for f in functions], axis=-1)
 
 
 def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Array:
-    """Repeated integrals of functions from 0, ``(..., functions)``.
-
-    Parameters
-    ----------
-    functions
-        Polynomials of the place 0..1 in an element.
-    xi
-        Upper ends of the integrals, ``(...)``.
-    times
-        How often they are integrated.
-    """
+    """Repeated integrals of functions from 0, ``(..., functions)``."""
+    # xi (...)
     powers = np.arange(max(len(f.coef) for f in functions))
     coefficients = np.zeros((len(functions), len(powers)))
     for row, f in zip(coefficients, functions):
@@ -55,34 +39,15 @@ def integral(functions: tuple[Polynomial, ...], xi: Array, times: int = 1) -> Ar
 
 
 def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
-    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``.
-
-    Parameters
-    ----------
-    functions
-        Right-hand sides, as polynomials of the place 0..1 in an element.
-    xi
-        Places, ``(places,)``.
-    """
+    """Answers of ``u'' = f_j`` with u = 0 at both ends of the unit element, ``(places, functions)``."""
+    # xi (places,)
     at_end = integral(functions, np.ones(1), 2)
     return integral(functions, xi, 2) - at_end * xi[:, None]
 
 
 def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array, shear_number: Array, order: int = 4) -> Array:
-    """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``.
-
-    Parameters
-    ----------
-    functions
-        The loads f_j over the bending stiffness: ``w'''' = f_j``; with order 3 moments: ``w''' = f_j``.
-    xi
-        Places 0..1.
-    shear_number
-        EI/(G A_s) over the element's length squared, ``(places,)``; 0 where it is rigid in shear. The clamped ends
-        hold the rotation phi of the sections: ``phi''' = f_j``, ``w' = phi - shear_number phi''``.
-    order
-        4 for forces, 3 for moments.
-    """
+    """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``."""
+    # shear_number (places,)
     number = shear_number[:, None]
     g = number if order == 4 else np.zeros_like(number)
     value = integral(functions, np.ones(1), order) - g * integral(functions, np.ones(1), 2)
@@ -97,20 +62,8 @@ def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
 
 
 def work_equivalent(line: Array, length: Array) -> Array:
-    """Forces at the nodes of elements that do the same work as loads spread linearly along them.
-
-    Parameters
-    ----------
-    line
-        Along the axis at the first and second node, then along the normal (N/m), ``(angles, elements, 4)``.
-    length
-        Of the elements (m), ``(elements,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Forces and moments in the elements' dofs u, w, phi, ``(angles, elements, 6)``.
-    """
+    """Forces at the nodes of elements that do the same work as loads spread linearly along them."""
+    # line (angles, elements, 4) (N/m); length (elements,) (m)
     forces = np.zeros((*line.shape[:2], 6))
     forces[..., AXIAL] = line[..., :2] @ ALONG.T
     forces[..., NORMAL] = line[..., 2:] @ ACROSS.T
@@ -119,20 +72,8 @@ def work_equivalent(line: Array, length: Array) -> Array:
 
 
 def moments_at_ends(moments: Array, length: Array) -> Array:
-    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``.
-
-    Parameters
-    ----------
-    moments
-        Moment per length at both ends of each element.
-    length
-        Length of each element (m), ``(elements,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Forces and moments at the nodes, in member axes, ``(angles, elements, 6)`` (N, N m).
-    """
+    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``."""
+    # length (elements,) (m)
     forces = np.zeros((*moments.shape[:2], 6))
     forces[..., NORMAL] = moments @ SLOPES_ACROSS.T
     forces[..., [2, 5]] *= length[:, None]

@@ -18,15 +18,7 @@ Known = tuple[PoseMotion, Motion]
 
 
 class Bodies:
-    """The motion of links that do not bend, as a chart that solves for any instants and keeps what it found.
-
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    like
-        One with other elements, whose links move alike; None where there is none.
-    """
+    """The motion of links that do not bend, as a chart that solves for any instants and keeps what it found."""
 
     still = False
     _series: NDArray[np.complex128]  # of coordinates of the links as bodies, beside what turns from cycle to cycle

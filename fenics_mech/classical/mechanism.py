@@ -26,49 +26,22 @@ PIVOT = 1e-6  # of a column of the joints' rows: what is left of it at its worst
 
 @dataclass(frozen=True)
 class Transformation:
-    """P(theta): nodal dofs in link axes by the coordinates q.
+    """P(theta): nodal dofs in link axes by the coordinates q."""
 
-    These are nodal dofs in link axes, displacements X, Y of pins in the fixed frame, and slides in guides: what is left
-    when the joints' rows are solved for as many unknowns.
+    # These are nodal dofs in link axes, displacements X, Y of pins in the fixed frame, and slides in guides: what is
+    # left when the joints' rows are solved for as many unknowns.
 
-    Parameters
-    ----------
-    made
-        The machine of a scene; its chart is the rigid motion.
-    t
-        Instants of the positions (s).
-    dependent, independent
-        Unknowns of the joints that are solved for, and the others.
-    block, rate
-        The first by the second (4.41), and its derivative by time, ``(positions, dependent, independent)``.
-    motion
-        The rigid motion of the links.
-    """
-
-    made: SceneMachine
-    t: Array
-    dependent: Index
+    made: SceneMachine  # the machine of a scene; its chart is the rigid motion
+    t: Array  # instants of the positions (s)
+    dependent: Index  # unknowns of the joints that are solved for, and the others
     independent: Index
-    block: Array
+    block: Array  # the first by the second (4.41), and its derivative by time, (positions, dependent, independent)
     rate: Array
-    motion: LinkMotion
+    motion: LinkMotion  # the rigid motion of the links
 
     @classmethod
     def of(cls, made: SceneMachine, t: Array, like: Transformation | None = None) -> Transformation:
-        """Solve the rows of the joints.
-
-        Parameters
-        ----------
-        made, t
-            As of the class.
-        like
-            One with the same coordinates; None to choose them.
-
-        Raises
-        ------
-        AssemblyError
-            When joints hold the links more than once, or do so at some position.
-        """
+        """Solve the rows of the joints."""
         chart = made.machine.chart
         assert isinstance(chart, Bodies)
         links, scene, mesh = chart.links(t), made.scene, _mesh(made)
@@ -221,29 +194,15 @@ def _chosen(mesh: BeamMesh, columns: Index, rows: Array) -> Index:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """The mechanism at some positions.
+    """The mechanism at some positions."""
 
-    Parameters
-    ----------
-    P
-        What joins its links.
-    mass, stiffness
-        M (4.47) and K (4.48) at all positions.
-    """
-
-    P: Transformation
-    mass: Stack
+    P: Transformation  # what joins its links
+    mass: Stack  # M (4.47) and K (4.48) at all positions
     stiffness: Stack
 
     @classmethod
     def of(cls, P: Transformation) -> Mechanism:
-        """Give M and K by PETSc's ``P^T A P`` of the links' matrices m and k at every position.
-
-        Parameters
-        ----------
-        P
-            What joins the links.
-        """
+        """Give M and K by PETSc's ``P^T A P`` of the links' matrices m and k at every position."""
         links = P.made.links
         assert links is not None
         return cls(P, *(_joined(P, matrix) for matrix in (links.mass, links.stiffness)))
@@ -253,15 +212,9 @@ class Mechanism:
         return Mechanism(self.P.part(which), self.mass[which], self.stiffness[which])
 
     def strain_by_turning(self, shapes: Array, displacements: Array) -> Array:
-        """Give the work of the stress of shapes on the strain rates by turning, ``(positions, shapes, displacements)``.
-
-        That is ``shapes^T P^T k P' displacements``.
-
-        Parameters
-        ----------
-        shapes, displacements
-            Coordinates, ``(positions, ..., coordinates)``.
-        """
+        """Give the work of stress in shapes on strain rates of turning ``(positions, shapes, displacements)``."""
+        # shapes, displacements (positions, ..., coordinates)
+        # That is shapes^T P^T k P' displacements.
         links = self.P.made.links
         assert links is not None
         stress = self.P.to_nodes(shapes)

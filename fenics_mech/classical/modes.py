@@ -20,21 +20,11 @@ EQUAL = 1e-6  # relative distance of squares of frequencies that count as one: a
 
 @dataclass(frozen=True)
 class Modes:
-    """Natural modes. Mode number i is the i-th slowest at the first position.
+    """Natural modes. Mode number i is the i-th slowest at the first position."""
 
-    Parameters
-    ----------
-    omega
-        Natural frequencies (rad/s), ``(positions, modes)``.
-    shapes
-        Shapes, orthonormal in M (E.7), ``(positions, modes, coordinates)``.
-    momenta
-        M times the shapes, ``(positions, modes, coordinates)``.
-    """
-
-    omega: Array
-    shapes: Array
-    momenta: Array
+    omega: Array  # natural frequencies (rad/s), (positions, modes)
+    shapes: Array  # shapes, orthonormal in M (E.7), (positions, modes, coordinates)
+    momenta: Array  # M times the shapes, (positions, modes, coordinates)
 
     def part(self, which: slice, those: Index | slice = slice(None)) -> Modes:
         """Give some of the modes at some of the positions."""
@@ -72,22 +62,7 @@ class Modes:
 
 
 def slowest(mechanism: Mechanism, count: int, options: Mapping[str, Any]) -> Modes:
-    """Find the slowest modes at all positions, and follow them.
-
-    Parameters
-    ----------
-    mechanism
-        The mechanism.
-    count
-        Number of modes.
-    options
-        PETSc options with the prefix "modes_".
-
-    Raises
-    ------
-    SolverError
-        When fewer modes are found.
-    """
+    """Find the slowest modes at all positions, and follow them."""
     size = mechanism.stiffness.size
     few = 2 * count + SPARE < size
     omega, shapes = _found(
@@ -149,13 +124,7 @@ def _misses_one(mechanism: Mechanism, omega: Array) -> bool:
 
 
 def followed(omega: Array, shapes: Array, momenta: Array) -> Modes:
-    """Put modes into an order that follows their shapes, with signs that do not jump.
-
-    Parameters
-    ----------
-    omega, shapes, momenta
-        As of `Modes`, sorted by frequency at each position.
-    """
+    """Put modes into an order that follows their shapes, with signs that do not jump."""
     alike = momenta[1:] @ shapes[:-1].transpose(0, 2, 1)  # (steps, modes, modes of the position before)
     count, modes = omega.shape
     order, sign = np.tile(np.arange(modes), (count, 1)), np.ones((count, modes))

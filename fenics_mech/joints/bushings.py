@@ -15,28 +15,14 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class SoftBearing(WithoutContact):
-    """A bushing between two bodies; its axes turn with the first.
+    """A bushing between two bodies; its axes turn with the first."""
 
-    Parameters
-    ----------
-    joint
-        Where it is.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: Bushing
+    joint: JointPlace  # where it is
+    stated: Bushing  # what the scene states
     cause = Cause.BUSHINGS
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give what the bushing exerts on the second body, at its point.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give what the bushing exerts on the second body, at its point."""
         axes = state.along, quarter(state.along)  # x and y of the first body
         seen = state.gap_rate - state.turning[0][:, None] * quarter(state.gap)
         force = np.zeros_like(state.gap)

@@ -13,26 +13,12 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class GivenEffort(WithoutContact):
-    """An effort at a joint.
+    """An effort at a joint."""
 
-    Parameters
-    ----------
-    joint
-        Where it acts.
-    stated
-        What the scene states.
-    """
-
-    joint: JointPlace
-    stated: JointEffort | PluggedEffort
+    joint: JointPlace  # where it acts
+    stated: JointEffort | PluggedEffort  # what the scene states
     cause = Cause.EFFORTS
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give the effort on the second body.
-
-        Parameters
-        ----------
-        time, state, touching
-            As of `JointLaw`.
-        """
+        """Give the effort on the second body."""
         return self.joint.effort(state, self.stated.effort_at(time, state.place, state.rate))

@@ -32,17 +32,7 @@ from fenics_mech.scene.paired_joints import PairedJoints
 
 
 def laws_of(scene: Scene, start: LinkStates, place: Callable[[str], JointPlace]) -> dict[str, JointLaw]:
-    """Give the laws of a scene's joints, by name; the driven side of gears or a cam as "name:joint".
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    start
-        The bodies at the start.
-    place
-        Gives the place of a joint among these, by its name.
-    """
+    """Give the laws of a scene's joints, by name; the driven side of gears or a cam as "name:joint"."""
     found: dict[str, JointLaw] = {}
     for name, stated in scene.joint_laws.items():
         joint = place(stated.joint)

@@ -17,21 +17,10 @@ STIFFEST = 30  # of the rotational stiffness of an element's end, 4EI/h, for a t
 
 
 def too_stiff(scene: Scene) -> dict[str, float]:
-    """Give torsional springs whose own vibration is one of the mesh, and damped by a ratio, with what they may have.
-
-    Its frequency is about the root of stiffness over the inertia of an element's end, and the drag of modal damping on
-    the rotation goes with it, whatever the slow motion is. The bound (N m/rad) is as good as rigid beside the elements.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    dict
-        By name of the spring, the largest stiffness that it may have (N m/rad).
-    """
+    """Give torsional springs whose own vibration is one of the mesh, and damped by a ratio, with what they may have."""
+    # Its frequency is about the root of stiffness over the inertia of an element's end, and the drag of modal damping
+    # on the rotation goes with it, whatever the slow motion is. The bound (N m/rad) is as good as rigid beside the
+    # elements.
     if not np.any(scene.damping.ratio) or scene.analysis.method not in ("periodic", "transient"):
         return {}
     bounds = {name: _bound(scene, spring) for name, spring in scene.springs.items() if isinstance(spring, HingeSpring)}
@@ -52,13 +41,7 @@ def _bound(scene: Scene, spring: HingeSpring) -> float:
 
 
 def refuse_too_stiff(scene: Scene) -> None:
-    """Raise `UnresolvedError` for a torsional spring that is `too_stiff`, unless the scene lets it pass.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `UnresolvedError` for a torsional spring that is `too_stiff`, unless the scene lets it pass."""
     for name, bound in ({} if scene.analysis.allow_coarse else too_stiff(scene)).items():
         raise UnresolvedError(
             f"springs.{name}: with damping.ratio the drag on a torsional spring so much stiffer than the elements "
@@ -68,18 +51,9 @@ def refuse_too_stiff(scene: Scene) -> None:
 
 
 def wound_at_start(stated: Scene, scene: Scene) -> tuple[str, ...]:
-    """Tell of torsional springs that begin more than half a turn away from a free angle within one turn.
-
-    An angle read off a sketch may be a whole turn away from that of the joint. Where the scene states the joint's start
-    or a free angle of a turn and more, turns are meant.
-
-    Parameters
-    ----------
-    stated
-        The scene as it is stated.
-    scene
-        The same, with a freedom for all that can move and no drive leads.
-    """
+    """Tell of torsional springs that begin more than half a turn away from a free angle within one turn."""
+    # An angle read off a sketch may be a whole turn away from that of the joint. Where the scene states the joint's
+    # start or a free angle of a turn and more, turns are meant.
     chosen = {name for name, freedom in stated.freedoms.items() if freedom.start is not None}
     chosen |= {drive.joint for drive in stated.drives}
     found = []

@@ -40,40 +40,16 @@ SEARCH = SearchLimits()
 
 @dataclass(frozen=True)
 class Assemblies:
-    """What a search found.
+    """What a search found."""
 
-    Parameters
-    ----------
-    q
-        Coordinates of every assembly, the nearest to the rough angles first, ``(assemblies, 3 links)``.
-    rest
-        Coordinates that leave the least open, where there is none, ``(3 links,)``.
-    joints
-        Joints one of which stays open then.
-    """
-
-    q: Array
-    rest: Array
-    joints: frozenset[str] = frozenset()
+    q: Array  # coordinates of every assembly, the nearest to the rough angles first, (assemblies, 3 links)
+    rest: Array  # coordinates that leave the least open, where there is none, (3 links,)
+    joints: frozenset[str] = frozenset()  # joints one of which stays open then
 
 
 def every_assembly(loops: Loops, rough: Array, drive: Array) -> Assemblies:
-    """Search for the assemblies of a linkage where its drives are held.
-
-    Parameters
-    ----------
-    loops
-        The loop equations.
-    rough
-        Rough coordinates, ``(3 links,)``.
-    drive
-        Angles (rad) and strokes (m) of the drives, ``(drives,)``.
-
-    Returns
-    -------
-    Assemblies
-        All that were found. Where the drives leave something free, that alone which is nearest to the rough angles.
-    """
+    """Search for the assemblies of a linkage where its drives are held."""
+    # rough (3 links,); drive (drives,)
     found, unsolved = rough[None], np.ones(len(rough), dtype=bool)
     for rows, columns in _groups(loops):
         unsolved[columns] = False
@@ -165,21 +141,8 @@ def _apart(loops: Loops, q: Array, rough: Array) -> Array:
 
 
 def nearness(loops: Loops, q: Array, rough: Array) -> tuple[float, ...]:
-    """How far the links are from their rough angles, by which assemblies are ordered.
-
-    Parameters
-    ----------
-    loops
-        The loop equations.
-    q, rough
-        Coordinates and rough ones, ``(3 links,)`` each.
-
-    Returns
-    -------
-    tuple of float
-        The sum of squares (rad^2), rounded so that mirrored assemblies are equal, and minus the angles: of these that
-        one is first whose links are turned counter-clockwise.
-    """
+    """How far the links are from their rough angles, by which assemblies are ordered."""
+    # q, rough (3 links,) each
     away = np.remainder((q - rough)[2::3] + np.pi, 2 * np.pi) - np.pi
     stated = [link.position is not None for link in loops.scene.links.values()]
     moved = ((q - rough) / loops.unit).reshape(-1, 3)[stated, :2]
@@ -187,15 +150,8 @@ def nearness(loops: Loops, q: Array, rough: Array) -> tuple[float, ...]:
 
 
 def same(loops: Loops, q: Array, other: Array) -> bool:
-    """Whether two positions are one, but for whole turns.
-
-    Parameters
-    ----------
-    loops
-        The loop equations.
-    q, other
-        Coordinates, ``(3 links,)`` each.
-    """
+    """Whether two positions are one, but for whole turns."""
+    # q, other (3 links,) each
     apart = (q - other) / loops.unit
     apart[2::3] = np.remainder(apart[2::3] + np.pi, 2 * np.pi) - np.pi
     return bool(np.abs(apart).max(initial=0.0) < SEARCH.same)

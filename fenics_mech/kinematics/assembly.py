@@ -44,47 +44,19 @@ ASSEMBLY = AssemblyLimits()
 
 @dataclass(frozen=True)
 class AssemblyBranch:
-    """Points of the assembly branch.
+    """Points of the assembly branch."""
 
-    Parameters
-    ----------
-    theta
-        Drive coordinate (rad), ascending, ``(points,)``.
-    q, rate, curvature
-        Coordinates and their first two derivatives by the drive coordinate, ``(points, 3 links)``.
-    side
-        Sign of the loop Jacobian's determinant, which is the same all along a branch and another one on its neighbour.
-    """
-
-    theta: Array
-    q: Array
+    theta: Array  # drive coordinate (rad), ascending, (points,)
+    q: Array  # coordinates and their first two derivatives by the drive coordinate, (points, 3 links)
     rate: Array
     curvature: Array
+    # sign of the loop Jacobian's determinant, which is the same all along a branch and another one on its neighbour
     side: float
 
 
 def coordinates_at(loops: Loops, theta: Array, branch: AssemblyBranch) -> Array:
-    """Solve for the coordinates at drive angles by Newton's method, from between the points of a branch.
-
-    Parameters
-    ----------
-    loops
-        Equations of the linkage.
-    theta
-        Drive angles (rad), ``(angles,)``.
-    branch
-        Points of the branch, over the range of the angles.
-
-    Returns
-    -------
-    array
-        Coordinates (m, m, rad), ``(angles, 3 links)``.
-
-    Raises
-    ------
-    AssemblyError
-        Where the loops cannot be closed, or the motion leaves the branch.
-    """
+    """Solve for the coordinates at drive angles by Newton's method, from between the points of a branch."""
+    # theta (angles,) (rad)
     ahead = (theta - branch.theta[0])[:, None]
     guess = branch.q[0] + branch.rate[0] * ahead + branch.curvature[0] * ahead**2 / 2
     if len(branch.theta) > 1:
@@ -125,28 +97,8 @@ def newton(
     damped: bool = False,
     tolerance: float = ASSEMBLY.closed,
 ) -> tuple[Array, np.ndarray]:
-    """Newton's method on the loop equations of all positions at once.
-
-    Parameters
-    ----------
-    loops
-        Equations of the linkage.
-    guess
-        Coordinates to start from, ``(positions, 3 links)``.
-    drive
-        Angles (rad) and strokes (m) of the drives, ``(positions, drives)``.
-    iterations
-        Largest number of steps.
-    damped
-        Take least-squares steps of at most 0.5 rad, for a guess that is far away.
-    tolerance
-        What may stay open, relative to the linkage's size.
-
-    Returns
-    -------
-    tuple
-        Coordinates, ``(positions, 3 links)``, and whether each position closes, ``(positions,)``.
-    """
+    """Newton's method on the loop equations of all positions at once."""
+    # guess (positions, 3 links); drive (positions, drives)
     q = guess.copy()
     turns = 1 + np.abs(drive).max(axis=1, initial=0.0)[:, None]  # angles of many turns have fewer digits
     unit = loops.scale * turns
@@ -173,26 +125,8 @@ def newton(
 
 
 def follow_branch(loops: Loops, start: Array, theta: Array, to_the_end: bool = False) -> AssemblyBranch:
-    """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows.
-
-    Parameters
-    ----------
-    loops
-        Equations of the linkage.
-    start
-        Coordinates at theta = 0, ``(3 links,)``.
-    theta
-        Drive angles (rad) that the branch is to span.
-    to_the_end
-        Stop where the drive locks, instead of raising.
-
-    Raises
-    ------
-    AssemblyError
-        Where the drive locks, the motion is not unique, or it changes too fast.
-    SceneError
-        When there are fewer drives than freedoms.
-    """
+    """Follow the assembly branch from theta = 0 over the drive angles, in coarse steps that the branch allows."""
+    # start (3 links,); theta (rad)
     _refuse_free(loops, start)
     refuse_singular(loops, np.zeros(1), start[None])
     points = [(0.0, start, *_derivatives_at(loops, start, 0.0))]
@@ -274,17 +208,8 @@ def _refuse_free(loops: Loops, q: Array) -> None:
 
 
 def derivatives(loops: Loops, q: Array, theta: Array) -> tuple[Array, Array]:
-    """First and second derivative of the coordinates by the drive coordinate, each ``(positions, 3 links)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(positions, 3 links)``.
-    theta
-        Drive angles (rad), ``(positions,)``.
-    """
+    """First and second derivative of the coordinates by the drive coordinate, each ``(positions, 3 links)``."""
+    # q (positions, 3 links); theta (positions,) (rad)
     jet = loops.drive(theta)
     try:
         return rates_by_drives(loops, q, jet.first, jet.second)

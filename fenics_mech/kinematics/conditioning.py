@@ -39,80 +39,34 @@ REMEDY = (  # where a motion is not unique
 
 
 def singular_values(loops: Loops, q: Array) -> tuple[Array, Array]:
-    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(positions, 3 links)``.
-
-    Returns
-    -------
-    tuple
-        The values in descending order, and the vectors as rows, ``(positions, coordinates, coordinates)``.
-    """
+    """Singular values of the Jacobian without units, ``(positions, coordinates)``, and the right vectors."""
+    # q (positions, 3 links)
     _, values, right = np.linalg.svd(loops.without_units(q))
     return values, right * loops.unit
 
 
 def smallest_value(loops: Loops, q: Array) -> float:
-    """Give the smallest singular value at one position, ``(3 links,)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(3 links,)``.
-    """
+    """Give the smallest singular value at one position, ``(3 links,)``."""
+    # q (3 links,)
     return float(np.linalg.svd(loops.without_units(q[None]), compute_uv=False)[0, -1])
 
 
 def links_moved(loops: Loops, motion: Array) -> tuple[str, ...]:
-    """Links that a motion, ``(3 links,)``, turns, the most turned first.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    motion
-        Rates of the coordinates, ``(3 links,)``.
-
-    Returns
-    -------
-    tuple of str
-        Names of the links.
-    """
+    """Links that a motion, ``(3 links,)``, turns, the most turned first."""
+    # motion (3 links,)
     turned = np.abs(motion[2::3])
     order = np.argsort(-turned)
     return tuple(loops.links[i] for i in order if turned[i] > 0.05 * turned.max())
 
 
 def locks(loops: Loops, q: Array, rate: Array) -> bool:
-    """Whether a singular position is a dead centre, where links turn without bound, and not a change point.
-
-    Parameters
-    ----------
-    loops
-        The equations of the linkage.
-    q, rate
-        Coordinates next to it and their derivatives by the drive coordinate, ``(3 links,)`` each.
-    """
+    """Whether a singular position is a dead centre, where links turn without bound, and not a change point."""
+    # q, rate (3 links,) each
     return bool(smallest_value(loops, q) * np.abs(rate[2::3]).max() > CONDITION.bounded)
 
 
 def refuse_singular(loops: Loops, theta: Array, q: Array) -> None:
-    """Raise `AssemblyError` where the motion follows from the positions only to few digits.
-
-    Parameters
-    ----------
-    loops
-        The equations of the linkage.
-    theta, q
-        Drive angles (rad), ``(angles,)``, and coordinates there, ``(angles, 3 links)``.
-    """
+    """Raise `AssemblyError` where the motion follows from the positions only to few digits."""
     try:
         bound = 1 / np.linalg.norm(np.linalg.inv(loops.without_units(q)), axis=(1, 2))  # not above the smallest value
     except np.linalg.LinAlgError:

@@ -29,22 +29,12 @@ CORNERS = CornerLimits()
 
 @dataclass(frozen=True)
 class Corner:
-    """Where a link's velocity turns sharply.
+    """Where a link's velocity turns sharply."""
 
-    Parameters
-    ----------
-    link, theta
-        Which link, and the drive coordinate (rad).
-    peak
-        Its angular acceleration there, over the square of the cycle's rate.
-    enough
-        Equal steps of a cycle, of which one is as long as the turn.
-    """
-
-    link: str
+    link: str  # which link, and the drive coordinate (rad)
     theta: float
-    peak: float
-    enough: int
+    peak: float  # its angular acceleration there, over the square of the cycle's rate
+    enough: int  # equal steps of a cycle, of which one is as long as the turn
 
 
 def missed_corner(path: Path, vibrates: bool) -> Corner | None:

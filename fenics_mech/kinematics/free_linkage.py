@@ -43,28 +43,14 @@ FREE_MOTION = FreeMotionLimits()
 
 
 class FreeLinkage:
-    """The links of a scene at any angles and strokes of its freedoms, near to positions that are known.
-
-    Parameters
-    ----------
-    scene
-        The linkage, with drives and freedoms for all that can move.
-    """
+    """The links of a scene at any angles and strokes of its freedoms, near to positions that are known."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene, self.loops = scene, Loops.of(scene)
 
     @cached_property
     def start(self) -> Array:
-        """Coordinates of the links at time 0, ``(3 links,)``.
-
-        Raises
-        ------
-        SceneError
-            When the drives and freedoms leave more to move.
-        AssemblyError
-            When the links cannot be assembled, or the freedoms do not say how they move.
-        """
+        """Coordinates of the links at time 0, ``(3 links,)``."""
         scene, q = self.scene, assemble(self.loops)
         if len(self.loops.names) < len(q):
             left = describe(scene.links, scene.joints, q, free_motions(self.loops, q))
@@ -91,35 +77,15 @@ class FreeLinkage:
         return q
 
     def at_start(self) -> Motion:
-        """Give the links at time 0, at rest.
-
-        Raises
-        ------
-        SceneError, AssemblyError
-            As of `start`.
-        """
+        """Give the links at time 0, at rest."""
         freedoms = self.scene.freedoms.values()
         still = np.zeros((1, len(freedoms)))
         places = np.array([[freedom.start for freedom in freedoms]], dtype=float)
         return self.motion(np.zeros(1), places, still, still, self.start[None])
 
     def motion(self, time: Array, places: Array, rates: Array, seconds: Array, near: Array) -> Motion:
-        """Give the motion of the links.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        places, rates, seconds
-            Angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(times, freedoms)`` each.
-        near
-            Coordinates of the links at positions near to these, ``(times, 3 links)``.
-
-        Raises
-        ------
-        AssemblyError
-            When the links cannot be assembled so, or their motion is not determined there.
-        """
+        """Give the motion of the links."""
+        # time (times,) (s); places, rates, seconds (times, freedoms) each; near (times, 3 links)
         loops, (value, first, second) = self.loops, self.given(time, (places, rates, seconds))
         q = self.pose(time, value, near)
         try:
@@ -129,34 +95,13 @@ class FreeLinkage:
         return as_motion(loops, self.theta(time, places), time, q, velocity, acceleration)
 
     def given(self, time: Array, freedoms: tuple[Array, ...]) -> tuple[Array, ...]:
-        """Angles and strokes of the drives and the freedoms, and their derivatives, ``(times, drives)`` each.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        freedoms
-            Angles (rad) and strokes (m) of the freedoms, and up to two derivatives by time, ``(times, freedoms)`` each.
-        """
+        """Angles and strokes of the drives and the freedoms, and their derivatives, ``(times, drives)`` each."""
+        # time (times,) (s); freedoms (times, freedoms)
         return tuple(np.hstack(pair) for pair in zip(self._driven(time), freedoms))
 
     def pose(self, time: Array, given: Array, near: Array) -> Array:
-        """Give the coordinates of the links, ``(times, 3 links)``.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        given
-            Angles and strokes of the drives and the freedoms, ``(times, drives)``.
-        near
-            Coordinates of the links at positions that are known, ``(times, 3 links)``.
-
-        Raises
-        ------
-        AssemblyError
-            When a dead centre or a change point lies on the way, or it is too long to be followed.
-        """
+        """Give the coordinates of the links, ``(times, 3 links)``."""
+        # time (times,) (s); given (times, drives); near (times, 3 links)
         ahead, _ = newton(self.loops, near, given, iterations=1)
         q, closed = newton(self.loops, ahead, given)
         turned = np.abs((q - ahead)[:, 2::3]).max(axis=1, initial=0.0)
@@ -181,10 +126,8 @@ class FreeLinkage:
         return half
 
     def _dead_centre(self, time: float, q: Array) -> AssemblyError:
-        """Say at which time links, ``(3 links,)``, can move by themselves, and what helps.
-
-        Where the joints' own equations are singular, those with a freedom at any joint are too.
-        """
+        """Say at which time links, ``(3 links,)``, can move by themselves, and what helps."""
+        # Where the joints' own equations are singular, those with a freedom at any joint are too.
         loops, names = self.loops, ", ".join(self.scene.moved_joints)
         moved = ", ".join(links_moved(loops, singular_values(loops, q[None])[1][0, -1]))
         joints = np.linalg.svd(loops.without_units(q[None])[0, : -loops.drives], compute_uv=False)
@@ -219,15 +162,8 @@ class FreeLinkage:
         return Jet(np.full_like(time, self.scene.analysis.position), still, still)
 
     def theta(self, time: Array, places: Array) -> Array:
-        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        places
-            Angles and strokes of the freedoms, ``(times, freedoms)``.
-        """
+        """Drive angle (rad), ``(times,)``: that of the drives; of the first freedom, where it turns; or the phase."""
+        # time (times,) (s); places (times, freedoms)
         scene = self.scene
         if scene.drives or self._held:
             return np.asarray(self._phase(time).value)
@@ -236,20 +172,7 @@ class FreeLinkage:
 
 
 def with_freedoms(scene: Scene) -> Scene:
-    """Give a scene with a freedom stated for all that its drives leave free, each with the place that it starts from.
-
-    Parameters
-    ----------
-    scene
-        A scene that is to move in time.
-
-    Raises
-    ------
-    SceneError
-        When something can move that no joint's angle or stroke states.
-    AssemblyError
-        When the links cannot be assembled at their rough angles.
-    """
+    """Give a scene with a freedom stated for all that its drives leave free, each with the place where it starts."""
     return _on_cams(scene, _with_all(scene))
 
 
@@ -334,10 +257,8 @@ def _may_state(joint: Joint) -> bool:
 
 
 def _chosen(joints: Mapping[str, Joint], rates: Mapping[str, Array], wanted: list[str], others: list[str]) -> list[str]:
-    """Give joints that state free motions by their rates in them: those that are wanted, then what moves most beside.
-
-    Joints on the ground come first among those that move much.
-    """
+    """Give joints that state free motions by their rates in them: those wanted, then what moves most beside."""
+    # Joints on the ground come first among those that move much.
     on_ground = {name: any(at.startswith("ground.") for at in joints[name].connect) for name in others}
     found = list(wanted)
     left = np.eye(len(next(iter(rates.values()), ())))  # free motions that no joint found so far states
@@ -367,10 +288,8 @@ def _without(left: Array, rate: Array) -> Array:
 def _of_joints(
     loops: Loops, q: Array, velocity: Array, motions: Array
 ) -> tuple[dict[str, float], dict[str, Array], dict[str, float]]:
-    """Angle or stroke of each moved joint, its rates in free motions of unit size, ``(motions,)``, and its rate.
-
-    They are those at coordinates of the links and their rates, ``(3 links,)`` each.
-    """
+    """Angle or stroke of each moved joint, its rates in free motions of unit size, ``(motions,)``, and its rate."""
+    # They are those at coordinates of the links and their rates, (3 links,) each.
     names = loops.scene.moved_joints
     equations = slice(len(loops.names) - len(names), None)
     given = loops.residual(q[None], np.zeros((1, len(names))))[0, equations]

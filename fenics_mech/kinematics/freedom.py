@@ -16,41 +16,16 @@ from fenics_mech.scene.joints import Joint
 
 
 def free_motions(loops: Loops, q: Array) -> Array:
-    """Small motions of the links at one position that no joint and no drive prevents.
-
-    Parameters
-    ----------
-    loops
-        Equations of the linkage.
-    q
-        Coordinates, ``(3 links,)``.
-
-    Returns
-    -------
-    array
-        x, y of the links' origins (m) and their rotations (rad), ``(motions, links, 3)``. Each motion has a link of its
-        own that it turns, or where none turns shifts, and that the other motions leave.
-    """
+    """Small motions of the links at one position that no joint and no drive prevents."""
+    # q (3 links,)
     _, values, right = np.linalg.svd(loops.without_units(q[None])[0])
     null = right[int((values > CONDITION.free).sum()) :]
     return (row_reduced(null, np.arange(len(q)) % 3 == 2) * loops.unit).reshape(len(null), len(loops.links), 3)
 
 
 def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
-    """Combine vectors, one a row, until each alone has one coordinate, by Gauss and Jordan; preferred ones go first.
-
-    Parameters
-    ----------
-    vectors
-        Independent vectors, ``(vectors, coordinates)``.
-    preferred
-        Which coordinates go first, ``(coordinates,)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        Vectors of the same space, of the same shape.
-    """
+    """Combine vectors, one a row, until each alone has one coordinate, by Gauss and Jordan; preferred ones go first."""
+    # vectors (vectors, coordinates); preferred (coordinates,)
     left = vectors.copy()
     for k in range(len(left)):
         size = np.abs(left[k:])
@@ -64,13 +39,7 @@ def row_reduced(vectors: Array, preferred: NDArray[np.bool_]) -> Array:
 
 
 def nothing_holds(moves: Sequence[str]) -> SceneError:
-    """Give the error of a mechanism at rest that loads move.
-
-    Parameters
-    ----------
-    moves
-        What moves, as `describe` says it.
-    """
+    """Give the error of a mechanism at rest that loads move."""
     return SceneError(
         f"nothing holds the mechanism against its loads: {'; '.join(moves)}",
         place="analysis.method",
@@ -80,22 +49,8 @@ def nothing_holds(moves: Sequence[str]) -> SceneError:
 
 
 def describe(links: Mapping[str, Link], joints: Mapping[str, Joint], q: Array, motions: Array) -> list[str]:
-    """Say of each motion which link it moves most, about or along which joint, and which links go with it.
-
-    Parameters
-    ----------
-    links, joints
-        The linkage, by name.
-    q
-        Coordinates, ``(3 links,)``.
-    motions
-        From `free_motions`, ``(motions, links, 3)``.
-
-    Returns
-    -------
-    list of str
-        A sentence for each motion.
-    """
+    """Say of each motion which link it moves most, about or along which joint, and which links go with it."""
+    # q (3 links,); motions (motions, links, 3)
     return [_described(links, joints, q.reshape(-1, 3), motion) for motion in motions]
 
 

@@ -34,26 +34,15 @@ CACHE = CacheLimits()
 
 
 class Branch:
-    """The assembly branch of a linkage, followed as far as anyone asks.
-
-    Parameters
-    ----------
-    loops
-        The loop equations.
-    """
+    """The assembly branch of a linkage, followed as far as anyone asks."""
 
     def __init__(self, loops: Loops) -> None:
         self.loops = loops
         self._known: AssemblyBranch | None = None
 
     def over(self, theta: Array) -> AssemblyBranch:
-        """Give points of the branch over the range of some drive angles (rad), or over more.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(angles,)``.
-        """
+        """Give points of the branch over the range of some drive angles (rad), or over more."""
+        # theta (angles,) (rad)
         known = self._known
         if known is None or theta.min() < known.theta[0] or theta.max() > known.theta[-1]:
             self._known = known = follow_branch(self.loops, assemble(self.loops), theta)
@@ -78,15 +67,8 @@ class Linkage:
         self._paths: dict[tuple[bytes, bytes], Path] = {}
 
     def path(self, theta: Array, near: Path | None = None) -> Path:
-        """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(angles,)``.
-        near
-            A path of a similar linkage, whose branch is followed.
-        """
+        """Give the positions at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`."""
+        # theta (angles,) (rad)
         key = theta.tobytes(), b"" if near is None else near.theta.tobytes()
         path = self._paths.pop(key, None)
         if path is None:
@@ -99,17 +81,8 @@ class Linkage:
         return path
 
     def motion(self, theta: Array, rate: float, near: Path | None = None) -> Motion:
-        """Give the motion at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(angles,)``.
-        rate
-            Rate of the drive coordinate (rad/s).
-        near
-            As of `path`.
-        """
+        """Give the motion at drive angles (rad), ``(angles,)``; errors and `near` as of `solve_motion`."""
+        # theta (angles,) (rad); rate (rad/s)
         motion = self.path(theta, near).motion(rate)
         object.__setattr__(motion, "linkage", self)
         return motion
@@ -117,23 +90,13 @@ class Linkage:
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Positions of the links at drive angles, and what is made from them without a rate of the drive.
+    """Positions of the links at drive angles, and what is made from them without a rate of the drive."""
 
-    The linkage has its paths, and no path has the linkage: kept by each other, they would outlive their use.
+    # The linkage has its paths, and no path has the linkage: kept by each other, they would outlive their use.
 
-    Parameters
-    ----------
-    whole
-        The branch that they are on.
-    theta
-        Drive coordinate (rad), ``(angles,)``.
-    q, slope, curvature
-        Coordinates of the loops and their two derivatives by theta, ``(angles, 3 links)``.
-    """
-
-    whole: Branch
-    theta: Array
-    q: Array
+    whole: Branch  # the branch that they are on
+    theta: Array  # drive coordinate (rad), (angles,)
+    q: Array  # coordinates of the loops and their two derivatives by theta, (angles, 3 links)
     slope: Array
     curvature: Array
     _made: dict[str, dict[Hashable, tuple[tuple[object, ...], Any]]] = field(init=False, default_factory=dict)
@@ -156,13 +119,8 @@ class Path:
         )
 
     def motion(self, rate: float) -> Motion:
-        """Give the motion at a constant rate of the drive coordinate (rad/s).
-
-        Parameters
-        ----------
-        rate
-            Rate of the drive coordinate (rad/s).
-        """
+        """Give the motion at a constant rate of the drive coordinate (rad/s)."""
+        # rate (rad/s)
         velocity, acceleration = rate * self.slope, rate**2 * self.curvature
         motion = as_motion(self.loops, self.theta, self.theta / rate, self.q, velocity, acceleration)
         object.__setattr__(motion, "path", self)
@@ -170,19 +128,7 @@ class Path:
         return motion
 
     def once(self, what: str, sources: tuple[object, ...], make: Callable[[], Made], key: Hashable = None) -> Made:
-        """Make something from these positions, or give it as it was made before.
-
-        Parameters
-        ----------
-        what
-            Kind of thing; of each kind the last `CACHE.most_made` are kept.
-        sources
-            Objects that it is made from beside the positions. They are compared by identity.
-        make
-            Makes it.
-        key
-            Values that it is made from.
-        """
+        """Make something from these positions, or give it as it was made before."""
         made = self._made.setdefault(what, {})
         place = (key, *map(id, sources))
         found = made.pop(place) if place in made else (sources, make())  # what keeps the sources keeps their identity

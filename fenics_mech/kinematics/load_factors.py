@@ -13,19 +13,8 @@ from fenics_mech.scene.state_factors import StateFactor
 
 
 def load_factor(scene: Scene, load: Varying, theta: Array, time: Array, links: LinkStates) -> Array:
-    """Give the factor of a load, ``(states,)``.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    load
-        The load.
-    theta, time
-        Drive angles (rad) and times (s), ``(states,)`` each.
-    links
-        How the links move.
-    """
+    """Give the factor of a load, ``(states,)``."""
+    # theta, time (states,) each
     if not isinstance(load.factor, StateFactor):
         return load.factor_at(theta)
     none = np.zeros_like(time)
@@ -34,17 +23,7 @@ def load_factor(scene: Scene, load: Varying, theta: Array, time: Array, links: L
 
 
 def joint_motion(scene: Scene, name: str, links: LinkStates) -> tuple[Array, Array]:
-    """Give the angle (rad) or the stroke (m) of a joint of two bodies, and its rate, ``(states,)`` each.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    name
-        The joint.
-    links
-        How the links move.
-    """
+    """Give the angle (rad) or the stroke (m) of a joint of two bodies, and its rate, ``(states,)`` each."""
     joint, index = scene.joints[name], {"ground": -1} | {link: i for i, link in enumerate(scene.links)}
     (first, at), (second, to) = ((index[body], point) for body, point in map(scene.point, joint.connect))
     if not isinstance(joint, Slot | Prismatic):
@@ -57,15 +36,7 @@ def joint_motion(scene: Scene, name: str, links: LinkStates) -> tuple[Array, Arr
 
 
 def factor_in(scene: Scene, load: Varying, motion: Motion) -> Array:
-    """Give the factor of a load in a motion of the links, ``(angles,)``.
-
-    Parameters
-    ----------
-    scene, load
-        The scene and the load.
-    motion
-        The rigid motion.
-    """
+    """Give the factor of a load in a motion of the links, ``(angles,)``."""
     rates = coordinates(motion.velocity, motion.omega)
     links = LinkStates.of(coordinates(motion.position, motion.angle), rates)
     return load_factor(scene, load, motion.theta, motion.time, links)

@@ -25,24 +25,12 @@ Row = tuple[str, int, int, tuple[float, float], tuple[float, float], float]
 
 @dataclass(frozen=True)
 class LoopEquations:
-    """Equations of one kind between pairs of bodies.
+    """Equations of one kind between pairs of bodies."""
 
-    Parameters
-    ----------
-    name
-        Joint of each.
-    body
-        The bodies a and b, as index into the links or `GROUND`, ``(pairs, 2)``.
-    point
-        A point in each body's frame (m), ``(pairs, 2, 2)``.
-    angle
-        Direction of the line in a's frame, or the given angle (rad), ``(pairs,)``.
-    """
-
-    name: tuple[str, ...]
-    body: Index
-    point: Array
-    angle: Array
+    name: tuple[str, ...]  # joint of each
+    body: Index  # the bodies a and b, as index into the links or `GROUND`, (pairs, 2)
+    point: Array  # a point in each body's frame (m), (pairs, 2, 2)
+    angle: Array  # direction of the line in a's frame, or the given angle (rad), (pairs,)
 
     @classmethod
     def of(cls, rows: list[Row]) -> LoopEquations:
@@ -58,37 +46,19 @@ class LoopEquations:
 
 @dataclass(frozen=True)
 class Loops:
-    """All equations of a scene: points, then lines, then angles, then drives and freedoms (angles, then strokes).
+    """All equations of a scene: points, then lines, then angles, then drives and freedoms (angles, then strokes)."""
 
-    Parameters
-    ----------
-    scene
-        The linkage; its links give the order of the coordinates.
-    points, lines, angles
-        Equations of the joints.
-    driven_angles, driven_strokes
-        Equations of the drives, and of the freedoms.
-    drive_order
-        Which of the scene's `moved_joints` each driven equation is of.
-    """
-
-    scene: Scene
-    points: LoopEquations
+    scene: Scene  # the linkage; its links give the order of the coordinates
+    points: LoopEquations  # equations of the joints
     lines: LoopEquations
     angles: LoopEquations
-    driven_angles: LoopEquations
+    driven_angles: LoopEquations  # equations of the drives, and of the freedoms
     driven_strokes: LoopEquations
-    drive_order: tuple[int, ...]
+    drive_order: tuple[int, ...]  # which of the scene's `moved_joints` each driven equation is of
 
     @classmethod
     def of(cls, scene: Scene) -> Loops:
-        """Collect the equations of a scene's joints and drives.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        """
+        """Collect the equations of a scene's joints and drives."""
         index = {"ground": GROUND} | {name: i for i, name in enumerate(scene.links)}
         points: list[Row] = []
         lines: list[Row] = []
@@ -131,15 +101,9 @@ class Loops:
         return len(self.drive_order)
 
     def drive(self, theta: Array) -> Jet:
-        """Angles (rad) and strokes (m) of the drives and two derivatives by theta, ``(positions, drives)`` each.
-
-        Freedoms stand as drives that stay where they start.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(positions,)``.
-        """
+        """Angles (rad) and strokes (m) of the drives and two derivatives by theta, ``(positions, drives)`` each."""
+        # theta (positions,) (rad)
+        # Freedoms stand as drives that stay where they start.
         if not self.drives:
             return Jet(*(np.zeros((len(theta), 0)),) * 3)
         jets = [drive.jet(theta, self.scene.cycle_rate) for drive in self.scene.drives]
@@ -173,15 +137,8 @@ class Loops:
         return (*doubled, *(name for pairs in rest for name in pairs.name))
 
     def residual(self, q: Array, drive: Array) -> Array:
-        """What is left open of each equation (m or rad), ``(positions, equations)``, for ``(positions, drives)``.
-
-        Parameters
-        ----------
-        q
-            Coordinates of the links, ``(positions, 3 links)``.
-        drive
-            Angles (rad) and strokes (m) of the drives, ``(positions, drives)``.
-        """
+        """What is left open of each equation (m or rad), ``(positions, equations)``, for ``(positions, drives)``."""
+        # q (positions, 3 links); drive (positions, drives)
         poses = _with_ground(q)
         given = drive[:, self.drive_order]
         turned, slid = given[:, : len(self.driven_angles)], given[:, len(self.driven_angles) :]
@@ -197,13 +154,8 @@ class Loops:
         return np.concatenate(parts, axis=1)
 
     def jacobian(self, q: Array) -> Array:
-        """Derivative of the residual by the coordinates, ``(positions, equations, 3 links)``.
-
-        Parameters
-        ----------
-        q
-            Coordinates of the links, ``(positions, 3 links)``.
-        """
+        """Derivative of the residual by the coordinates, ``(positions, equations, 3 links)``."""
+        # q (positions, 3 links)
         poses = _with_ground(q)
         constant, rows, columns = self._pattern
         jacobian = np.broadcast_to(constant, (len(q), *constant.shape)).copy()
@@ -241,36 +193,16 @@ class Loops:
         return constant, row, column + 2
 
     def driven(self, rates: Array) -> Array:
-        """Right-hand side of the velocity equations for the drives' rates ``(positions, drives)``.
-
-        Parameters
-        ----------
-        rates
-            Rates of the drives (rad/s, m/s), ``(positions, drives)``.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape ``(positions, equations)``.
-        """
+        """Right-hand side of the velocity equations for the drives' rates ``(positions, drives)``."""
+        # rates (positions, drives)
         right = np.zeros((len(rates), len(self.names)))
         if self.drives:
             right[:, -self.drives :] = rates[:, self.drive_order]
         return right
 
     def convective(self, q: Array, velocity: Array) -> Array:
-        """What the second time derivative of the residual has beside ``jacobian @ acceleration`` and the drive's.
-
-        Parameters
-        ----------
-        q, velocity
-            Coordinates of the links and their rates, ``(positions, 3 links)`` each.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape ``(positions, equations)``.
-        """
+        """What the second time derivative of the residual has beside ``jacobian @ acceleration`` and the drive's."""
+        # q, velocity (positions, 3 links) each
         poses, rates = _with_ground(q), _with_ground(velocity)
         squared = rates[..., 2] ** 2
         still = np.zeros((len(q), len(self.angles) + len(self.driven_angles)))
@@ -296,38 +228,19 @@ class Loops:
         )
 
     def places(self, q: Array, pairs: LoopEquations) -> Array:
-        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``.
-
-        Parameters
-        ----------
-        q
-            Coordinates of the links, ``(positions, 3 links)``.
-        pairs
-            The equations whose points are asked for.
-        """
+        """Points of pairs in the fixed frame (m), ``(positions, pairs, 2, 2)``."""
+        # q (positions, 3 links)
         poses = _with_ground(q)
         return poses[:, pairs.body, :2] + _arms(poses, pairs)
 
     def tangents(self, q: Array, pairs: LoopEquations) -> Array:
-        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``.
-
-        Parameters
-        ----------
-        q
-            Coordinates of the links, ``(positions, 3 links)``.
-        pairs
-            The equations whose lines are asked for.
-        """
+        """Directions of the pairs' lines in the fixed frame, ``(positions, pairs, 2)``."""
+        # q (positions, 3 links)
         return _direction(_with_ground(q), pairs)[0]
 
     def gaps(self, q: Array) -> dict[str, float]:
-        """Distance between each joint's points at one position (m), by joint.
-
-        Parameters
-        ----------
-        q
-            Coordinates of the links, ``(3 links,)``.
-        """
+        """Distance between each joint's points at one position (m), by joint."""
+        # q (3 links,)
         poses = _with_ground(q[None])
         found: dict[str, float] = {}
         for name, gap in zip(self.points.name, np.linalg.norm(_gap(poses, self.points)[0], axis=-1)):

@@ -11,22 +11,8 @@ from fenics_mech.kinematics.conditioning import CONDITION
 
 
 def minimum(function: Callable[[Array], Array], low: float, high: float, within: float) -> tuple[float, float]:
-    """Find the minimum between two places by finer and finer samples.
-
-    Parameters
-    ----------
-    function
-        Gives its values at places, both ``(places,)``; it has one minimum between the two.
-    low, high
-        The two places.
-    within
-        Largest error of the place.
-
-    Returns
-    -------
-    tuple
-        The place of the minimum, and the value there.
-    """
+    """Find the minimum between two places by finer and finer samples."""
+    # function (places,)
     while True:
         places = np.linspace(low, high, CONDITION.points)
         values = function(places)

@@ -53,13 +53,7 @@ class Motion:
     linkage: Linkage | None = field(default=None, init=False, repr=False)
 
     def part(self, angles: slice) -> Motion:
-        """Give the motion at some of the angles.
-
-        Parameters
-        ----------
-        angles
-            Which of them.
-        """
+        """Give the motion at some of the angles."""
         if angles.indices(len(self.theta)) == (0, len(self.theta), 1):
             return self
         whole = ("links", "free")
@@ -72,15 +66,8 @@ class Motion:
         return replace(self, **rates)
 
     def of_point(self, link: str, point: tuple[float, float]) -> tuple[Array, Array, Array]:
-        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``.
-
-        Parameters
-        ----------
-        link
-            Name of the link, or "ground".
-        point
-            The point in its frame (m).
-        """
+        """Position, velocity and acceleration of a point of a link or the ground, each of shape ``(angles, 2)``."""
+        # point (m)
         if link == "ground":
             place = np.broadcast_to(np.array(point, dtype=float), (len(self.theta), 2))
             return place, np.zeros_like(place), np.zeros_like(place)
@@ -97,19 +84,8 @@ class Motion:
 
 
 def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array, acceleration: Array) -> Motion:
-    """Label the coordinates of the loops and their time derivatives, each ``(angles, 3 links)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    theta
-        Drive angles (rad), ``(angles,)``.
-    time
-        Times (s), ``(angles,)``.
-    q, velocity, acceleration
-        The coordinates (m, rad) and their time derivatives.
-    """
+    """Label the coordinates of the loops and their time derivatives, each ``(angles, 3 links)``."""
+    # theta (angles,) (rad); time (angles,) (s); q, velocity, acceleration (m, rad)
     poses, rates, seconds = (array.reshape(len(q), -1, 3) for array in (q, velocity, acceleration))
     return Motion(
         theta=theta,
@@ -125,35 +101,14 @@ def as_motion(loops: Loops, theta: Array, time: Array, q: Array, velocity: Array
 
 
 def coordinates(vectors: Array, angles: Array) -> Array:
-    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``.
-
-    Parameters
-    ----------
-    vectors
-        x and y of each link's origin (m), or their rates.
-    angles
-        Angle of each link (rad), or its rate.
-    """
+    """Put x, y ``(angles, links, 2)`` and angles ``(angles, links)``, or their rates, into ``(angles, 3 links)``."""
+    # vectors (m); angles (rad)
     return np.concatenate([vectors, angles[..., None]], axis=-1).reshape(len(angles), -1)
 
 
 def rates_by_drives(loops: Loops, q: Array, first: Array, second: Array) -> tuple[Array, Array]:
-    """First and second derivative of the coordinates by those of the drives, each ``(positions, 3 links)``.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(positions, 3 links)``.
-    first, second
-        Derivatives of the drives' angles and strokes, ``(positions, drives)`` each.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        When the drives do not say how the links move.
-    """
+    """First and second derivative of the coordinates by those of the drives, each ``(positions, 3 links)``."""
+    # q (positions, 3 links); first, second (positions, drives) each
     jacobian = loops.jacobian(q)
     rate = solved(jacobian, loops.driven(first))  # (6.2) for all loops
     forced = loops.driven(second) - loops.convective(q, rate)

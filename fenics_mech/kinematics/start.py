@@ -33,39 +33,19 @@ CHOICE = ChoiceLimits()
 
 @dataclass(frozen=True)
 class Start:
-    """How a linkage is assembled at the start.
+    """How a linkage is assembled at the start."""
 
-    Parameters
-    ----------
-    q
-        Its coordinates, ``(3 links,)``.
-    searched
-        Whether its rough angles led to no assembly.
-    """
-
-    q: Array
-    searched: bool
+    q: Array  # its coordinates, (3 links,)
+    searched: bool  # whether its rough angles led to no assembly
 
 
 _searches: list[tuple[object, tuple[Array, ...]]] = []
 
 
 def assemble(loops: Loops) -> Array:
-    """Coordinates of the assembled linkage at theta = 0; shape ``(3 links,)``.
-
-    They follow from the links' rough angles. Where these lead to no assembly, all assemblies are searched for. Taken is
-    the nearest to the rough angles that lets the drive run through its cycle; see `assembly_notices`.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-
-    Raises
-    ------
-    AssemblyError
-        When its loops cannot be closed.
-    """
+    """Coordinates of the assembled linkage at theta = 0; shape ``(3 links,)``."""
+    # They follow from the links' rough angles. Where these lead to no assembly, all assemblies are searched for.
+    # Taken is the nearest to the rough angles that lets the drive run through its cycle; see `assembly_notices`.
     return _start(loops).q
 
 
@@ -247,13 +227,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def geometry(scene: Scene) -> tuple[object, ...]:
-    """Give what the positions of a scene's links depend on: equal for scenes whose links move alike.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give what the positions of a scene's links depend on: equal for scenes whose links move alike."""
     links = {
         name: (link.points, link.angle, link.position, {label: part.ends for label, part in link.members.items()})
         for name, link in scene.links.items()

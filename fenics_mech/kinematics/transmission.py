@@ -23,24 +23,12 @@ from fenics_mech.scene.numbering import GROUND
 
 @dataclass(frozen=True)
 class Transmission:
-    """The worst transmission angle of a pair of links, or of a link in a slot.
+    """The worst transmission angle of a pair of links, or of a link in a slot."""
 
-    Parameters
-    ----------
-    joint
-        Where they meet.
-    links
-        Their names.
-    theta
-        Drive coordinate (rad), 0 to 2 pi.
-    angle
-        The angle there (rad), 0 to pi/2.
-    """
-
-    joint: str
-    links: tuple[str, ...]
-    theta: float
-    angle: float
+    joint: str  # where they meet
+    links: tuple[str, ...]  # their names
+    theta: float  # drive coordinate (rad), 0 to 2 pi
+    angle: float  # the angle there (rad), 0 to pi/2
 
 
 @dataclass(frozen=True)
@@ -53,15 +41,7 @@ class _Joint:
 
 
 def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmission, ...]:
-    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not known.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    branch
-        Its positions over the cycle.
-    """
+    """Find the worst transmission angle of every pair over a turn of the drive; nothing where some are not known."""
 
     def angles(theta: Array) -> dict[tuple[str, tuple[str, ...]], Array]:
         return transmission_angles(loops, coordinates_at(loops, theta, branch)) or {}
@@ -79,15 +59,8 @@ def worst_transmission(loops: Loops, branch: AssemblyBranch) -> tuple[Transmissi
 
 
 def transmission_angles(loops: Loops, q: Array) -> dict[tuple[str, tuple[str, ...]], Array] | None:
-    """Transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known.
-
-    Parameters
-    ----------
-    loops
-        The loop equations of the linkage.
-    q
-        Coordinates of the links, ``(positions, 3 links)``.
-    """
+    """Transmission angle (rad) by joint and links, ``(positions,)``; None where some are not known."""
+    # q (positions, 3 links)
     joints, known = _joints(loops, q), {GROUND}
     found: dict[tuple[str, tuple[str, ...]], Array] = {}
 

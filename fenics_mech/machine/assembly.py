@@ -32,21 +32,11 @@ SAME = 1e-5  # rad, or of the extent: at a dead centre two assemblies are one to
 
 @dataclass(frozen=True)
 class Assemblies:
-    """What a search found.
+    """What a search found."""
 
-    Parameters
-    ----------
-    q
-        Coordinates of every assembly, the nearest to the drawn position first, ``(assemblies, size)``.
-    rest
-        Coordinates that leave the least open, where there is none, ``(size,)``.
-    names
-        Of the rows that may stay open then.
-    """
-
-    q: Array
-    rest: Array
-    names: frozenset[str] = frozenset()
+    q: Array  # coordinates of every assembly, the nearest to the drawn position first, (assemblies, size)
+    rest: Array  # coordinates that leave the least open, where there is none, (size,)
+    names: frozenset[str] = frozenset()  # of the rows that may stay open then
 
 
 def units_of(machine: Machine) -> Array:
@@ -57,10 +47,8 @@ def units_of(machine: Machine) -> Array:
 
 
 def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Array]:
-    """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``.
-
-    `t` is an instant, or one for each position.
-    """
+    """Give what all rows miss, and its derivatives, without units: ``(positions, rows)`` and ``(..., coordinates)``."""
+    # `t` is an instant, or one for each position.
     n, pattern, zero = machine.n, machine.pattern, np.zeros_like(q)
     t = np.broadcast_to(t, len(q))
     found = machine.residual(t, q, zero, zero, loads=0.0, moving=False)
@@ -93,26 +81,8 @@ def closed(
     columns: Index | None = None,
     most: int = MOST,
 ) -> tuple[Array, Array]:
-    """Meet rows by Newton's method with the least changes, from many positions at once.
-
-    Parameters
-    ----------
-    machine
-        The machine; what its terms and masses do does not count.
-    t
-        Instant of its drives, or one for each position (s).
-    q
-        Where to begin ``(positions, size)``.
-    rows, columns
-        Rows to be met, and coordinates that may change; all of them by default.
-    most
-        Steps.
-
-    Returns
-    -------
-    tuple
-        Coordinates ``(positions, size)``, and the most that rows miss there, without units ``(positions,)``.
-    """
+    """Meet rows by Newton's method with the least changes, from many positions at once."""
+    # q (positions, size)
     q, columns = q.copy(), np.arange(machine.n) if columns is None else columns
     is_turn = np.isin(columns, machine.places[:, machine.geometry.d :])
     gaps, t = np.full(len(q), np.inf), np.broadcast_to(t, len(q))
@@ -134,24 +104,8 @@ def closed(
 def rates_of(
     machine: Machine, t: Array, q: Array, first: Array, second: Array, J: Array | None = None
 ) -> tuple[Array, Array]:
-    """Give rates and accelerations of bodies that meet all rows, by those that the rows demand.
-
-    Parameters
-    ----------
-    machine
-        The machine, whose chart rests.
-    t, q
-        Instants (s) and coordinates there ``(instants, size)``.
-    first, second
-        Rates of the rows' values, and their second rates ``(instants, rows)``.
-    J
-        Derivatives of the rows, as `left_open` gives them there; None where they are not known.
-
-    Returns
-    -------
-    tuple
-        Rates and accelerations ``(instants, size)`` each.
-    """
+    """Give rates and accelerations of bodies that meet all rows, by those that the rows demand."""
+    # t, q (instants, size) (s); first, second (instants, rows)
     n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine, t)
     J = left_open(machine, t, q)[1] if J is None else J
     back = np.linalg.inv(J) if J.shape[1] == J.shape[2] else np.linalg.pinv(J, SMALLEST)
@@ -169,23 +123,8 @@ def rates_of(
 
 
 def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]:
-    """Follow drives from instant to instant, from many positions at once.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    q
-        Coordinates at the first instant ``(positions, size)``.
-    instants
-        s.
-
-    Returns
-    -------
-    tuple
-        Coordinates ``(instants, positions, size)``, and whether the drives can lead on from each position, and the
-        motion goes on in one way: then the determinant of all rows keeps its sign.
-    """
+    """Follow drives from instant to instant, from many positions at once."""
+    # q (positions, size)
     found, runs, side = [q, q], np.ones(len(q), dtype=bool), None
     for t in instants:
         here = found[-1].copy()
@@ -200,22 +139,8 @@ def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]
 
 
 def assemblies(machine: Machine, t: float, weight: Array) -> Assemblies:
-    """Search for all ways in which the bodies of a plane machine come together.
-
-    Parameters
-    ----------
-    machine
-        The machine as it is roughly drawn.
-    t
-        Instant of its drives (s).
-    weight
-        Of every coordinate in the distance from the drawn position ``(coordinates,)``.
-
-    Returns
-    -------
-    Assemblies
-        All that were found. Where the drives leave something free, that alone which is nearest.
-    """
+    """Search for all ways in which the bodies of a plane machine come together."""
+    # weight (coordinates,)
     turns = machine.places[machine.places[:, 2] >= 0, 2]
     found, unsolved = np.zeros((1, machine.size)), np.ones(machine.n, dtype=bool)
     for rows, columns in _groups(machine, t):
@@ -257,11 +182,9 @@ def _groups(machine: Machine, t: float) -> list[tuple[Index, Index]]:
 
 
 def _starts(found: Array, turns: Index) -> Array:
-    """Give where to begin ``(starts, size)``: each found position with the turns of a group at many angles.
-
-    They are an additive recurrence, which spreads evenly over a cube: Roberts, The unreasonable effectiveness of
-    quasirandom sequences (2018). Its base is the root above 1 of x^(n + 1) = x + 1.
-    """
+    """Give where to begin ``(starts, size)``: each found position with the turns of a group at many angles."""
+    # They are an additive recurrence, which spreads evenly over a cube: Roberts, The unreasonable effectiveness of
+    # quasirandom sequences (2018). Its base is the root above 1 of x^(n + 1) = x + 1.
     count = min(STARTS * 2 ** (len(turns) - 1), MOST_STARTS) if len(turns) else 1
     base = 2.0
     for _ in range(30):
@@ -273,10 +196,8 @@ def _starts(found: Array, turns: Index) -> Array:
 
 
 def _apart(machine: Machine, q: Array, turns: Index, weight: Array) -> Array:
-    """Give positions without those that are there already, the nearest to the drawn one first.
-
-    Of mirrored ones, which are as near, that one is first whose bodies are turned counter-clockwise.
-    """
+    """Give positions without those that are there already, the nearest to the drawn one first."""
+    # Of mirrored ones, which are as near, that one is first whose bodies are turned counter-clockwise.
     q, n = q.copy(), machine.n
     q[:, turns] = _within_half(q[:, turns])
     sizes = q[:, :n] / units_of(machine)

@@ -31,24 +31,12 @@ Law = Callable[[Array], Array]
 
 @dataclass(frozen=True, eq=False)
 class Bodies:
-    """The links of a scene as rigid bodies: pose k + 1 is that of link k, its place the link's origin.
+    """The links of a scene as rigid bodies: pose k + 1 is that of link k, its place the link's origin."""
 
-    Parameters
-    ----------
-    scene
-        The scene.
-    machine
-        Poses as they are roughly drawn, with rows of joints, drives and freedoms.
-    angles
-        Rough angles ``(links,)`` (rad).
-    q
-        Coordinates at the start ``(size,)``.
-    """
-
-    scene: Scene
-    machine: Machine
-    angles: Array
-    q: Array
+    scene: Scene  # the scene
+    machine: Machine  # poses as they are roughly drawn, with rows of joints, drives and freedoms
+    angles: Array  # rough angles (links,) (rad)
+    q: Array  # coordinates at the start (size,)
 
     def frames(self) -> dict[str, tuple[Array, Array]]:
         """Give place and axes of every link, and of the ground."""
@@ -63,15 +51,8 @@ class Bodies:
 
     @cached_property
     def turned(self) -> Array:
-        """Angles of the ground, 0, and of all links, at even instants from the start to the end of the cycle (rad).
-
-        They are those of the start alone where nothing drives the links.
-
-        Raises
-        ------
-        AssemblyError
-            When the drives cannot lead the links through their cycle.
-        """
+        """Angles of the ground, 0, and of all links, at even instants from the start to the end of the cycle (rad)."""
+        # They are those of the start alone where nothing drives the links.
         (found, (runs,)) = led(self.machine, self.q[None], _cycle(self.scene))
         if not runs:
             raise AssemblyError("the drives cannot lead the links, which do not bend, through their cycle")
@@ -80,22 +61,10 @@ class Bodies:
 
 
 def bodies_of(scene: Scene) -> Bodies:
-    """Put the links of a scene together at the start.
-
-    They follow from the rough angles of the links. Where these lead to no assembly, all are searched for. Taken is the
-    nearest to the rough angles that lets the drives run through their cycle. Joints with a clearance or a bushing are
-    tight, where the links can be assembled so.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    AssemblyError
-        When the loops of its links cannot be closed, or rough angles mislead.
-    """
+    """Put the links of a scene together at the start."""
+    # They follow from the rough angles of the links. Where these lead to no assembly, all are searched for. Taken is
+    # the nearest to the rough angles that lets the drives run through their cycle. Joints with a clearance or a
+    # bushing are tight, where the links can be assembled so.
     laws: dict[str, Law] = {}
     for number, drive in enumerate(scene.drives):
         laws[drive.joint] = law_of(scene, number)
@@ -161,13 +130,7 @@ def _assembled(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law
 
 
 def _rough_angles(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law]) -> tuple[Array, np.ndarray]:
-    """Give the rough angles of links (rad), as drives lead them, and which of them a scene states.
-
-    Raises
-    ------
-    AssemblyError
-        Where stated ones contradict a joint that leaves its two bodies no angle between them.
-    """
+    """Give the rough angles of links (rad), as drives lead them, and which of them a scene states."""
     names = ["ground", *scene.links]
     angle = np.array([0.0, *(link.angle for link in scene.links.values())])
     stated = angle != 0
@@ -249,10 +212,8 @@ def _misled(scene: Scene, angles: Array, machine: Machine, q: Array, stated: np.
 def _impossible(
     scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], angles: Array, weight: Array, search: Assemblies
 ) -> str:
-    """Say which joint stays open, by how much, and where a single turning drive might start instead.
-
-    Links are drawn at the angles that leave the least open, so that one joint has all of the gap.
-    """
+    """Say which joint stays open, by how much, and where a single turning drive might start instead."""
+    # Links are drawn at the angles that leave the least open, so that one joint has all of the gap.
     machine = _drawn(scene, joints, laws, angles + search.rest[2::3][: len(angles)])
     zero = np.zeros((1, machine.size))
     missed = machine.residual(np.zeros(1), zero, zero, zero, tangents=False).force[0, machine.n :]

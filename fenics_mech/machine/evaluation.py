@@ -42,15 +42,7 @@ class Evaluation:
 
 
 def linear_forces(base: Evaluation, ahead: Evaluation, behind: Evaluation, share: float) -> Evaluation:
-    """Give the stresses and inertia of a motion that is linear beside another, at the places of that other.
-
-    Parameters
-    ----------
-    base, ahead, behind
-        The residual of the other motion, and those a little ahead of it and behind it.
-    share
-        By which the difference of these two counts.
-    """
+    """Give the stresses and inertia of a motion that is linear beside another, at the places of that other."""
     terms = []
     for here, one, other in zip(base.terms, ahead.terms, behind.terms):
         stress = here.response.stress + share * (one.response.stress - other.response.stress)

@@ -13,20 +13,13 @@ from fenics_mech.terms import Response
 
 
 class Reactions:
-    """What holds every pose of a motion.
+    """What holds every pose of a motion."""
 
-    It is the residual of the same machine whose poses share nothing and rest nowhere. So where a pose shares its place
-    with others, or rests, it is the reaction there.
-
-    Parameters
-    ----------
-    motion
-        The motion.
-    beside
-        What poses need for anything beside it, ``(instants, poses, d + turns)`` (N, N m).
-    """
+    # It is the residual of the same machine whose poses share nothing and rest nowhere. So where a pose shares its
+    # place with others, or rests, it is the reaction there.
 
     def __init__(self, motion: Motion, beside: Array | float = 0.0) -> None:
+        # beside (instants, poses, d + turns) (N, N m)
         machine = motion.machine
         apart = copy(machine)
         apart.forget_plan()

@@ -41,40 +41,17 @@ Places = tuple[Array, Array, Array]  # of bodies, or of drives, and two derivati
 
 @dataclass(frozen=True)
 class Led:
-    """A motion that was followed, with drives at full speed from the start.
+    """A motion that was followed, with drives at full speed from the start."""
 
-    Parameters
-    ----------
-    bodies
-        The links.
-    t
-        Instants to which it was followed, ascending (s).
-    q, v, a
-        Coordinates, rates and accelerations there ``(instants, size)``.
-    side
-        Sign of the determinant of the rows' derivatives, which is that of all of the motion.
-    """
-
-    bodies: Bodies
-    t: Array
-    q: Array
+    bodies: Bodies  # the links
+    t: Array  # instants to which it was followed, ascending (s)
+    q: Array  # coordinates, rates and accelerations there (instants, size)
     v: Array
     a: Array
-    side: float
+    side: float  # sign of the determinant of the rows' derivatives, which is that of all of the motion
 
     def at(self, t: Array) -> Places:
-        """Give coordinates, rates and accelerations at some instants ``(instants, size)`` each.
-
-        Parameters
-        ----------
-        t
-            Instants between the first and the last to which it was followed (s).
-
-        Raises
-        ------
-        AssemblyError
-            Where the links do not come together, or their motion is lost to rounding.
-        """
+        """Give coordinates, rates and accelerations at some instants ``(instants, size)`` each."""
         machine = self.bodies.machine
         q, missed, J = _corrected(machine, t, self._between(t), CLOSED)
         gaps = np.abs(missed).max(axis=1, initial=0.0)
@@ -93,13 +70,7 @@ class Led:
         return q, *rates_of(machine, t, q, *_demanded(self.bodies, t), J)
 
     def over_cycles(self, t: Array) -> Places:
-        """Give the same at instants of several cycles, after which the links are back.
-
-        Parameters
-        ----------
-        t
-            Instants from the start on (s).
-        """
+        """Give the same at instants of several cycles, after which the links are back."""
         period, whole = self.bodies.scene.period, np.zeros(self.q.shape[1])
         cycles = np.floor(t / period)
         turns = slice(2, self.bodies.machine.n, 3)
@@ -127,20 +98,8 @@ class Led:
 
 
 def led_motion(bodies: Bodies, first: float, last: float) -> Led:
-    """Follow the motion of links that drives lead, from the start to two instants.
-
-    Parameters
-    ----------
-    bodies
-        The links.
-    first, last
-        Instants, not above and not below 0 (s).
-
-    Raises
-    ------
-    AssemblyError
-        Where the drives lock, the motion is not unique, or it changes too fast. The drive angle is told.
-    """
+    """Follow the motion of links that drives lead, from the start to two instants."""
+    # first, last (s)
     start = _start(bodies)
     side = float(np.linalg.slogdet(start.J)[0])
     behind, ahead = (_followed(bodies, start, end, side) for end in (first, last))
@@ -150,13 +109,7 @@ def led_motion(bodies: Bodies, first: float, last: float) -> Led:
 
 
 def comes_back(led: Led) -> bool:
-    """Say whether the links are after a cycle where they were, but for whole turns.
-
-    Parameters
-    ----------
-    led
-        A motion that was followed over a cycle.
-    """
+    """Say whether the links are after a cycle where they were, but for whole turns."""
     n = led.bodies.machine.n
     change = (led.q[-1] - led.q[0])[:n] / units_of(led.bodies.machine)
     change[2::3] -= TURN * np.round(change[2::3] / TURN)

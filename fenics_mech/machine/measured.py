@@ -22,26 +22,14 @@ def _in_triangle(n: int) -> Index:
 
 @dataclass(frozen=True)
 class Measured:
-    """Measures of the elements of a term.
+    """Measures of the elements of a term."""
 
-    Parameters
-    ----------
-    x, rate
-        Measures and their rates ``(instants, elements, measures)``.
-    gradient, hessian
-        By the way between both poses and both chart vectors: ``(..., variables)``, and the lower triangle.
-    ways
-        Rates of these variables, ``(instants, elements, variables)``.
-    response
-        The stresses.
-    """
-
-    x: Array
+    x: Array  # measures and their rates (instants, elements, measures)
     rate: Array
-    gradient: Array
+    gradient: Array  # by the way between both poses and both chart vectors: (..., variables), and the lower triangle
     hessian: Array
-    ways: Array
-    response: Response
+    ways: Array  # rates of these variables, (instants, elements, variables)
+    response: Response  # the stresses
 
     def with_response(self, response: Response) -> Measured:
         """Give the same measures with other stresses."""

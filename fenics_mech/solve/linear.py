@@ -122,10 +122,9 @@ class StaticIteration:
         return bool(stiffness_along(self.machine.pattern.dense(self.values[0]), self.free)[0].min() > HELD)
 
     def _relieved(self, held: Evaluation) -> tuple[Array, Array]:
-        """Give a step and accelerations ``(instants, size)``, where the machine accelerates in its free motions.
-
-        These are made anew at each step by inverse iteration, as what the joints let move turns with the coordinates.
-        """
+        """Give a step and accelerations ``(instants, size)``, where the machine accelerates in its free motions."""
+        # These are made anew at each step by inverse iteration, as what the joints let move turns with the
+        # coordinates.
         machine, n, size = self.machine, self.machine.n, self.machine.size
         assert self.free is not None
         count, none = self.free.shape[1], [0 * stress for stress in self.stresses or ()]
@@ -189,10 +188,8 @@ class StaticIteration:
 
     @property
     def yielding(self) -> Array:
-        """Independent ways in which every answer gives way to a push, ``(instants,)``: none, where it is stable.
-
-        A stiffness that is positive along the rows has as many negative eigenvalues with them as there are rows.
-        """
+        """Independent ways in which every answer gives way to a push, ``(instants,)``: none, where it is stable."""
+        # A stiffness that is positive along the rows has as many negative eigenvalues with them as there are rows.
         machine, found = self.machine, []
         for value in self.values:
             matrix, held = machine.pattern.matrix(value).toarray(), machine.held
@@ -211,15 +208,8 @@ class StaticIteration:
 
 
 def stiffness_along(K: Array, motions: Array) -> tuple[Array, Array]:
-    """Give the stiffness along motions, as a share of that of what they move, and the motions that have it.
-
-    Parameters
-    ----------
-    K
-        Stiffness with the rows ``(size, size)``.
-    motions
-        ``(size, motions)``.
-    """
+    """Give the stiffness along motions, as a share of that of what they move, and the motions that have it."""
+    # K (size, size); motions (size, motions)
     held, size = motions.T @ K @ motions, np.abs(motions).T @ np.abs(K) @ np.abs(motions)
     units = 1 / np.sqrt(np.maximum(np.diag(size), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh((held + held.T) / 2 * units * units[:, None])

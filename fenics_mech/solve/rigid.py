@@ -95,17 +95,7 @@ def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
 
 
 def enough(chart: Fourier, machine: Machine, least: int) -> bool:
-    """Say whether a rigid motion has enough positions, or as many as are taken at most.
-
-    Parameters
-    ----------
-    chart
-        The rigid motion.
-    machine
-        Its machine.
-    least
-        Positions that the laws of its drives need.
-    """
+    """Say whether a rigid motion has enough positions, or as many as are taken at most."""
     size = np.abs(np.fft.rfft(chart.r, axis=0)) / len(chart.r)
     highest = size[-len(size) // 4 :].max()  # of any place (m), in the highest quarter of those that are kept
     return len(chart.r) >= least and (len(chart.r) >= MOST or bool(highest <= LEFT_OUT * machine.extent))

@@ -110,22 +110,13 @@ class Term:
         return [self.measures] * len(self.pairs)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give the stresses at some instants.
-
-        Parameters
-        ----------
-        t
-            Instants ``(instants,)`` (s).
-        x, v
-            Measures and their rates, ``(instants, elements, measures)``.
-        """
+        """Give the stresses at some instants."""
+        # x, v (instants, elements, measures)
         raise NotImplementedError
 
     def stiffening(self, present: Array, static: Array | None) -> Array:
-        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's.
-
-        Without a static answer no axial forces act.
-        """
+        """Give what counts in the geometric stiffness of a linear theory, of present stresses and a static answer's."""
+        # Without a static answer no axial forces act.
         return present
 
     def near(self, t: Array) -> Array | None:
