@@ -35,7 +35,7 @@ from fenics_mech.classical.strains import deflection, end_forces, section_forces
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.geometry import End
-from fenics_mech.kinematics import refuse_unresolved
+from fenics_mech.machine.corners import refuse_unresolved
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.joint_forces import Reactions

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech._arrays import Array, Index
+from fenics_mech._arrays import Array, Index, solved
 from fenics_mech._constants import TURN
 from fenics_mech.joints import Row
 from fenics_mech.machine.machine import Machine
@@ -56,17 +56,24 @@ def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Arra
     by = (row >= n) & (column < n)
     derivatives = np.zeros((len(q), machine.size - n, n))
     derivatives[:, row[by] - n, column[by]] = found.K[:, by]
-    sizes = _sizes(machine, t)
-    return found.force[:, n:] / sizes, derivatives * units_of(machine) / sizes[..., None]
+    sizes = _sizes(machine)
+    return found.force[:, n:] / sizes, derivatives * units_of(machine) / sizes[:, None]
 
 
-def _sizes(machine: Machine, t: Array) -> Array:
-    """Give the size of every row, by which it is without units ``(instants, rows)``."""
-    sizes = np.full((len(t), machine.size - machine.n), machine.arm)
-    for k, one in enumerate(machine.rows):
-        if one.measure.look in {Look.ALIGNED, Look.ANGLE}:
-            sizes[:, k] = 1 + np.abs(_value(one, t))  # angles of many turns have fewer digits
+def _sizes(machine: Machine) -> Array:
+    """Give the size of every row, by which it is without units ``(rows,)``."""
+    sizes = np.full(machine.size - machine.n, machine.arm)
+    sizes[[k for k, row in enumerate(machine.rows) if row.measure.look in {Look.ALIGNED, Look.ANGLE}]] = 1.0
     return sizes
+
+
+def judged(machine: Machine, t: Array, missed: Array) -> Array:
+    """Give what rows miss without units, over how exactly they can be met: angles of many turns have fewer digits."""
+    found = missed.copy()
+    for k, row in enumerate(machine.rows):
+        if row.measure.look in {Look.ALIGNED, Look.ANGLE}:
+            found[:, k] /= 1 + np.abs(_value(row, t))
+    return found
 
 
 def _value(row: Row, t: Array) -> Array:
@@ -89,7 +96,7 @@ def closed(
     going = np.arange(len(q))
     for step in range(most + 1):
         missed, J = left_open(machine, t[going], q[going])
-        gaps[going] = np.abs(missed[:, rows]).max(axis=1, initial=0.0)
+        gaps[going] = np.abs(judged(machine, t[going], missed)[:, rows]).max(axis=1, initial=0.0)
         kept = gaps[going] > CLOSED
         going = going[kept]
         if step == most or not len(going):
@@ -106,20 +113,21 @@ def rates_of(
 ) -> tuple[Array, Array]:
     """Give rates and accelerations of bodies that meet all rows, by those that the rows demand."""
     # t, q (instants, size) (s); first, second (instants, rows)
-    n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine, t)
+    n, zero, sizes = machine.n, np.zeros_like(q), _sizes(machine)
     J = left_open(machine, t, q)[1] if J is None else J
-    back = np.linalg.inv(J) if J.shape[1] == J.shape[2] else np.linalg.pinv(J, SMALLEST)
 
-    def solved(demanded: Array) -> Array:
-        found = zero.copy()
-        found[:, :n] = (back @ (demanded / sizes)[..., None])[..., 0] * units_of(machine)
+    def moved(demanded: Array) -> Array:
+        found, right = zero.copy(), demanded / sizes
+        square = J.shape[1] == J.shape[2]
+        rates = solved(J, right) if square else (np.linalg.pinv(J, SMALLEST) @ right[..., None])[..., 0]
+        found[:, :n] = rates * units_of(machine)
         return found
 
-    v = solved(first)
+    v = moved(first)
     values = np.stack([_value(row, t) for row in machine.rows], axis=1)[..., None]
     measured = machine.row_group.measure(machine.moved(t, q, v, zero), values)
     of_rates = np.einsum("temn,ten->te", measured.rate_by_variables, measured.ways)
-    return v, solved(second - of_rates)
+    return v, moved(second - of_rates)
 
 
 def led(machine: Machine, q: Array, instants: Array) -> tuple[Array, np.ndarray]:

@@ -74,8 +74,7 @@ def coordinates_of_bodies(made: SceneMachine, near: Array) -> Array:
 
 def near_motion(made: SceneMachine, links: Array) -> Array:
     """Give the coordinates of the links as bodies by places (m) and angles (rad) of all ``(instants, 3 links)``."""
-    bodies = made.bodies
-    return np.asarray(links - np.column_stack([np.array(bodies.machine.r)[1:], bodies.angles]).ravel())
+    return np.asarray(links - made.bodies.drawn)
 
 
 def driven(made: SceneMachine, t: Array) -> Places:

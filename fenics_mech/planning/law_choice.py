@@ -20,7 +20,7 @@ from fenics_mech.errors import MechanismError
 from fenics_mech.joints.dry_friction import DryFriction, coefficient
 from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.link_states import LinkStates
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.scene import Clearance, Friction, GuideClearance, Scene
 
 logger = logging.getLogger(__name__)

@@ -11,7 +11,8 @@ from fenics_mech import analyse
 from fenics_mech._petsc import PETSc, configured
 from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
-from fenics_mech.kinematics import assembly, solve_motion
+from fenics_mech.machine import led_from_scene
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene, load
 from tests.common import DEMOS
 
@@ -93,7 +94,7 @@ class Pressed:
 
 
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):
-    monkeypatch.setattr(assembly, "ASSEMBLY", assembly.AssemblyLimits(most_steps=200))  # of 10,000, which take a minute
+    monkeypatch.setattr(led_from_scene, "MOST", 200)  # of 10,000, which take a minute
     data = tomllib.loads((DEMOS / "manipulator.toml").read_text())
     data["drive"][0]["law"] = {"kind": "expression", "formula": "0.5*sin(100*theta)"}
     with pytest.raises(AssemblyError, match=r"after 200 steps the drive is at .* link upper_arm turns fastest"):

@@ -15,7 +15,8 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.kinematics import Motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Revolute, Scene
 from fenics_mech.scene.base import check_known
 from fenics_mech.studies.synthesis.inertia_forces import LinkInertia, Shaking, bar_inertia, link_inertias, shaking

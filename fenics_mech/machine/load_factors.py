@@ -6,7 +6,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.joints.link_states import LinkStates, quarter
-from fenics_mech.kinematics.motion import Motion, coordinates
+from fenics_mech.kinematics import Motion, coordinates
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.applied_loads import Varying
 from fenics_mech.scene.state_factors import StateFactor
