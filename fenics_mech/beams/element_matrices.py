@@ -1,4 +1,4 @@
-"""Stiffness, mass and gyroscopic matrices of all links in their own axes: they do not depend on the crank angle."""
+"""Stiffness and mass matrices of all links in their own axes: they do not depend on the crank angle."""
 
 from __future__ import annotations
 
@@ -13,23 +13,19 @@ import scipy.sparse as sp
 
 from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, Index, each
-from fenics_mech.beams.attachment import QUARTER
 from fenics_mech.beams.distributions import Distribution, along_elements
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.beams.forms import (
     axial,
     bending,
     bowing,
-    gyroscopic,
     mass,
-    offset_gyroscopic,
     offset_mass,
     rotary,
     shear,
 )
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
-from fenics_mech.beams.nonlinear_stretching import Stretching
 from fenics_mech.beams.offset_pins import Offsets
 from fenics_mech.scene import Link, PointMass, RigidBody, Scene
 
@@ -100,11 +96,6 @@ class Beams:
         """Matrix m of all links with the point masses."""
         return self._with_bodies(self._broken_mass, lambda body: np.diag([body.mass, body.mass, body.inertia]))
 
-    @cached_property
-    def gyroscopic(self) -> sp.csr_matrix:
-        """Matrix s of all links with the point masses."""
-        return self._with_bodies(self._broken_gyroscopic, lambda body: body.mass * QUARTER)
-
     def _with_bodies(
         self, broken: sp.csr_matrix | None, block: Callable[[RigidBody | PointMass], Array]
     ) -> sp.csr_matrix:
@@ -165,15 +156,6 @@ class Beams:
     @cached_property
     def _broken_rotary(self) -> sp.csr_matrix | None:
         return None if self.inertia.rotary is None else self._assembled({rotary: self.inertia.rotary})
-
-    @cached_property
-    def stretching(self) -> Stretching:
-        """What tension and bending do to each other in every element, assembled when first asked for."""
-        return self.layout.once("stretching", lambda: Stretching.of(self.layout))
-
-    @cached_property
-    def _broken_gyroscopic(self) -> sp.csr_matrix:
-        return self._assembled({gyroscopic: self.inertia.density, offset_gyroscopic: self._moment_beside})
 
     @property
     def _moment_beside(self) -> Distribution | None:

@@ -20,7 +20,7 @@ from fenics_mech.beams.element_dofs import element_dofs, member_rotation
 from fenics_mech.beams.made_once import MadeOnce
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets
-from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate, moments_at_ends, work_equivalent
+from fenics_mech.beams.shapes import AXIAL, CUBIC, LINEAR, NORMAL, evaluate
 
 
 @dataclass(frozen=True)
@@ -69,11 +69,6 @@ class Layout(MadeOnce):
         blocks = np.asarray(broken[rows.ravel(), columns.ravel()]).reshape(rows.shape)
         return np.einsum("eai,eab,ebj->eij", hermite, blocks, hermite)
 
-    def vector_of_elements(self, form: Any) -> Array:
-        """Assemble a linear form: its parts in the nodal dofs and member axes of each element, ``(elements, 6)``."""
-        dofs, hermite = self._hermite
-        return np.einsum("eai,ea->ei", hermite, _fenicsx.assemble_vector(form)[dofs])
-
     @property
     def tied(self) -> bool:
         """Whether nodal dofs are not those of Hermite's functions."""
@@ -89,19 +84,6 @@ class Layout(MadeOnce):
             tie[:, NORMAL[1::2], 1:3] += self.shear_angle[:, None, :2]
             tie[:, NORMAL[1::2], 4:] += self.shear_angle[:, None, 2:]
         return tie
-
-    def work_equivalent(self, line: Array) -> Array:
-        """Forces at the elements' nodes that do the work of spread loads, see `shapes.work_equivalent`."""
-        # line (angles, elements, 4) (N/m)
-        forces = work_equivalent(line, self.mesh.cell_length)
-        if self.offsets is None:
-            return forces if self.shear_angle is None else np.einsum("eji,tej->tei", self.tie, forces)
-        moments = self.offsets.neutral[:, None] * line[..., :2]  # per length, of forces beside the neutral line
-        forces += moments_at_ends(moments, self.mesh.cell_length)
-        forces = np.einsum("eji,tej->tei", self.tie, forces)
-        if self.shear_angle is not None:  # they turn the sections, and not the axis
-            forces[..., NORMAL] -= (moments.mean(axis=-1) * self.mesh.cell_length)[..., None] * self.shear_angle
-        return forces
 
     @cached_property
     def _hermite(self) -> tuple[Index, Array]:
@@ -124,11 +106,6 @@ class Layout(MadeOnce):
         angle[:, 0, NORMAL] = self.shear_angle
         dofs = np.concatenate([dofs, _fenicsx.cell_dofs(self.space, 2)[0][mesh.cell]], axis=1)
         return dofs, np.concatenate([values @ self.tie, angle], axis=1)
-
-    @property
-    def broken_deflection(self) -> Array:
-        """Broken dofs of the deflection by the nodal dofs of each element, in member axes, ``(elements, 4, 6)``."""
-        return self._hermite[1][:, 2:6]
 
     @cached_property
     def embedding(self) -> sp.csr_matrix:

@@ -59,22 +59,3 @@ def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
     """Deflection at x of the unit element clamped at 0, and held at 1 at a displacement and a section's rotation."""
     angle = 12 * number / (1 + 12 * number) * (value - slope / 2)  # of shear, as in beams.timoshenko
     return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
-
-
-def work_equivalent(line: Array, length: Array) -> Array:
-    """Forces at the nodes of elements that do the same work as loads spread linearly along them."""
-    # line (angles, elements, 4) (N/m); length (elements,) (m)
-    forces = np.zeros((*line.shape[:2], 6))
-    forces[..., AXIAL] = line[..., :2] @ ALONG.T
-    forces[..., NORMAL] = line[..., 2:] @ ACROSS.T
-    forces[..., [2, 5]] *= length[:, None]
-    return forces * length[:, None]
-
-
-def moments_at_ends(moments: Array, length: Array) -> Array:
-    """Do as `work_equivalent` for moments spread linearly along elements (N m/m), ``(angles, elements, 2)``."""
-    # length (elements,) (m)
-    forces = np.zeros((*moments.shape[:2], 6))
-    forces[..., NORMAL] = moments @ SLOPES_ACROSS.T
-    forces[..., [2, 5]] *= length[:, None]
-    return forces

@@ -7,16 +7,16 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import SuperLU, splu
 
 from fenics_mech._arrays import Array, Index
 from fenics_mech._petsc import PETSc, to_petsc
-from fenics_mech._sparse.pattern import Pattern
-from fenics_mech._sparse.stack import Stack
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import JointRows, own_coordinates, turns
 from fenics_mech.errors import AssemblyError
 from fenics_mech.kinematics import Motion as LinkMotion
+from fenics_mech.machine import Pattern
 from fenics_mech.machine.from_scene import SceneMachine
 
 IMAGINARY = 1e-30  # step of derivatives by complex numbers, which lose no digits
@@ -193,6 +193,34 @@ def _chosen(mesh: BeamMesh, columns: Index, rows: Array) -> Index:
 
 
 @dataclass(frozen=True)
+class Stack:
+    """Symmetric matrices of one pattern, one at each position."""
+
+    pattern: Pattern
+    values: Array  # (positions, entries)
+
+    def __getitem__(self, positions: slice) -> Stack:
+        """Give the matrices at some of the positions."""
+        return Stack(self.pattern, self.values[positions])
+
+    def at(self, position: int) -> sp.csr_matrix:
+        """Give the matrix at one position."""
+        return self.pattern.matrix(self.values[position])
+
+    def times(self, vectors: Array) -> Array:
+        """Give the products with vectors, ``(positions, ..., size)``."""
+        return np.array([(self.at(k) @ of_one.T).T for k, of_one in enumerate(vectors)])
+
+    def solve(self, right: Array) -> Array:
+        """Solve for right-hand sides ``(positions, size)``."""
+        return np.array([_factors(self.at(k)).solve(of_one) for k, of_one in enumerate(right)])
+
+
+def _factors(matrix: sp.csr_matrix) -> SuperLU:
+    return splu(matrix.tocsc(), "MMD_AT_PLUS_A", 0.0, options={"SymmetricMode": True})
+
+
+@dataclass(frozen=True)
 class Mechanism:
     """The mechanism at some positions."""
 
@@ -210,6 +238,10 @@ class Mechanism:
     def part(self, which: slice) -> Mechanism:
         """Give it at some of the positions."""
         return Mechanism(self.P.part(which), self.mass[which], self.stiffness[which])
+
+    def slower(self, k: int, omega: float) -> int:
+        """Count the modes at a position below a frequency (rad/s), by negative pivots: Sylvester's law of inertia."""
+        return int((_factors(self.stiffness.at(k) - omega**2 * self.mass.at(k)).U.diagonal() < 0).sum())
 
     def strain_by_turning(self, shapes: Array, displacements: Array) -> Array:
         """Give the work of stress in shapes on strain rates of turning ``(positions, shapes, displacements)``."""
@@ -237,12 +269,8 @@ def _joined(P: Transformation, matrix: sp.csr_matrix) -> Stack:
         joined.assemble()
         found = given.ptap(joined, result=found)
         values.append(found.getValuesCSR()[2])
-    size = len(P.kept)
     assert found is not None
-    indptr, indices = (part.astype(np.int64) for part in found.getValuesCSR()[:2])
-    made = Pattern.of(size, np.repeat(np.arange(size), np.diff(indptr)), indices)
-    entries = np.zeros((len(values), len(made.rows)))
-    entries[:, made.places(np.repeat(np.arange(size), np.diff(indptr)), indices)] = values
+    pattern_found = Pattern(len(P.kept), *(part.copy() for part in found.getValuesCSR()[:2]))
     for thing in (given, joined, found):
         thing.destroy()  # Python by itself does not
-    return Stack(made, entries)
+    return Stack(pattern_found, np.array(values))

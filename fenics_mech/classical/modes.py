@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -63,7 +64,7 @@ class Modes:
 
 def slowest(mechanism: Mechanism, count: int, options: Mapping[str, Any]) -> Modes:
     """Find the slowest modes at all positions, and follow them."""
-    size = mechanism.stiffness.size
+    size = len(mechanism.P.kept)
     few = 2 * count + SPARE < size
     omega, shapes = _found(
         mechanism, count, (SLOWEST_MODES | {"eps_ncv": 2 * count + SPARE}) if few else WHOLE_SPECTRUM, options
@@ -79,7 +80,7 @@ def _found(
     mechanism: Mechanism, count: int, defaults: Mapping[str, Any], options: Mapping[str, Any]
 ) -> tuple[Array, Array]:
     """Frequencies and shapes of the slowest modes, by one solver for all positions."""
-    positions, size = len(mechanism.P.t), mechanism.stiffness.size
+    positions, size = len(mechanism.P.t), len(mechanism.P.kept)
     omega, shapes = np.empty((positions, count)), np.empty((positions, count, size))
     eps = SLEPc.EPS().create(comm=PETSc.COMM_SELF)
     eps.setProblemType(SLEPc.EPS.ProblemType.GHEP)
@@ -117,8 +118,7 @@ def _misses_one(mechanism: Mechanism, omega: Array) -> bool:
     close[0] = True
     for k in np.flatnonzero(close):
         bound = float(squares[k, -1]) * (1 - EQUAL)
-        pivots = (mechanism.stiffness[k : k + 1] + mechanism.mass[k : k + 1] * -bound).factors.pivots
-        if (pivots < 0).sum() > (squares[k] < bound).sum():
+        if mechanism.slower(k, math.sqrt(bound)) > (squares[k] < bound).sum():
             return True
     return False
 

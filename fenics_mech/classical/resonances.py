@@ -145,8 +145,7 @@ def missed_vibrations(by: SubIntervals) -> tuple[Vibration, Vibration]:
 
 def slower_than(mechanism: Mechanism, omega: float) -> int:
     """Count the modes that are slower somewhere than an angular frequency (rad/s), by Sylvester's law of inertia."""
-    pivots = (mechanism.stiffness + mechanism.mass * -float(omega**2)).factors.pivots
-    return int((pivots < 0).sum(axis=1).max())
+    return max(mechanism.slower(k, omega) for k in range(len(mechanism.P.t)))
 
 
 def frequency_error(mechanism: Mechanism, modes: Modes) -> Array:

@@ -9,7 +9,6 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech._petsc import PETSc, configured
-from fenics_mech._sparse import Stack
 from fenics_mech.errors import AssemblyError, SceneError, SolverError
 from fenics_mech.machine import led_from_scene
 from fenics_mech.machine.linkage import solve_motion
@@ -80,17 +79,6 @@ def test_a_spring_that_makes_the_straight_mechanism_unstable_bends_it():
     data = analyse(Scene.read(manipulator() | {"springs": {"s": spring}})).data
     assert float(data["rotation"].max()) > 1.0
     assert float(data["relative_error"].max()) < 0.01
-
-
-class Pressed:
-    """An equation whose straight links have the stiffness ``K + tension G``."""
-
-    def __init__(self, stiffness, geometric):
-        self.parts, self.system = (stiffness, geometric), None
-
-    def straight(self, tension):
-        stiffness, geometric = self.parts
-        return type("Tangents", (), {"stiffness": Stack.of_full(stiffness + tension[:, :1, None] * geometric)})
 
 
 def test_a_law_that_changes_too_often_is_refused(monkeypatch):
