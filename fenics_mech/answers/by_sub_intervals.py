@@ -26,7 +26,7 @@ from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
-from fenics_mech.classical.known import lacking
+from fenics_mech.classical.known import unknown_part
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonances import Vibration, frequency_error, missed_vibrations, slower_than
@@ -88,7 +88,7 @@ def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Resu
     """
     if scene.effects == "auto":
         scene = scene.changed(effects=())  # it has no others
-    if place := lacking(scene):
+    if place := unknown_part(scene):
         raise SceneError(
             "solver = 'sub-intervals' knows driven links of uniform symmetric sections on pins, welds and guides, "
             "their inertia and weight, loads at points, and damping ratios of modes",

@@ -11,7 +11,7 @@ from fenics_mech.scene.applied_loads import Load
 KNOWN = {"damping", "gravity", "loads", "vibration"}  # effects that the method has
 
 
-def lacking(scene: Scene) -> str | None:
+def unknown_part(scene: Scene) -> str | None:
     """Name what a scene states that (5.1) with modal damping does not know; None where it knows all."""
     damping, analysis = scene.damping, scene.analysis
     there = {
@@ -40,4 +40,4 @@ def has_modes(scene: Scene) -> bool:
     asked, method = scene.analysis.solver, scene.analysis.method
     if asked == "sub-intervals":
         return method in ("periodic", "transient")
-    return asked == "auto" and method == "periodic" and scene.effects != "auto" and lacking(scene) is None
+    return asked == "auto" and method == "periodic" and scene.effects != "auto" and unknown_part(scene) is None

@@ -109,8 +109,8 @@ class LawTerm(Term):
         several = [(y + by.reshape(-1, 1, k, m)).reshape(-1, k, m) for y, by in ((x, steps), (v, rates))]
         values = self.exerted(np.tile(t, len(steps)), *several).reshape(len(steps), T, n)
         ahead, back, faster, slower = np.moveaxis(values[1:].reshape(4, n, T, n), 1, -1)
-        across = -np.stack([(ahead - back) / (2 * PLACE), (faster - slower) / (2 * RATE)])[:, :, None]
-        return Response(-values[0].reshape(x.shape), across=across)
+        by_place, by_rate = (back - ahead) / (2 * PLACE), (slower - faster) / (2 * RATE)
+        return Response(-values[0].reshape(x.shape), by_place[:, None], by_rate[:, None])
 
 
 def links_of(x: Array, v: Array) -> LinkStates:

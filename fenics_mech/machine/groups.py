@@ -144,21 +144,27 @@ class Group:
         """Add forces and tangents of all elements."""
         T, E, m = found.x.shape
         response, F, K = found.response, target[0], target[3]
-        D = np.zeros((T, E, m, m)) if response.by_measure is None else response.by_measure
-        given = (response.stress, response.stress if predicted is None else predicted, D, response.by_rate, found.ways)
+        D, by_rate = response.by_measure, response.by_rate
+        if together := D is not None and D.shape[-1] != m:
+            D = by_rate = None
+        D = np.zeros((T, E, m, m)) if D is None else D
+        given = (response.stress, response.stress if predicted is None else predicted, D, by_rate, found.ways)
         arrays = [None if x is None else np.ascontiguousarray(x) for x in given]
         call(
             f"spread_{self.kernels}", T, E, m, found.gradient, found.hessian, *arrays,
             self.dof, self.entries(pattern), int(tangents), F.shape[1], K.shape[1], *target,
         )  # fmt: skip
-        if tangents and response.across is not None:
-            self._spread_across(found, response.across, pattern, target)
+        if tangents and together:
+            self._spread_together(found, pattern, target)
 
-    def _spread_across(self, found: Measured, across: Array, pattern: Pattern, target: Target) -> None:
+    def _spread_together(self, found: Measured, pattern: Pattern, target: Target) -> None:
         """Add the tangents of elements that respond together: K += G'(D G + B G'), C += G' B G, with rates G' of G."""
         T, (sets, n) = len(found.x), self.block.shape
         one, rate = (self.on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
-        forces = np.einsum("tsia,dtsij->dtsaj", one, across)
+        by_measure, by_rate = found.response.by_measure, found.response.by_rate
+        assert by_measure is not None
+        assert by_rate is not None
+        forces = [np.einsum("tsia,tsij->tsaj", one, x) for x in (by_measure, by_rate)]
         by_q, by_v = forces[0] @ one + forces[1] @ rate, forces[1] @ one
         entries = pattern.at(self.block, self.block).ravel()
         there = np.flatnonzero(entries >= 0)
@@ -180,7 +186,7 @@ class Group:
     def add_modes(self, found: Measured, sizes: Array, numbers: Places, pattern: Pattern, target: Target) -> None:
         """Add the conditions of the modes of stress, E . rates less their sizes, with all tangents."""
         # Sizes are (instants, modes), and their numbers among the unknowns (modes,).
-        E = found.response.modes
+        E = found.modes
         assert E is not None
         F, M, C, K = target
         F[:, numbers] += np.einsum("temk,tem->tk", E, found.rate) - sizes

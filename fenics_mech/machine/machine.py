@@ -398,14 +398,15 @@ class Machine:
             pulls = (a[:, rows], None if predicted is None else predicted[k]) if term.rows else ()
             response = term.respond(t, found.x, found.rate, *pulls)
             own = self.mode_numbers[k]
-            if response.modes is not None:
-                sizes = np.einsum("temk,tem->tk", response.modes, found.rate) if known else a[:, own]
-                response = response.under(sizes)
-            found = found.with_response(response if isinstance(term, Beams) else response.times(loads))
+            if (modes := term.patterns(t)) is not None:
+                sizes = np.einsum("temk,tem->tk", modes, found.rate) if known else a[:, own]
+                response = replace(response, stress=response.stress + np.einsum("temk,tk->tem", modes, sizes))
+            response = response if isinstance(term, Beams) else response.times(loads)
+            found = replace(found, response=response, modes=modes)
             group.spread(found, None if predicted is None else predicted[k], self.pattern, tangents, target)
             if tangents and found.response.by_pulls is not None:
                 group.add_pulls(found, found.response.by_pulls, rows, self.pattern, M)
-            if response.modes is not None:
+            if modes is not None:
                 group.add_modes(found, sizes, own, self.pattern, target)
             measured.append(found)
         if self.rows:

@@ -30,6 +30,7 @@ class Measured:
     hessian: Array
     ways: Array  # rates of these variables, (instants, elements, variables)
     response: Response  # the stresses
+    modes: Array | None = None  # patterns of stress of the term, as of `Term.patterns`
 
     def with_response(self, response: Response) -> Measured:
         """Give the same measures with other stresses."""
@@ -50,20 +51,15 @@ class Measured:
         """Give the stresses after a change of the variables, their rates, the modes and multipliers, to first order."""
         stress = self.response.stress.copy()
         x = np.einsum("temn,ten->tem", self.gradient, change)
-        if self.response.by_measure is not None:
-            stress += np.einsum("temk,tek->tem", self.response.by_measure, x)
+        rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
         if self.response.by_rate is not None:
-            rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
             rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
-            stress += np.einsum("temk,tek->tem", self.response.by_rate, rate)
-        if self.response.across is not None:
-            rate = np.einsum("temn,ten->tem", self.gradient, change_of_ways)
-            rate += np.einsum("temn,ten->tem", self.rate_by_variables, change)
-            by_set = (y.reshape(*self.response.across.shape[1:3], -1) for y in (x, rate))
-            for derivative, y in zip(self.response.across, by_set):
-                stress += np.einsum("tsij,tsj->tsi", derivative, y).reshape(stress.shape)
-        if self.response.modes is not None:
-            stress += np.einsum("temk,tk->tem", self.response.modes, change_of_modes)
+        for derivative, y in ((self.response.by_measure, x), (self.response.by_rate, rate)):
+            if derivative is not None:
+                of_sets = y.reshape(*derivative.shape[:2], -1)
+                stress += np.einsum("tsij,tsj->tsi", derivative, of_sets).reshape(stress.shape)
+        if self.modes is not None:
+            stress += np.einsum("temk,tk->tem", self.modes, change_of_modes)
         if self.response.by_pulls is not None:
             stress += np.einsum("temr,tr->tem", self.response.by_pulls, change_of_pulls)
         return stress

@@ -36,9 +36,8 @@ def without_modes(
     zero, kept, force = np.zeros_like(found.M), [], np.zeros_like(found.force)
     for term, group, here in zip(machine.terms, machine.groups, found.terms):
         response, damped = here.response, np.zeros_like(here.response.stress)
-        if response.modes is not None:
-            sizes = np.einsum("temk,tem->tk", response.modes, here.rate)
-            damped = np.einsum("temk,tk->tem", response.modes, sizes)
+        if here.modes is not None:
+            damped = np.einsum("temk,tk->tem", here.modes, np.einsum("temk,tem->tk", here.modes, here.rate))
         if material and isinstance(term, Beams):
             damped = damped + np.einsum("eij,tej->tei", term.stiffness, term.damping[:, None] * here.rate)
         if damped.any():

@@ -171,7 +171,7 @@ class AlongBeams(Term):
         across[0] -= spread(found.by_place, N)
         across[0] -= spread(found.by_tangent, slopes)
         across[1] -= spread(found.by_velocity, N)
-        return Response(stress.reshape(x.shape), across=across.reshape(2, len(t), sets, 2 * k, 2 * k))
+        return Response(stress.reshape(x.shape), *across.reshape(2, len(t), sets, 2 * k, 2 * k))
 
     def _of_places(self, shapes: Array) -> Array:
         """Give the weights of places ``(elements, points, places)`` by those of the vectors ``(points, vectors)``."""

@@ -145,7 +145,7 @@ class Beams(Term):
         return np.array([[e.length, *e.arch.ravel()] for e in self.elements]).reshape(len(self.elements), -1)
 
     def respond(self, t: Array, x: Array, v: Array) -> Response:
-        """Give D (strain + tau strain rate), stresses by twist inside elements, which is not damped, and of modes."""
+        """Give D (strain + tau strain rate), stresses by twist inside elements, which is not damped."""
         tau = self.damping[:, None]
         stress = np.einsum("eij,tej->tei", self.stiffness, x + tau * v)
         shape = (len(t), *self.stiffness.shape)
@@ -153,7 +153,11 @@ class Beams(Term):
         if self.damping.any():
             by_rate = np.ascontiguousarray(np.broadcast_to(tau[..., None] * self.stiffness, shape))
         self.twisting.add_to(x, stress, by_strain)
-        return Response(stress, by_strain, by_rate, None if self.modal is None else self.modal.at(t))
+        return Response(stress, by_strain, by_rate)
+
+    def patterns(self, t: Array) -> Array | None:
+        """Give the patterns of damped modes."""
+        return None if self.modal is None else self.modal.at(t)
 
     def stiffening(self, present: Array, static: Array | None) -> Array:
         """Give the axial forces of the static answer."""
