@@ -15,15 +15,7 @@ from fenics_mech import _fenicsx
 from fenics_mech._arrays import Array, Index, each
 from fenics_mech.beams.distributions import Distribution, along_elements
 from fenics_mech.beams.element_dofs import in_member_axes
-from fenics_mech.beams.forms import (
-    axial,
-    bending,
-    bowing,
-    mass,
-    offset_mass,
-    rotary,
-    shear,
-)
+from fenics_mech.beams.forms import axial, bending, bowing, mass, offset_mass, rotary, shear
 from fenics_mech.beams.layout import Layout
 from fenics_mech.beams.mesh import BeamMesh
 from fenics_mech.beams.offset_pins import Offsets

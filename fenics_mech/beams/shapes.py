@@ -14,10 +14,6 @@ CUBIC = (  # displacement, rotation times L, of the first node and of the second
     Polynomial([0, 0, 3, -2]),  # (4.9)
     Polynomial([0, 0, -1, 1]),  # (4.10)
 )
-ALONG, ACROSS = (  # integrals of their products with the linear ones
-    np.array([[(f * g).integ()(1.0) for g in LINEAR] for f in functions]) for functions in (LINEAR, CUBIC)
-)
-SLOPES_ACROSS = np.array([[(f.deriv() * g).integ()(1.0) for g in LINEAR] for f in CUBIC])
 AXIAL, NORMAL = [0, 3], [1, 2, 4, 5]  # an element's dofs u, w, phi at both nodes: those along its axis, and across
 
 
@@ -45,17 +41,7 @@ def between_fixed_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
     return integral(functions, xi, 2) - at_end * xi[:, None]
 
 
-def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array, shear_number: Array, order: int = 4) -> Array:
+def between_clamped_ends(functions: tuple[Polynomial, ...], xi: Array) -> Array:
     """Deflections of the unit element with clamped ends under spread loads, ``(places, functions)``."""
-    # shear_number (places,)
-    number = shear_number[:, None]
-    g = number if order == 4 else np.zeros_like(number)
-    value = integral(functions, np.ones(1), order) - g * integral(functions, np.ones(1), 2)
-    slope = integral(functions, np.ones(1), order - 1)
-    return integral(functions, xi, order) - g * integral(functions, xi, 2) - _towards(value, slope, xi[:, None], number)
-
-
-def _towards(value: Array, slope: Array, x: Array, number: Array) -> Array:
-    """Deflection at x of the unit element clamped at 0, and held at 1 at a displacement and a section's rotation."""
-    angle = 12 * number / (1 + 12 * number) * (value - slope / 2)  # of shear, as in beams.timoshenko
-    return angle * (x - 3 * x**2 + 2 * x**3) + (3 * value - slope) * x**2 + (slope - 2 * value) * x**3
+    value, slope, x = *(integral(functions, np.ones(1), order) for order in (4, 3)), xi[:, None]
+    return integral(functions, xi, 4) - (3 * value - slope) * x**2 - (slope - 2 * value) * x**3

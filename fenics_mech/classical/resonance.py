@@ -44,19 +44,18 @@ class CyclicSystem(Protocol):
         # states (steps, state)
 
 
-def magnification(cycle: CyclicSystem, states: Array, unit: Array | float = 1.0) -> float:
+def magnification(cycle: CyclicSystem, states: Array) -> float:
     """How many times a relative error of each step comes out in the states of a cycle, by estimate."""
-    # states (steps, state); unit (state,)
     # The load is an error of each number, in proportion to what adds up to it, with signs by chance. Source: Skeel,
     # J. ACM 26 (1979) 494.
-    if not (size := np.abs(states * unit).max()):
+    if not (size := np.abs(states).max()):
         return 0.0
     signs = np.random.default_rng(0).choice([-1.0, 1.0], states.shape)
     try:
         answer = cycle.roughly(signs * cycle.terms(states) / size)
     except SolverError:
         return np.inf
-    return float(np.abs(answer * unit).max())
+    return float(np.abs(answer).max())
 
 
 @contextmanager

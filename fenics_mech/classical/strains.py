@@ -70,7 +70,7 @@ def deflection(P: Transformation, v: Array, inertia: Array, s: Array) -> Array:
     moved, accelerated = (in_member_axes(mesh, part)[:, element] for part in (v, inertia))
     u, w = moved[..., AXIAL], moved[..., NORMAL] * _of_unit(h)
     along, across = accelerated[..., AXIAL], accelerated[..., NORMAL] * _of_unit(h)
-    bent = _summed(across, between_clamped_ends(CUBIC, xi, np.zeros_like(xi)))
+    bent = _summed(across, between_clamped_ends(CUBIC, xi))
     u_here = _summed(u, evaluate(LINEAR, xi)) + rho * h**2 / ea * _summed(along, between_fixed_ends(LINEAR, xi))
     w_here = _summed(w, evaluate(CUBIC, xi)) - rho * h**4 / ei * bent
     turned = turns(P.motion.angle[:, mesh.member_link] + mesh.member_angle)[:, :, None]

@@ -6,14 +6,10 @@ Source: Armstrong-Helouvry, Dupont and Canudas de Wit, Automatica 30 (1994); Thr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
 from fenics_mech.scene import Friction, Scene
-from fenics_mech.terms.causes import Cause
 
 TOLD = 1e-4  # m: creep in a motion, above which it is told
 
@@ -50,40 +46,6 @@ def _left_out_at_rest(scene: Scene) -> tuple[str, ...]:
         for name, law in scene.joint_laws.items()
         if getattr(law, "friction", 0.0)
     )
-
-
-@dataclass(frozen=True)
-class DryFriction(WithoutContact):
-    """Dry friction at a joint, with its viscous share."""
-
-    joint: JointPlace  # where it acts
-    stated: Friction  # what the scene states
-    cause = Cause.FRICTION
-
-    @property
-    def arm(self) -> float:
-        """Radius at which a pin rubs (m); 1 of a slider."""
-        return 1.0 if self.stated.radius is None else self.stated.radius
-
-    def share(self, state: JointState) -> Array:
-        """Friction on the second body over the joint's force (m of a pin, 1 of a slider), ``(states,)``."""
-        return -self.arm * coefficient(self.stated, self.arm * state.rate - self.stated.belt_speed)
-
-    def scaled_speed(self, state: JointState) -> Array:
-        """Sliding speed over the width, ``(states,)``."""
-        return (self.arm * state.rate - self.stated.belt_speed) / self.stated.width
-
-    def shares(self, state: JointState, held: Array | None) -> tuple[Array, Array]:
-        """Give the share where friction is held, which has its limits, and what its tangent there adds."""
-        if held is None:
-            share = self.share(state)
-            return share, np.zeros_like(share)
-        most = -self.arm * largest(self.stated, self.arm * state.rate - self.stated.belt_speed)
-        return most * np.tanh(held), most * (line(held, self.scaled_speed(state)) - np.tanh(held))
-
-    def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:
-        """Give the viscous share, which needs no force of the joint."""
-        return self.joint.effort(state, -self.stated.viscous * state.rate)
 
 
 def line(held: Array, speed: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Torques and forces at joints that are no freedoms: by formulas, characteristics of motors, laws of other packages."""
+"""Torques and forces at joints by laws of other packages."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 from fenics_mech._arrays import Array
 from fenics_mech.joints.joint_state import JointPlace, JointState, Touching, WithoutContact, Wrench
-from fenics_mech.scene import JointEffort
 from fenics_mech.scene.joint_laws import PluggedEffort
 from fenics_mech.terms.causes import Cause
 
@@ -16,7 +15,7 @@ class GivenEffort(WithoutContact):
     """An effort at a joint."""
 
     joint: JointPlace  # where it acts
-    stated: JointEffort | PluggedEffort  # what the scene states
+    stated: PluggedEffort  # what the scene states
     cause = Cause.EFFORTS
 
     def wrench(self, time: Array, state: JointState, touching: Touching) -> Wrench:

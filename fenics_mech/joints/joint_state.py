@@ -118,12 +118,10 @@ class JointPlace:
 
 @dataclass(frozen=True)
 class Touching:
-    """Which contacts of a law are closed, how fast they closed, and where Newton's method holds its dry friction."""
+    """Which contacts of a law are closed, and how fast they closed."""
 
     closed: NDArray[np.bool_]  # (contacts,)
     speed: Array  # rate of indentation at the beginning of each (m/s or rad/s), (contacts,)
-    # sliding speed over the width at which friction is taken as linear, (states,); None where it is by its law
-    held: Array | None = None
 
     @classmethod
     def open(cls, contacts: int) -> Touching:

@@ -21,18 +21,7 @@ from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load, Varying
 from fenics_mech.scene.joints import Prismatic, Slot
 from fenics_mech.scene.springs_dampers import Hinge, HingeSpring, Line
 from fenics_mech.scene.state_factors import FactorFormula, StateFactor
-from fenics_mech.terms import (
-    AirForce,
-    AlongBeams,
-    Damper,
-    LineForce,
-    Look,
-    Measure,
-    OverState,
-    PointLoad,
-    Spring,
-    Term,
-)
+from fenics_mech.terms import AirForce, AlongBeams, Damper, LineForce, Look, Measure, OverState, PointLoad, Spring, Term
 
 
 class Ends(Protocol):

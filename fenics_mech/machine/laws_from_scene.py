@@ -72,12 +72,7 @@ def add_laws(
 
 
 def _touching(
-    scene: Scene,
-    machine: Machine,
-    end: Callable[..., End],
-    bodies: Bodies,
-    links: LinkMatrices | None,
-    name: str,
+    scene: Scene, machine: Machine, end: Callable[..., End], bodies: Bodies, links: LinkMatrices | None, name: str
 ) -> dict[str, LawTerm]:
     """Give the terms of a law that looks at its bodies: of gears and cams one for each of both joints."""
     law = scene.joint_laws[name]
@@ -102,7 +97,7 @@ def _touching(
 
     pose = np.array([[*machine.drawn(one), angle] for one, angle in zip(ends, angles)])
     start = LinkStates.of(pose.reshape(1, -1), np.zeros((1, pose.size)))
-    laws = laws_of(scene.model_copy(update={"joint_laws": {name: law}}), start, place)
+    laws = laws_of(scene, name, start, place)
     return {f"joint_laws.{key}": LawTerm(key, machine.at_ground(), ends, one, angles) for key, one in laws.items()}
 
 

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.joints.link_states import LinkStates, quarter
+from fenics_mech.joints.joint_state import JointPlace
+from fenics_mech.joints.link_states import LinkStates
 from fenics_mech.kinematics import Motion, coordinates
-from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene import Scene
 from fenics_mech.scene.applied_loads import Varying
 from fenics_mech.scene.state_factors import StateFactor
 
@@ -24,15 +25,8 @@ def load_factor(scene: Scene, load: Varying, theta: Array, time: Array, links: L
 
 def joint_motion(scene: Scene, name: str, links: LinkStates) -> tuple[Array, Array]:
     """Give the angle (rad) or the stroke (m) of a joint of two bodies, and its rate, ``(states,)`` each."""
-    joint, index = scene.joints[name], {"ground": -1} | {link: i for i, link in enumerate(scene.links)}
-    (first, at), (second, to) = ((index[body], point) for body, point in map(scene.point, joint.connect))
-    if not isinstance(joint, Slot | Prismatic):
-        return links.pose[:, second, 2] - links.pose[:, first, 2], links.rate[:, second, 2] - links.rate[:, first, 2]
-    (here, speed), (there, other) = (links.point(b, links.turned(b, p)) for b, p in ((first, at), (second, to)))
-    guide = scene.guide_angle(joint)
-    along, gap = links.turned(first, (np.cos(guide), np.sin(guide))), there - here
-    seen = other - speed - links.rate[:, first, 2:] * quarter(gap)  # by an observer on the first body
-    return np.sum(along * gap, axis=-1), np.sum(along * seen, axis=-1)
+    state = JointPlace.of(scene, name).state(links)
+    return state.place, state.rate
 
 
 def factor_in(scene: Scene, load: Varying, motion: Motion) -> Array:

@@ -22,13 +22,7 @@ SAME = 1e-3  # of eigenvalues and vectors: a double rate of 0 comes out as two t
 
 
 def tangents_at(
-    machine: Machine,
-    q: Array,
-    a: Array,
-    t: float = 0.0,
-    *,
-    moving: bool = True,
-    angles: Sequence[Array] | None = None,
+    machine: Machine, q: Array, a: Array, t: float = 0.0, *, moving: bool = True, angles: Sequence[Array] | None = None
 ) -> tuple[sp.csr_matrix, sp.csr_matrix, sp.csr_matrix]:
     """Give M, C and K of small motions about an equilibrium: M x'' + C x' + K x = 0.
 

@@ -10,8 +10,6 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
 from fenics_mech.machine import Evaluation, Machine
-from fenics_mech.solve.path import Path
-from fenics_mech.solve.periodic import Iteration
 from fenics_mech.solve.sparse import blocks_of, solutions
 from fenics_mech.solve.statics import stiffness
 from fenics_mech.terms import Response
@@ -269,44 +267,3 @@ def axial_forces(machine: Machine, iterate: Iterate) -> list[Array]:
         Where the axial forces are from: the static answer.
     """
     return stiffening_stresses(machine, iterate.found, iterate.stresses)
-
-
-def iterates(
-    machine: Machine,
-    period: float,
-    steps: int = 60,
-    count: int = 2,
-    *,
-    stages: int = 3,
-    stiffening: Sequence[Array] | None = None,
-) -> list[Iterate]:
-    """Give the first steps of Newton's method for the periodic motion, from the rigid motion.
-
-    The first is that of a linear theory, and the change of the next one is its error: told over true it is 0.96 to 1.02
-    where the error is below 30 %.
-
-    Parameters
-    ----------
-    machine
-        The machine; its chart is the rigid motion.
-    period
-        s.
-    steps, stages
-        Of a cycle, and of a step.
-    count
-        Number of iterates.
-    stiffening
-        Stresses of every term at all stages that make the geometric stiffness of the first one; None for those of the
-        rigid motion, in which beams have none.
-
-    Raises
-    ------
-    SolverError
-        When the motion is at an undamped resonance.
-    """
-    iteration, made = Iteration(machine, Path.of_rest(machine, period, steps, stages), stiffening), []
-    for _ in range(count):
-        iteration.step()
-        t = iteration.path.at(iteration.path.tableau.c)[0].ravel()
-        made.append(Iterate(t, iteration.found, iteration.change, iteration.predicted))
-    return made

@@ -7,12 +7,4 @@ from fenics_mech.beams.forms.mass import mass, offset_mass
 from fenics_mech.beams.forms.rotary import rotary
 from fenics_mech.beams.forms.shear_flexibility import shear
 
-__all__ = [
-    "axial",
-    "bending",
-    "bowing",
-    "mass",
-    "offset_mass",
-    "rotary",
-    "shear",
-]
+__all__ = ["axial", "bending", "bowing", "mass", "offset_mass", "rotary", "shear"]
