@@ -16,7 +16,6 @@ import numpy as np
 
 from fenics_mech._arrays import Array, Index, solved
 from fenics_mech._constants import TURN
-from fenics_mech.joints import Row
 from fenics_mech.machine.machine import Machine
 from fenics_mech.terms import Look
 
@@ -63,7 +62,9 @@ def left_open(machine: Machine, t: float | Array, q: Array) -> tuple[Array, Arra
 def _sizes(machine: Machine) -> Array:
     """Give the size of every row, by which it is without units ``(rows,)``."""
     sizes = np.full(machine.size - machine.n, machine.arm)
-    sizes[[k for k, row in enumerate(machine.rows) if row.measure.look in {Look.ALIGNED, Look.ANGLE}]] = 1.0
+    for k, row in enumerate(machine.rows):
+        if row.measure.look in {Look.ALIGNED, Look.ANGLE}:
+            sizes[k] = 1.0
     return sizes
 
 
@@ -72,12 +73,8 @@ def judged(machine: Machine, t: Array, missed: Array) -> Array:
     found = missed.copy()
     for k, row in enumerate(machine.rows):
         if row.measure.look in {Look.ALIGNED, Look.ANGLE}:
-            found[:, k] /= 1 + np.abs(_value(row, t))
+            found[:, k] /= 1 + np.abs(row.at(t))
     return found
-
-
-def _value(row: Row, t: Array) -> Array:
-    return np.asarray(row.value(t) if callable(row.value) else np.full(len(t), row.value))
 
 
 def closed(
@@ -124,7 +121,7 @@ def rates_of(
         return found
 
     v = moved(first)
-    values = np.stack([_value(row, t) for row in machine.rows], axis=1)[..., None]
+    values = np.stack([row.at(t) for row in machine.rows], axis=1)[..., None]
     measured = machine.row_group.measure(machine.moved(t, q, v, zero), values)
     of_rates = np.einsum("temn,ten->te", measured.rate_by_variables, measured.ways)
     return v, moved(second - of_rates)

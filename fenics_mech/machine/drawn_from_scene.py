@@ -72,8 +72,10 @@ class Bodies:
 
     def frames(self) -> dict[str, tuple[Array, Array]]:
         """Give place and axes of every link, and of the ground."""
-        at = zip(self.scene.links, self.links.reshape(-1, 3))
-        return {"ground": (np.zeros(2), np.eye(2))} | {name: (x[:2], PLANE.turn(x[2:])) for name, x in at}
+        poses = self.links.reshape(-1, 3)
+        return {"ground": (np.zeros(2), np.eye(2))} | dict(
+            zip(self.scene.links, zip(poses[:, :2], PLANE.turn(poses[:, 2:])))
+        )
 
     @property
     def at_start(self) -> dict[str, float]:
@@ -130,8 +132,11 @@ def _constant(value: float) -> Law:
 
 def drawn_bodies(scene: Scene, joints: Mapping[str, Joint], freedoms: Collection[str]) -> Bodies:
     """Draw links by their rough angles, as drives and some freedoms lead them, whose joints need not meet."""
-    laws = {drive.joint: law_of(scene, number) for number, drive in enumerate(scene.drives)}
-    laws |= {name: _constant(scene.freedoms[name].start or 0.0) for name in freedoms}
+    laws: dict[str, Law] = {}
+    for number, drive in enumerate(scene.drives):
+        laws[drive.joint] = law_of(scene, number)
+    for name in freedoms:
+        laws[name] = _constant(scene.freedoms[name].start or 0.0)
     angles, stated = _rough_angles(scene, joints, laws)
     machine = _drawn(scene, joints, laws, angles)
     return Bodies(scene, joints, laws, machine, angles, stated, np.zeros(machine.size))
@@ -196,8 +201,13 @@ def _drawn(scene: Scene, joints: Mapping[str, Joint], laws: Mapping[str, Law], a
     }
 
     def ends(joint: Joint) -> list[End]:
-        turn = PLANE.turn(np.array([scene.guide_angle(joint) if isinstance(joint, Slot | Prismatic) else 0.0]))
-        return [End(numbers[body], np.array(point), turn) for body, point in map(scene.point, joint.connect)]
+        turn, found = (
+            PLANE.turn(np.array([scene.guide_angle(joint) if isinstance(joint, Slot | Prismatic) else 0.0])),
+            [],
+        )
+        for body, point in map(scene.point, joint.connect):
+            found.append(End(numbers[body], np.array(point), turn))
+        return found
 
     pairs: list[tuple[str, Joint, End, End]] = []
     for name, joint in sorted(joints.items(), key=lambda item: isinstance(item[1], Slot | Prismatic)):

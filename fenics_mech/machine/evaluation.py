@@ -46,7 +46,7 @@ def linear_forces(base: Evaluation, ahead: Evaluation, behind: Evaluation, share
     terms = []
     for here, one, other in zip(base.terms, ahead.terms, behind.terms):
         stress = here.response.stress + share * (one.response.stress - other.response.stress)
-        terms.append(here.with_response(replace(here.response, stress=stress)))
+        terms.append(replace(here, response=replace(here.response, stress=stress)))
     rates, inert = (
         getattr(base.at, name) + share * (getattr(ahead.at, name) - getattr(behind.at, name))
         for name in ("rates", "inert")

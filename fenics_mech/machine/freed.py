@@ -212,7 +212,7 @@ class Freed:
         """Find the links by the freedoms' rows, their rates and second rates ``(instants, freedoms)`` each."""
         # near (instants, n)
         machine, demanded = self.machine, self.driven(t)
-        given = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in machine.rows]
+        given = [row.at(t) for row in machine.rows]
         value, first, second = np.stack(given, axis=1), demanded.first.copy(), demanded.second.copy()
         value[:, self.own], first[:, self.own], second[:, self.own] = r, v, a
         Q = self._guess(t, r) if near is None else near

@@ -169,15 +169,6 @@ class Machine:
         for name in [*made, "arm", "extent", "_row_at", "_chart_at", "_rest"]:
             self.__dict__.pop(name, None)
 
-    def _check_plan(self) -> None:
-        """Raise where something was appended after the plan was made, which would leave it out."""
-        parts = self.n, len(self.r), len(self.terms), self.size, self.masses.changes
-        if self._planned is not None and self._planned != parts:
-            raise ValueError(
-                "the machine has got terms, rows or masses after it was evaluated. Call forget_plan() first"
-            )
-        self._planned = parts
-
     @cached_property
     def extent(self) -> float:
         """Largest distance of its poses and ends along an axis of the fixed frame (m)."""
@@ -383,7 +374,10 @@ class Machine:
     ) -> Evaluation:
         """Evaluate the equation of motion and the rows of the joints."""
         # angles (instants, elements, measures)
-        self._check_plan()
+        parts = self.n, len(self.r), len(self.terms), self.size, self.masses.changes
+        if self._planned not in (None, parts):  # what was appended after the plan was made would be left out
+            raise ValueError("the machine has got parts after it was evaluated. Call forget_plan() first")
+        self._planned = parts
         g, at = self.geometry, self.moved(t, q, v, a, loads=loads, moving=moving, heavy=heavy)
         if not turning:
             at = replace(at, H=np.zeros_like(at.H))
@@ -422,10 +416,9 @@ class Machine:
     def _add_rows(self, t: Array, at: Moved, a: Array, tangents: bool, target: Target) -> None:
         """Add the forces of the multipliers, and the gaps of the rows."""
         n, end, group = self.n, self.n + len(self.rows), self.row_group
-        values = [row.value(t) if callable(row.value) else np.full(len(t), row.value) for row in self.rows]
-        value = np.stack(values, axis=1)
+        value = np.stack([row.at(t) for row in self.rows], axis=1)
         found = group.measure(at, value[..., None])
-        group.spread(found.with_response(Response(a[:, n:end, None])), None, self.pattern, tangents, target)
+        group.spread(replace(found, response=Response(a[:, n:end, None])), None, self.pattern, tangents, target)
         slack = np.array([row.slack for row in self.rows])
         target[0][:, n:end] = found.x[..., 0] - value - slack * a[:, n:end]
         if tangents:

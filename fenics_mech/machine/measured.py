@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -31,10 +31,6 @@ class Measured:
     ways: Array  # rates of these variables, (instants, elements, variables)
     response: Response  # the stresses
     modes: Array | None = None  # patterns of stress of the term, as of `Term.patterns`
-
-    def with_response(self, response: Response) -> Measured:
-        """Give the same measures with other stresses."""
-        return replace(self, response=response)
 
     @property
     def power(self) -> Array:

@@ -44,7 +44,7 @@ class Motion:
         if self.added is None:
             return found
         stressed = [
-            here.with_response(replace(here.response, stress=here.response.stress + stress))
+            replace(here, response=replace(here.response, stress=here.response.stress + stress))
             for here, stress in zip(found.terms, self.added)
         ]
         return replace(found, terms=stressed)

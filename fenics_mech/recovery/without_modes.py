@@ -41,8 +41,10 @@ def without_modes(
         if material and isinstance(term, Beams):
             damped = damped + np.einsum("eij,tej->tei", term.stiffness, term.damping[:, None] * here.rate)
         if damped.any():
-            group.spread(here.with_response(Response(damped)), None, found.pattern, False, (force, zero, zero, zero))
+            group.spread(
+                replace(here, response=Response(damped)), None, found.pattern, False, (force, zero, zero, zero)
+            )
             response = replace(response, stress=response.stress - damped)
-        kept.append(here.with_response(response))
+        kept.append(replace(here, response=response))
     moved = a + accelerated(machine, found, force)
     return replace(machine.residual(t, q, v, moved, tangents=False, known=True), terms=kept)

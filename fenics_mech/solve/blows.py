@@ -9,7 +9,7 @@ by Lagrange's equations integrated over the instant (Goldsmith, Impact (1960), c
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -98,7 +98,9 @@ def jumps(machine: Machine, numbers: list[int], t: float, q: Array) -> Array:
         measured = group.measure(found.at, None)
         stress = load.respond(time, measured.x, measured.rate).stress
         force, none = np.zeros_like(q), np.zeros_like(found.M)
-        group.spread(measured.with_response(Response(stress)), None, found.pattern, False, (force, none, none, none))
+        group.spread(
+            replace(measured, response=Response(stress)), None, found.pattern, False, (force, none, none, none)
+        )
         found_of_all.append(accelerated(machine, found, -force))
     return np.stack(found_of_all, axis=1)
 

@@ -32,11 +32,6 @@ class Order(NamedTuple):
     row: Places  # of every entry
     column: Places
 
-    @property
-    def blocks(self) -> int:
-        """Blocks of a step's factors."""
-        return len(self.order) + 2 * len(self.later)
-
 
 ORDERS = LastMade(8)  # machines of a study, and their finer meshes, have the same patterns
 
@@ -93,7 +88,7 @@ class CompiledSteps:
         self.n, self.shape = n, (*M.shape[:2], len(order.order))
         tables = map(np.ascontiguousarray, (h, tableau.A, tableau.square, tableau.c, M, C, K))
         self._given = (self.shape[1], self.shape[2], M.shape[2], *order, *tables)
-        self.factors = np.empty((len(h), order.blocks, self.shape[1], self.shape[1]))
+        self.factors = np.empty((len(h), len(order.order) + 2 * len(order.later), self.shape[1], self.shape[1]))
         singular = call("factor_steps", *self._given, len(h), self.factors)
         lost = np.inf if singular >= 0 else call("missed_steps", *self._given, len(h), self.factors)
         self.holds = bool(lost < LOST)  # else rows have to be exchanged, as where a link has no mass

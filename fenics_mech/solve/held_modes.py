@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -140,7 +140,7 @@ def _unbent(machine: Machine, t: Array, about: About | None) -> Array:
     k = machine.terms.index(beams)
     here = machine.residual(t, zero, zero, about.pulls, predicted=about.stresses, moving=False).terms[k]
     assert here.response.by_measure is not None
-    alone = here.with_response(Response(about.stresses[k], np.zeros_like(here.response.by_measure)))
+    alone = replace(here, response=Response(about.stresses[k], np.zeros_like(here.response.by_measure)))
     turned = np.zeros((1, machine.pattern.entries))
     spread = np.zeros_like(zero), np.zeros_like(turned), np.zeros_like(turned), turned
     machine.groups[k].spread(alone, about.stresses[k], machine.pattern, True, spread)

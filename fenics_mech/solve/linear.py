@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -152,8 +152,8 @@ class StaticIteration:
         strain = np.einsum("temn,ten->tem", here.gradient, group.variables(dq))
         force, (M, C, K) = np.zeros_like(x), np.zeros((3, *self.values.shape))
         stress, none = np.einsum("temk,tek->tem", by_strain, strain), np.zeros_like(strain)
-        group.spread(here.with_response(Response(stress)), None, machine.pattern, False, (force, M, C, K))
-        alone = here.with_response(Response(none, by_strain))
+        group.spread(replace(here, response=Response(stress)), None, machine.pattern, False, (force, M, C, K))
+        alone = replace(here, response=Response(none, by_strain))
         group.spread(alone, None, machine.pattern, True, (np.zeros_like(x), M, C, K))
         return np.asarray(force + machine.pattern.times(self.values - K, x))
 

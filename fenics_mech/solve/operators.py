@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,9 +14,9 @@ from fenics_mech._petsc import PETSc, configured
 from fenics_mech.errors import SolverError
 
 
+@dataclass
 class _Operator:
-    def __init__(self, apply: Callable[[Array], Array]) -> None:
-        self.apply = apply
+    apply: Callable[[Array], Array]
 
     def mult(self, matrix: object, x: object, y: object) -> None:
         y.setArray(self.apply(x.getArray(readonly=True)))  # type: ignore[attr-defined]
