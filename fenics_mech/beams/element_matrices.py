@@ -38,11 +38,6 @@ class ElementRigidity:
         """Whether a section varies along elements."""
         return self.bending.varies
 
-    @cached_property
-    def powers(self) -> Array:
-        """Powers of EA (N) and EI (N m^2), ``(elements, 2, powers)``; see `Distribution`."""
-        return np.stack([self.axial.powers, self.bending.powers], axis=1)
-
 
 @dataclass(frozen=True)
 class Inertia:

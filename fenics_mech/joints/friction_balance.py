@@ -33,14 +33,6 @@ class FrictionBalance:
     shares: Array  # friction over the joint's force (m of a pin, 1 of a slider), (states, laws)
     pressed: Sequence[Index]  # rows whose forces press the bodies of each law's joint against each other
 
-    def slopes(self, friction: Array) -> tuple[Array, Array, Array]:
-        """Give how the friction changes: ``factor (sizes d(shares) + shared d(alone))``."""
-        # friction (states, laws)
-        sizes, along = self.sizes(friction)
-        # F = share |l| with l = alone - by_friction F changes by d(share) |l| + share e.(d(alone) - by_friction dF)
-        shared = self.shares[..., None] * along
-        return np.linalg.inv(np.eye(friction.shape[1]) + shared @ self.by_friction), sizes, shared
-
     def solve(self) -> tuple[Array, Array]:
         """Find the friction, ``(states, laws)``, and the forces with it, ``(states, rows)``, by Newton's method."""
         friction, one = np.zeros_like(self.shares), np.eye(self.shares.shape[1])

@@ -75,8 +75,3 @@ class BodyForces:
     def turn(self, body: int, moment: Array) -> None:
         """Add a moment on a body (N m), ``(states,)``."""
         self.values[:, body, 2] += moment
-
-    @property
-    def on_coordinates(self) -> Array:
-        """Forces on the coordinates of the links, ``(states, 3 links)``."""
-        return self.values[:, :-1].reshape(len(self.values), -1)

@@ -14,7 +14,6 @@ class Cause(StrEnum):
 
     INERTIA = "inertia"
     WEIGHT = "weight"
-    ELASTIC = "elastic"
     LOADS = "loads"
     IMPULSES = "impulses"
     SPRINGS = "springs"
