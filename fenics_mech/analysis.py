@@ -20,9 +20,10 @@ from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.classical.known import has_modes
 from fenics_mech.errors import SceneError
 from fenics_mech.joints.dry_friction import creeping
-from fenics_mech.joints.torsional_springs import wound_at_start
-from fenics_mech.kinematics import assembly_notices, reachable_range
-from fenics_mech.kinematics.free_linkage import with_freedoms
+from fenics_mech.machine.reach import reachable_range
+from fenics_mech.machine.start_notices import assembly_notices
+from fenics_mech.machine.stated_freedoms import with_freedoms
+from fenics_mech.machine.wound_springs import wound_at_start
 from fenics_mech.planning.answer_remarks import answer_remarks
 from fenics_mech.planning.fine_enough import fine_enough
 from fenics_mech.planning.law_choice import choose_laws

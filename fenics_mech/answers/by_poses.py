@@ -35,8 +35,8 @@ from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.joints.torsional_springs import too_stiff
-from fenics_mech.kinematics import refuse_unresolved
 from fenics_mech.machine.along_members import along_members
+from fenics_mech.machine.corners import refuse_unresolved
 from fenics_mech.machine.drawn_from_scene import law_of
 from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion

@@ -26,7 +26,7 @@ from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
 from fenics_mech.classical.joints import turns
-from fenics_mech.classical.known import lacking
+from fenics_mech.classical.known import unknown_part
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonances import Vibration, frequency_error, missed_vibrations, slower_than
@@ -35,7 +35,7 @@ from fenics_mech.classical.strains import deflection, end_forces, section_forces
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.geometry import End
-from fenics_mech.kinematics import refuse_unresolved
+from fenics_mech.machine.corners import refuse_unresolved
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.joint_forces import Reactions
@@ -88,7 +88,7 @@ def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Resu
     """
     if scene.effects == "auto":
         scene = scene.changed(effects=())  # it has no others
-    if place := lacking(scene):
+    if place := unknown_part(scene):
         raise SceneError(
             "solver = 'sub-intervals' knows driven links of uniform symmetric sections on pins, welds and guides, "
             "their inertia and weight, loads at points, and damping ratios of modes",

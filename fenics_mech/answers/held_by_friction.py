@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -158,7 +158,7 @@ class FrictionAtRest:
         machine, number = self.freed.machine, self.freed.terms.index(term)
         here, force = found.terms[number], np.zeros((1, machine.size))
         none = np.zeros((1, machine.pattern.entries))
-        stressed = here.with_response(Response(np.ones_like(here.x)))
+        stressed = replace(here, response=Response(np.ones_like(here.x)))
         machine.groups[number].spread(stressed, None, machine.pattern, False, (force, none, none, none))
         return force[:, : machine.n]
 

@@ -12,12 +12,12 @@ from fenics_mech._arrays import Array
 from fenics_mech.answers.solved_by_poses import built, instants_of, moves_of, with_effects
 from fenics_mech.effects.known import STIFFENING, VIBRATION
 from fenics_mech.joints.law_terms import LawTerm
-from fenics_mech.kinematics.free_linkage import with_freedoms
-from fenics_mech.kinematics.freedom import describe, row_reduced
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.machine.along_members import cubic_places, elements_at
+from fenics_mech.machine.free_motions import describe, row_reduced
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.motion import Motion
+from fenics_mech.machine.stated_freedoms import with_freedoms
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.damping_options import Damping
 from fenics_mech.scene.drives import Drive, Harmonics
@@ -195,7 +195,7 @@ class HeldMachine:
         parts = np.linalg.lstsq(ways[: len(rigid)], rigid, rcond=None)[0].T
         parts = row_reduced(parts, np.zeros(ways.shape[1], dtype=bool))
         q = coordinates(motion.position, motion.angle)[0]
-        return describe(scene.links, scene.joints, q, np.einsum("mf,fli->mli", parts, motion.free))
+        return describe(scene, q, np.einsum("mf,fli->mli", parts, motion.free))
 
     # ---- shapes ----
     def _little(self, shape: Array) -> tuple[float, Array]:

@@ -27,7 +27,7 @@ from fenics_mech.answers.repeated_by_poses import OTHER_TIMES, differs, kinds_of
 from fenics_mech.answers.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.errors import AssemblyError, SceneError, shortened
 from fenics_mech.joints.law_terms import LawTerm
-from fenics_mech.kinematics.motion import coordinates as of_links
+from fenics_mech.kinematics import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy
 from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of

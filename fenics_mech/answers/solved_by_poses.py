@@ -20,12 +20,12 @@ from fenics_mech.errors import AssemblyError, DerivativeError, SolverError
 from fenics_mech.estimate import finer_chart, finer_mesh, finer_steps
 from fenics_mech.geometry import Fourier, Given
 from fenics_mech.kinematics import Motion as LinkMotion
-from fenics_mech.kinematics import solve_motion
-from fenics_mech.kinematics.freedom import describe, nothing_holds
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.machine import Machine
+from fenics_mech.machine.free_motions import describe, nothing_holds
 from fenics_mech.machine.from_scene import SceneMachine, machine_of
 from fenics_mech.machine.laws_from_scene import SHAFT
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.motion import coordinates as of_poses
 from fenics_mech.machine.rigid_from_scene import near_links, near_motion, poses_of_links, rigid_motion
@@ -678,7 +678,7 @@ def _refuse_accelerated(made: SceneMachine, steps: StaticIteration) -> None:
     if scene.analysis.method == "static" and steps.unheld > UNHELD * np.abs(force).max(initial=0.0):
         motion = solve_motion(scene, np.zeros(1))
         links = coordinates(motion.position, motion.angle)
-        raise nothing_holds(describe(scene.links, scene.joints, links[0], motion.free))
+        raise nothing_holds(describe(scene, links[0], motion.free))
 
 
 def _refuse_lost(made: SceneMachine, steps: StaticIteration) -> None:

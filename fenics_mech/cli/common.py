@@ -135,7 +135,7 @@ def loaded_scene(path: Path, strict: bool, cases: bool = False) -> Scene:
 
     Commands that do not answer load cases, which `cases` says, warn that these are left out.
     """
-    from fenics_mech.kinematics import assembly_notices  # noqa: PLC0415
+    from fenics_mech.machine.start_notices import assembly_notices  # noqa: PLC0415
     from fenics_mech.scene.plausibility import implausible  # noqa: PLC0415
 
     scene = scene_of_file(path)

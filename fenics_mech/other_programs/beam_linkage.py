@@ -16,7 +16,7 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.beams.simply_supported import simply_supported_frequencies
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joints import Revolute, Slot
 

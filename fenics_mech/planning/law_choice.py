@@ -17,10 +17,10 @@ from fenics_mech._guard import guarded
 from fenics_mech.answers.solved_by_poses import AtRest
 from fenics_mech.effects.effect import Choice, Effect
 from fenics_mech.errors import MechanismError
-from fenics_mech.joints.dry_friction import DryFriction, coefficient
+from fenics_mech.joints.dry_friction import coefficient
 from fenics_mech.joints.joint_state import JointPlace
 from fenics_mech.joints.link_states import LinkStates
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.scene import Clearance, Friction, GuideClearance, Scene
 
 logger = logging.getLogger(__name__)
@@ -79,7 +79,7 @@ class TightMotion:
             The scene, and the law.
         """
         place = JointPlace.of(scene, law.joint)
-        state, arm = place.state(self.links), DryFriction(place, law).arm
+        state, arm = place.state(self.links), 1.0 if law.radius is None else law.radius
         sliding = arm * state.rate - law.belt_speed
         dry = np.abs(coefficient(law, sliding) * sliding) * np.linalg.norm(self.forces[law.joint], axis=-1)
         lost = dry + law.viscous * state.rate**2

@@ -13,7 +13,8 @@ from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.remarks import UNKNOWN
 from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
 from fenics_mech.joints.torsional_springs import refuse_too_stiff
-from fenics_mech.kinematics import Linkage, positions_for_corners, refuse_unresolved
+from fenics_mech.machine.corners import positions_for_corners, refuse_unresolved
+from fenics_mech.machine.linkage import Linkage
 from fenics_mech.planning.answer_remarks import WORDS
 from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
 from fenics_mech.planning.sampling_checks import refuse_undersampled

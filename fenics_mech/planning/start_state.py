@@ -12,7 +12,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError, SceneError
-from fenics_mech.kinematics.motion import coordinates
+from fenics_mech.kinematics import coordinates
 from fenics_mech.recovery.result import Result
 from fenics_mech.scene import Cam, Scene
 from fenics_mech.scene.analysis_options import STATED_STARTS

@@ -11,9 +11,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.joints.link_states import quarter
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.loops import Loops
-from fenics_mech.kinematics.motion import coordinates
-from fenics_mech.kinematics.transmission import transmission_angles
+from fenics_mech.machine.transmission import transmission_angles
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.observations import TracedPoint
 
@@ -46,8 +44,7 @@ def motion_of_links(scene: Scene, motion: Motion) -> xr.Dataset:
     if slides:
         found["slide_place"] = (("theta", "slide"), np.stack(list(slides.values()), axis=1))
         labels["slide"] = list(slides)
-    loops = Loops.of(scene)
-    angles = transmission_angles(loops, coordinates(motion.position, motion.angle)) if scene.drives else None
+    angles = transmission_angles(scene, motion) if scene.drives else None
     if angles:
         found["transmission_angle"] = (("theta", "pair"), np.stack(list(angles.values()), axis=1))
         labels["pair"] = [f"{joint} ({', '.join(links)})" for joint, links in angles]

@@ -564,5 +564,5 @@ def _of_beams(beams: Beams, here: Measured) -> Iterator[tuple[str, Array]]:
     """Give the power that beams take for good, by cause ``(instants, parts)`` each."""
     viscous = beams.damping[:, None] * np.einsum("eij,tej->tei", beams.stiffness, here.rate)
     yield Cause.MATERIAL, np.sum(viscous * here.rate, axis=2)
-    if here.response.modes is not None:
-        yield Cause.MODAL_DAMPING, np.einsum("temk,tem->tk", here.response.modes, here.rate) ** 2
+    if here.modes is not None:
+        yield Cause.MODAL_DAMPING, np.einsum("temk,tem->tk", here.modes, here.rate) ** 2

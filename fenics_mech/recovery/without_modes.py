@@ -36,14 +36,15 @@ def without_modes(
     zero, kept, force = np.zeros_like(found.M), [], np.zeros_like(found.force)
     for term, group, here in zip(machine.terms, machine.groups, found.terms):
         response, damped = here.response, np.zeros_like(here.response.stress)
-        if response.modes is not None:
-            sizes = np.einsum("temk,tem->tk", response.modes, here.rate)
-            damped = np.einsum("temk,tk->tem", response.modes, sizes)
+        if here.modes is not None:
+            damped = np.einsum("temk,tk->tem", here.modes, np.einsum("temk,tem->tk", here.modes, here.rate))
         if material and isinstance(term, Beams):
             damped = damped + np.einsum("eij,tej->tei", term.stiffness, term.damping[:, None] * here.rate)
         if damped.any():
-            group.spread(here.with_response(Response(damped)), None, found.pattern, False, (force, zero, zero, zero))
+            group.spread(
+                replace(here, response=Response(damped)), None, found.pattern, False, (force, zero, zero, zero)
+            )
             response = replace(response, stress=response.stress - damped)
-        kept.append(here.with_response(response))
+        kept.append(replace(here, response=response))
     moved = a + accelerated(machine, found, force)
     return replace(machine.residual(t, q, v, moved, tangents=False, known=True), terms=kept)

@@ -7,7 +7,8 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
 from fenics_mech.errors import ResultError
-from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.kinematics import Motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Scene

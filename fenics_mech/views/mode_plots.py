@@ -14,7 +14,7 @@ from PIL import Image
 from fenics_mech._constants import MILLI, TURN
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.studies.natural_frequencies import NaturalFrequencies
 from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, finish

@@ -8,7 +8,8 @@ from functools import cached_property
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.kinematics import Motion, solve_motion
+from fenics_mech.kinematics import Motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.views.geometry import at_angles, motion_of
 from fenics_mech.views.words import in_degrees, short

@@ -8,7 +8,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, turned
 from fenics_mech.kinematics import Motion
-from fenics_mech.kinematics.load_factors import factor_in
+from fenics_mech.machine.load_factors import factor_in
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.link_motion import place_in_link
 from fenics_mech.recovery.result import at_place

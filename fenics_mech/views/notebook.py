@@ -10,7 +10,7 @@ from rich.text import Text
 
 from fenics_mech._console import html_of
 from fenics_mech.errors import MechanismError, ViewError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.recovery import Result
 from fenics_mech.scene import Scene
 from fenics_mech.views.page.report import page

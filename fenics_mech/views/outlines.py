@@ -14,7 +14,8 @@ from fenics_mech._arrays import Array
 from fenics_mech._constants import MILLI
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
-from fenics_mech.kinematics import Motion, solve_motion, start_motion
+from fenics_mech.kinematics import Motion
+from fenics_mech.machine.linkage import solve_motion, start_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Clearance, CustomSection, Friction, Scene, TaperSection, VariableSection
 from fenics_mech.views.joint_drawings import pin_places

@@ -12,7 +12,8 @@ from matplotlib.collections import LineCollection, PolyCollection
 
 from fenics_mech._arrays import Array, turned
 from fenics_mech._constants import MILLI
-from fenics_mech.kinematics import Motion, start_motion
+from fenics_mech.kinematics import Motion
+from fenics_mech.machine.linkage import start_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Ground, Link, Prismatic, Scene, Slot
 from fenics_mech.scene.joints import Joint

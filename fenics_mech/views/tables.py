@@ -15,7 +15,7 @@ from rich.text import Text
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import GRAVITY
 from fenics_mech.errors import percent
-from fenics_mech.kinematics import Range
+from fenics_mech.machine.reach import Range
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import LineLoad

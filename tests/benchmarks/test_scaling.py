@@ -27,7 +27,7 @@ from benchmarks.scaling import (
 )
 from benchmarks.scaling_plots import SERIES, last_power, scaling_figure, scaling_summary, write_scaling
 from fenics_mech.errors import MechanismError, ResultError, SolverError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 
 LAW = {"elements": 1e-3, "links": 2e-2, "positions": 5e-4}  # s per each
 

@@ -101,7 +101,7 @@ def test_ends_on_pins_carry_no_moment(periodic):
 
 def test_joint_force_is_the_members_end_force(periodic):
     # axial and shear force at the coupler's first end, turned into the fixed frame, balance the force of pin A
-    from fenics_mech.kinematics import solve_motion
+    from fenics_mech.machine.linkage import solve_motion
 
     angle = solve_motion(periodic.scene, periodic.data["theta"].to_numpy()).angle[:, 1]
     end = periodic.data.sel(member="coupler", s=0)

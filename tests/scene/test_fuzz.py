@@ -14,7 +14,7 @@ import pytest
 
 from fenics_mech import analyse
 from fenics_mech.errors import MechanismError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.scene import Scene, parse
 from fenics_mech.scene.drawing import completed

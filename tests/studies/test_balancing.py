@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.studies.synthesis.balancing import LinkInertia, link_inertias, shaking
 from tests.common import DEMOS, response_of
 

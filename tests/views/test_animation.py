@@ -11,7 +11,7 @@ from PIL import Image
 
 from fenics_mech import analyse, animate_modes, modes
 from fenics_mech.errors import ResultError, ViewError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.recovery import Result
 from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar

@@ -10,7 +10,7 @@ from rich.console import Console
 
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import reachable_range
+from fenics_mech.machine.reach import reachable_range
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions, doubts
 from fenics_mech.scene import Scene, load

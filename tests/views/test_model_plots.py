@@ -6,7 +6,7 @@ from matplotlib.colors import to_hex
 
 import fenics_mech as fm
 from fenics_mech.errors import MechanismError
-from fenics_mech.kinematics import start_motion
+from fenics_mech.machine.linkage import start_motion
 from fenics_mech.scene import parse
 from fenics_mech.views.acting_drawings import LOOKS, TURN
 from fenics_mech.views.figures import figure_in, new_axes

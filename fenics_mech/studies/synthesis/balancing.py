@@ -23,7 +23,7 @@ from dataclasses import field
 from typing import Any
 
 from fenics_mech.errors import SceneError
-from fenics_mech.kinematics import solve_motion
+from fenics_mech.machine.linkage import solve_motion
 from fenics_mech.scene import Revolute
 from fenics_mech.scene.base import check_known
 
