@@ -42,21 +42,7 @@ def refusal_by(
     limit: float,
     least: int,
 ) -> UnresolvedError:
-    """Say which source has the largest part in the error of a strain or force, and what to do about it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    what, measure
-        What is uncertain, and what errors are relative to, in words.
-    shares, order
-        The errors by their sources, and with which power of their numbers these fall.
-    limit
-        The largest error that is accepted.
-    least
-        Sub-intervals without which the positions would be refused next.
-    """
+    """Say which source has the largest part in the error of a strain or force, and what to do about it."""
     total, source = sum(shares.values()), max(shares, key=shares.__getitem__)
     room = max(limit - (total - shares[source]), limit / 2)
     in_time = source == "time" and scene.analysis.method == "transient"

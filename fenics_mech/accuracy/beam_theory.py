@@ -23,23 +23,9 @@ STEEL = 3.1  # E A/(G A_s) of a rectangle of steel, 2 (1 + 0.3) 6/5: for members
 
 
 def frequency_shares(scene: Scene, beams: Beams, omega: Array, shapes: Array) -> dict[str, Array]:
-    """Give the shares of each frequency that shear and rotary inertia take off, ``(modes,)`` each.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    beams
-        Its links.
-    omega, shapes
-        Frequencies at some positions ``(positions, modes)`` (rad/s), and displacements of the nodes in the axes of
-        their links, of unit modal mass ``(positions, modes, nodes, 3)``.
-
-    Returns
-    -------
-    dict
-        By the effect's name. Shares are to first order: of 0.2 they are 0.05 too large.
-    """
+    """Give the shares of each frequency that shear and rotary inertia take off, ``(modes,)`` each."""
+    # omega, shapes: frequencies at some positions ``(positions, modes)`` (rad/s), and displacements of the nodes in
+    # the axes of their links, of unit modal mass ``(positions, modes, nodes, 3)``
     h = beams.mesh.cell_length
     per_force, per_turn = h / _shear_stiffness(scene, beams), _rotary_inertia(scene, beams) * h / 3
     shares = np.zeros((2, omega.shape[1]))

@@ -36,35 +36,21 @@ PLACES = {  # of an error, in words, and what it is relative to
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors by their sources.
+    """Errors by their sources."""
 
-    These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory", "effects" and "joints".
-    Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
+    # These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory", "effects" and "joints".
+    # Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
 
-    Parameters
-    ----------
-    errors
-        By quantity, then by source: of each member's strain (1) and deflection (m), of the force in each joint (N) and
-        of the effort of each drive (N m or N), ``(members, joints or drives,)``.
-    order
-        With which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
-        it does not.
-    measure
-        By quantity, what errors are relative to; see `measures`.
-    remarks
-        What is wrong by more than the estimates say.
-    largest
-        By quantity, the largest values.
-    missed
-        What lies between the positions of a cycle.
-    """
-
+    # by quantity, then by source: of each member's strain (1) and deflection (m), of the force in each joint (N) and
+    # of the effort of each drive (N m or N), ``(members, joints or drives,)``
     errors: Mapping[str, dict[str, Array]]
+    # with which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
+    # it does not
     order: dict[str, float]
-    measure: Mapping[str, Array]
-    remarks: tuple[str, ...] = ()
-    largest: Mapping[str, Array] = field(default_factory=dict)
-    missed: MissedPeaks | None = None
+    measure: Mapping[str, Array]  # by quantity, what errors are relative to; see `measures`
+    remarks: tuple[str, ...] = ()  # what is wrong by more than the estimates say
+    largest: Mapping[str, Array] = field(default_factory=dict)  # by quantity, the largest values
+    missed: MissedPeaks | None = None  # what lies between the positions of a cycle
 
     def relative(self, what: str) -> dict[str, float]:
         """Largest error of a quantity by each source, relative to its measure."""
@@ -86,13 +72,7 @@ class Errors:
             raise refusal
 
     def refusal(self, scene: Scene) -> UnresolvedError | None:
-        """Give the error that says where numerical errors are too large, and by what; None where they are not.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        """
+        """Give the error that says where numerical errors are too large, and by what; None where they are not."""
         enough = self._enough(scene)
         if enough is None:  # then no steps cure it
             return self.missing(scene)
@@ -113,13 +93,7 @@ class Errors:
             raise refusal
 
     def missing(self, scene: Scene) -> UnresolvedError | None:
-        """Give the error that says which peaks the positions surely miss by too much; None where they miss none.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        """
+        """Give the error that says which peaks the positions surely miss by too much; None where they miss none."""
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, missed in self._missed().items():
             if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:

@@ -37,29 +37,14 @@ def refuse_impulses(scene: Scene) -> None:
 
 @dataclass(frozen=True)
 class Balanced(Solved):
-    """A periodic motion as a Fourier series; its cycle is the same by steps.
+    """A periodic motion as a Fourier series; its cycle is the same by steps."""
 
-    Parameters
-    ----------
-    series
-        The series.
-    """
-
-    series: Series
+    series: Series  # the series
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
-        """Build the machine of a scene, and find its periodic motion.
-
-        A series begins from the rigid motion, whatever motions were before it.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion.
-        UnresolvedError
-            When there are too few sub-intervals for the harmonics.
-        """
+        """Build the machine of a scene, and find its periodic motion."""
+        # A series begins from the rigid motion, whatever motions were before it.
         refuse_impulses(scene)
         made, analysis = built(scene), scene.analysis
         series, changes = balanced(made.machine, scene.period, analysis.harmonics, analysis.sub_intervals)
@@ -80,25 +65,13 @@ class Balanced(Solved):
 
 @dataclass(frozen=True)
 class LinearBalanced(LinearCycle):
-    """A periodic motion that is linear beside the rigid one, as a Fourier series.
+    """A periodic motion that is linear beside the rigid one, as a Fourier series."""
 
-    Parameters
-    ----------
-    series
-        The series.
-    """
-
-    series: Series
+    series: Series  # the series
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:
-        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
-
-        Raises
-        ------
-        SolverError
-            When it is at an undamped resonance.
-        """
+        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
         refuse_impulses(scene)
         return cls._balanced(scene, built(scene))
 

@@ -77,26 +77,7 @@ ORDERS = {
 
 
 def by_poses(scene: Scene, run: Run | None = None, names: Collection[str] | None = None) -> Result:
-    """Analyse a driven machine over its cycle, or at rest.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    run
-        Motions before it, from which its own is sought under exact strains, and which that is added to.
-    names
-        As of `collected`.
-
-    Raises
-    ------
-    SceneError
-        When it has what no term or joint of poses states yet.
-    SolverError
-        When there is no motion or equilibrium, or a motion is unstable.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Analyse a driven machine over its cycle, or at rest."""
     return answered(scene, names, run)[1]
 
 
@@ -109,24 +90,7 @@ def answered(
 
 
 def result_of(solved: Solved | AtRest, names: Collection[str] | None = None, chosen: bool = False) -> Result:
-    """Judge an answer as its scene asks, estimate its errors, and collect both with it.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-    names
-        As of `collected`.
-    chosen
-        As of `estimated`.
-
-    Raises
-    ------
-    SolverError
-        When a motion is unstable, and may not be so.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Judge an answer as its scene asks, estimate its errors, and collect both with it."""
     stability = stability_of(solved)
     errors = estimated(solved, chosen) if solved.scene.analysis.error_estimates else None
     return collected(solved, errors, stability, names)
@@ -172,29 +136,12 @@ class RefinedByPoses:
 
 
 def has_poses(scene: Scene) -> bool:
-    """Say whether a scene is answered at rest or over a cycle, by the equation of poses.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Say whether a scene is answered at rest or over a cycle, by the equation of poses."""
     return scene.analysis.method != "transient" and not has_modes(scene)
 
 
 def planned(scene: Scene) -> Scene:
-    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When it lists effects that the equation has not, or leaves out those that a motor needs.
-    """
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not."""
     in_time = scene.analysis.method == "transient"
     scene = with_effects(with_exact_strains(scene) if in_time else scene)
     if scene.analysis.method == "periodic" and COUPLING not in scene.named_effects:
@@ -214,13 +161,7 @@ def planned(scene: Scene) -> Scene:
 
 
 def with_exact_strains(scene: Scene) -> Scene:
-    """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene with exact strains, which every motion in time has, in place of linear ones that it lists."""
     if scene.effects == "auto" or EXACT_STRAINS in scene.named_effects:
         return scene
     kept = (name for name in scene.named_effects if name not in (STIFFENING, COUPLING, EXACT_STRAINS))
@@ -228,22 +169,7 @@ def with_exact_strains(scene: Scene) -> Scene:
 
 
 def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
-    """Solve for the answer to a scene in the theory of its effects, and keep an exact motion in its run.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects.
-    run
-        As of `by_poses`.
-
-    Raises
-    ------
-    SceneError
-        When the positions or the stages of the steps miss what a load or a drive does between them.
-    SolverError
-        When there is none.
-    """
+    """Solve for the answer to a scene in the theory of its effects, and keep an exact motion in its run."""
     analysis, series = scene.analysis, scene.analysis.solver == "harmonic-balance"
     refuse_unresolved(scene)
     if analysis.method != "periodic":
@@ -268,15 +194,7 @@ def _by_exact_strains(solved: Solved | AtRest, errors: Errors | None) -> float |
 
 
 def choices_of(scene: Scene, by_exact_strains: float | None = None) -> tuple[Choice, ...]:
-    """Say which effects act, what others lack, and what exact strains change, where that is known.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects.
-    by_exact_strains
-        Share of the strains by which exact ones differ from linear ones.
-    """
+    """Say which effects act, what others lack, and what exact strains change, where that is known."""
     acting = {effect.name for effect in active(scene)}
     lacking = {name: EFFECTS[name].missing_data(scene) for name in FREE if name not in acting}
     sizes = {EXACT_STRAINS: by_exact_strains}
@@ -299,20 +217,7 @@ def quantities(found: OfPoses) -> Quantities:
 
 
 def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
-    """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-    chosen
-        Whether the program chose its effects: what those change that lack data is an error then.
-
-    Raises
-    ------
-    UnresolvedError
-        When one is too large.
-    """
+    """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations."""
     here = quantities(solved.positions)
     parts = {source: _change(here, other) for source, other in solved.better()}
     # halved elements lack the rest of the error; of answers at rest, inertia along and beside elements is of order 2
@@ -365,26 +270,7 @@ def told(
     missed: MissedPeaks | None = None,
     orders: Mapping[str, float] = ORDERS,
 ) -> Errors:
-    """Add what lies between the stations to errors by source and quantity, and refuse those that are too large.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    here
-        What the errors are of.
-    parts
-        Errors by source, then by quantity.
-    missed
-        What lies between the positions of a cycle; None where nothing is known of it.
-    orders
-        Powers of the numbers with which errors fall, by source.
-
-    Raises
-    ------
-    UnresolvedError
-        When one is too large.
-    """
+    """Add what lies between the stations to errors by source and quantity, and refuse those that are too large."""
     largest = here.largest
     measure = measures(scene, largest)
     if "theory" in parts:  # beyond its measure a quantity is not known at all
@@ -426,18 +312,7 @@ def _unknown(scene: Scene) -> tuple[str, ...]:
 
 
 def stability_of(solved: Solved | AtRest) -> xr.Dataset:
-    """Give what is known of small disturbances, where the scene asks for it.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-
-    Raises
-    ------
-    SolverError
-        When one grows, and the scene does not let that pass, or comes back as it was.
-    """
+    """Give what is known of small disturbances, where the scene asks for it."""
     scene = solved.scene
     if not (isinstance(solved, Solved) and scene.analysis.stability):
         return xr.Dataset()
@@ -473,10 +348,8 @@ def stability_of(solved: Solved | AtRest) -> xr.Dataset:
 
 
 def _refuse_resonance(solved: Solved, values: NDArray[Any], rates: NDArray[Any], modes: Index) -> None:
-    """Raise `SolverError` where a vibration comes back after a cycle as it was: steps alone damp it then.
-
-    A disturbance that creeps back, as of a hinge that is nearly blocked, has a real multiplier just below 1.
-    """
+    """Raise `SolverError` where a vibration comes back after a cycle as it was: steps alone damp it then."""
+    # A disturbance that creeps back, as of a hinge that is nearly blocked, has a real multiplier just below 1.
     creeps = (values.imag == 0) & (values.real < 1)
     distance, period = np.where(creeps, np.inf, np.abs(values - 1)), solved.scene.period
     worst = int(distance.argmin())
@@ -501,17 +374,7 @@ def _links_of(solved: Solved, modes: Index) -> list[str]:
 
 
 def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Collection[str] | None = None) -> xr.Dataset:
-    """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided.
-
-    Parameters
-    ----------
-    found
-        The answer at the positions.
-    by_exact_strains
-        Share that exact strains change beside linear ones; None where it is not known.
-    names
-        Variables that are wanted: where members have all of them, nothing else is read. None for all.
-    """
+    """Label what answers of all kinds have: strains, forces and places at the positions, and what was decided."""
     scene, links, bends = found.made.scene, found.links(), found.made.links is not None
     variables: dict[str, Any] = found.members()
     efforts, forces, moments = dict[str, Array](), dict[str, Array](), dict[str, Array]()
@@ -558,19 +421,7 @@ def read_off(found: OfPoses, by_exact_strains: float | None = None, names: Colle
 def collected(
     solved: Solved | AtRest, errors: Errors | None, stability: xr.Dataset, names: Collection[str] | None = None
 ) -> Result:
-    """Label what was found.
-
-    Parameters
-    ----------
-    solved
-        The answer.
-    errors
-        Its errors; None where they are not estimated.
-    stability
-        What is known of disturbances.
-    names
-        Variables that are wanted: what takes more time is left out when they are known. None for all.
-    """
+    """Label what was found."""
     scene, found = solved.scene, solved.positions
     data = read_off(found, _by_exact_strains(solved, errors), names)
     data = joined(data, stability).drop_vars(solved.untold, errors="ignore").assign_attrs(stamp(scene))

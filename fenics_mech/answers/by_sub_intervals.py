@@ -66,26 +66,7 @@ IN_TIME = ("what the mesh does to modes that are superposed in time", "what the 
 
 
 def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Result:
-    """Analyse a periodic motion by sub-intervals, or one in time by its modes, from rest with straight links.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    names
-        As of `collected`.
-
-    Raises
-    ------
-    AssemblyError
-        When the links cannot be put together.
-    SceneError
-        When it has what the method does not know, or its positions miss what a load or a drive does between them.
-    SolverError
-        When the sub-intervals cannot be joined, or deflections are far beyond the theory.
-    UnresolvedError
-        When modes ring, or an error is too large.
-    """
+    """Analyse a periodic motion by sub-intervals, or one in time by its modes, from rest with straight links."""
     if scene.effects == "auto":
         scene = scene.changed(effects=())  # it has no others
     if place := lacking(scene):
@@ -103,15 +84,9 @@ def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Resu
 
 @dataclass(frozen=True)
 class OfModes(OfPoses):
-    """What a response exerts in the rigid motion, where nothing else of it acts, and where it moves the links.
+    """What a response exerts in the rigid motion, where nothing else of it acts, and where it moves the links."""
 
-    Parameters
-    ----------
-    found
-        The response.
-    """
-
-    found: Response
+    found: Response  # the response
 
     @property
     def P(self) -> Transformation:  # noqa: N802  (of (4.41))
@@ -262,21 +237,11 @@ def _instants(scene: Scene) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class ByModes:
-    """The answer of a scene, as `by_poses.collected` takes it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    found
-        The response.
-    change
-        Difference of the last two cycles in time; None of a periodic motion.
-    """
+    """The answer of a scene, as `by_poses.collected` takes it."""
 
     scene: Scene
-    found: Response
-    change: float | None = None
+    found: Response  # the response
+    change: float | None = None  # difference of the last two cycles in time; None of a periodic motion
     untold = ("point_velocity_bent", "point_acceleration_bent")
     left_out = None
 
@@ -324,15 +289,7 @@ class ByModes:
             )
 
     def result(self, errors: Errors | None, names: Collection[str] | None = None) -> Result:
-        """Label what was found.
-
-        Parameters
-        ----------
-        errors
-            Its errors; None where they are not estimated.
-        names
-            As of `by_poses.collected`.
-        """
+        """Label what was found."""
         decided = decisions(len(self.found.by.mechanism.P.kept), len(self.positions.mesh.cell), choices_of(self.scene))
         attributes: dict[str, object] = {"solver": "sub-intervals"} | decided
         if self.change is None:
@@ -385,13 +342,7 @@ class ByModes:
 
     # ---- errors ----
     def errors(self) -> Errors:
-        """Estimate the errors by half as many sub-intervals, more modes, a finer mesh, and the answer by poses.
-
-        Raises
-        ------
-        UnresolvedError
-            When one is too large.
-        """
+        """Estimate the errors by half as many sub-intervals, more modes, a finer mesh, and the answer by poses."""
         here, remarks = quantities(self.positions), between_points(self.scene, self.scene.analysis.sub_intervals)
         if self.change is not None:
             parts = dict(self._errors_in_time(here))

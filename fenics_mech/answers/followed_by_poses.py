@@ -20,18 +20,7 @@ AtValue = Callable[[float], Scene]
 
 
 def followable(scene: Scene) -> Scene:
-    """Give a scene with its effects chosen, or refuse one whose motions cannot be followed.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When its motion is not periodic, or not that of exact strains.
-    """
+    """Give a scene with its effects chosen, or refuse one whose motions cannot be followed."""
     if scene.analysis.method != "periodic" or not scene.drives:
         raise SceneError("only periodic motions are followed", place="analysis.method")
     scene = planned(scene)
@@ -45,31 +34,7 @@ def followable(scene: Scene) -> Scene:
 
 
 def followed(at: AtValue, path: str, ends: tuple[float, float], points: int) -> Iterator[tuple[Point, Solved]]:
-    """Follow the motions of a scene over a number of it, from one end of a range until they leave the range.
-
-    Parameters
-    ----------
-    at
-        Gives the scene with a value of the number, and with its effects chosen.
-    path
-        The number's dotted path in the scene.
-    ends
-        Its range.
-    points
-        Smallest number of points over the range.
-
-    Yields
-    ------
-    tuple
-        The motion, and the same with its scene.
-
-    Raises
-    ------
-    SceneError
-        When the drive does not keep its sense over the range, or loads jump at other angles.
-    SolverError
-        When there is no motion at the start, or the branch is lost.
-    """
+    """Follow the motions of a scene over a number of it, from one end of a range until they leave the range."""
     first, last = (at(end) for end in ends)
     if first.cycle_rate * last.cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)

@@ -88,22 +88,7 @@ SLOW = 4  # corrections of a start: accelerations of freedoms take two, and thre
 
 
 def in_time_by_poses(scene: Scene) -> Result:
-    """Analyse a motion in time.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-
-    Raises
-    ------
-    SceneError
-        When it has what no term or joint of poses states yet.
-    SolverError
-        When a step has no solution.
-    UnresolvedError
-        When an error is too large.
-    """
+    """Analyse a motion in time."""
     refuse_rough(scene.analysis)
     if not scene.drives and scene.analysis.duration is None:
         raise SceneError(NO_DURATION, place="analysis.duration")
@@ -131,10 +116,8 @@ def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
 
 
 def _stops(scene: Scene, times: Array) -> Array:
-    """Give where steps end (s): at positions, where loads jump, and at corners of loads that steps do not show.
-
-    A jump counts to the step after it, which begins by a rounding before it.
-    """
+    """Give where steps end (s): at positions, where loads jump, and at corners of loads that steps do not show."""
+    # A jump counts to the step after it, which begins by a rounding before it.
     struck = [strike.time for strike in strikes_between(scene, float(times[0]), float(times[-1]))]
     if not scene.drives:
         return _with_cuts(scene, times, [np.array(struck)])
@@ -165,14 +148,9 @@ def _lead(scene: Scene, begin: float) -> int:
 
 @dataclass(frozen=True)
 class OfTime(OfPoses):
-    """A motion in time at its positions, with freedoms.
+    """A motion in time at its positions, with freedoms."""
 
-    Parameters
-    ----------
-    freed
-        Angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(instants, freedoms)`` each.
-    """
-
+    # angles (rad) and strokes (m) of the freedoms, and two derivatives by time, ``(instants, freedoms)`` each
     freed: Places
 
     @cached_property
@@ -214,40 +192,20 @@ class OfTime(OfPoses):
 
 @dataclass(frozen=True)
 class InTime:
-    """A motion in time of a scene's machine.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    positions
-        The motion at the positions of the result, beside the rigid one.
-    inside, weights
-        The motion at the stages of all steps, and their weights in an integral over time (s).
-    ends
-        The motion at its start, and at the end of its last step.
-    change
-        Difference of the last two cycles relative to the largest coordinate; infinite where there is only one.
-    steps
-        Number of steps.
-    peaks
-        The most that each law of contact exerts, between the stages too (N or N m).
-    struck
-        What impulses, and what drives give at them (J).
-    beside
-        What was followed beside it.
-    """
+    """A motion in time of a scene's machine."""
 
     scene: Scene
-    positions: OfTime
+    positions: OfTime  # the motion at the positions of the result, beside the rigid one
+    # inside, weights: the motion at the stages of all steps, and their weights in an integral over time (s)
     inside: OfPoses
-    ends: Motion
+    ends: Motion  # the motion at its start, and at the end of its last step
     weights: Array
+    # difference of the last two cycles relative to the largest coordinate; infinite where there is only one
     change: float
     steps: int
-    peaks: dict[str, float]
-    struck: Array
-    beside: Beside | None = None
+    peaks: dict[str, float]  # the most that each law of contact exerts, between the stages too (N or N m)
+    struck: Array  # what impulses, and what drives give at them (J)
+    beside: Beside | None = None  # what was followed beside it
 
     @property
     def closings(self) -> int:
@@ -265,25 +223,9 @@ class InTime:
         also: Callable[[Step], None] | None = None,
         ends: Array | None = None,
     ) -> InTime:
-        """Follow the motion of a scene from its start.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its effects chosen.
-        times
-            Instants of the positions (s).
-        sharper
-            Factor on the tolerance of its steps.
-        settled
-            Change from cycle to cycle at which it ends; None for that of the scene.
-        start
-            The end of another result, from which it goes on; None where it begins as the scene states.
-        also
-            Is called with every step.
-        ends
-            Its start, and instants at which its steps end, with the positions (s); None where they are chosen.
-        """
+        """Follow the motion of a scene from its start."""
+        # times: instants of the positions (s); ends: its start, and instants at which its steps end, with the
+        # positions (s); None where they are chosen
         angles = None if start is None else start.angles
         made, tolerance, damped = _built(_freed_where(scene, start.freedoms) if start and angles is None else scene)
         machine, analysis = made.machine, scene.analysis
@@ -318,10 +260,9 @@ class InTime:
 
 
 def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
-    """Build a machine, give the size of each coordinate, and what damps its modes as freedoms move on.
-
-    The size is that of static answers: drives are at even positions of a cycle, and freedoms are held where they start.
-    """
+    """Build a machine, give the size of each coordinate, and what damps its modes as freedoms move on."""
+    # The size is that of static answers: drives are at even positions of a cycle, and freedoms are held where they
+    # start.
     made, held, damped = machine_of(scene), machine_of(scene), None
     ratio = scene.damping.ratio
     for name, part in scene.freedoms.items():
@@ -345,21 +286,13 @@ def _built(scene: Scene) -> tuple[SceneMachine, Array, _ModesDamped | None]:
 
 @dataclass
 class _ModesDamped:
-    """Damps the modes that a machine has where its freedoms are held, anew after each step.
+    """Damps the modes that a machine has where its freedoms are held, anew after each step."""
 
-    They are those of the middle of the next step, which is taken to be as the last one.
+    # They are those of the middle of the next step, which is taken to be as the last one.
 
-    Parameters
-    ----------
-    made, held
-        The machine, and one whose freedoms are led.
-    damping
-        What is found.
-    """
-
-    made: SceneMachine
+    made: SceneMachine  # made, held: the machine, and one whose freedoms are led
     held: SceneMachine
-    damping: HeldDamping
+    damping: HeldDamping  # what is found
 
     @classmethod
     def of(cls, made: SceneMachine, held: SceneMachine) -> _ModesDamped:
@@ -397,15 +330,8 @@ def _sizes(machine: Machine, q: Array) -> Array:
 
 
 def _shapes(made: SceneMachine, allowed: Array) -> Array:
-    """Give what links change beside their nearest rigid motion, over what is allowed ``(shapes, coordinates)``.
-
-    Parameters
-    ----------
-    made
-        The machine, whose chart rests.
-    allowed
-        Of every coordinate ``(coordinates,)`` (m, rad).
-    """
+    """Give what links change beside their nearest rigid motion, over what is allowed ``(shapes, coordinates)``."""
+    # allowed: of every coordinate ``(coordinates,)`` (m, rad)
     machine, r, found = made.machine, made.machine.known.at(np.zeros(1)).r[0], []
     for link in range(len(made.scene.links)):
         poses = np.flatnonzero(links_of_poses(made) == link)
@@ -452,13 +378,7 @@ def _freedoms_at(scene: Scene, t: Array, seconds: Array, start: int) -> Places:
 
 
 def start_of(made: SceneMachine) -> Array:
-    """Let the chart rest where the motion starts, and give the rates there ``(size,)``.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    """
+    """Let the chart rest where the motion starts, and give the rates there ``(size,)``."""
     machine = made.machine
     if made.scene.analysis.start == "rigid":
         known, q = _rigid_at(made, np.zeros(1)).motion, np.zeros(machine.size)
@@ -478,15 +398,8 @@ def _freed_where(scene: Scene, freedoms: Array) -> Scene:
 
 
 def going_on(made: SceneMachine, state: Array) -> Array:
-    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    state
-        Coordinates and their rates ``(2, n)``.
-    """
+    """Let the chart rest at coordinates of poses, and give the rates there ``(size,)``."""
+    # state: coordinates and their rates ``(2, n)``
     machine, d = made.machine, made.machine.geometry.d
     there = machine.places >= 0
     found = np.column_stack([np.array(machine.r), PLANE.vector(np.array(machine.R))[:, 0]])
@@ -507,21 +420,12 @@ def _state_of(end: Motion) -> xr.Dataset:
 
 @dataclass
 class _Struck:
-    """Impulses that strike in a motion, with what they give.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    due
-        Numbers of the impulses by their instants, which are ends of steps.
-    given
-        What impulses, and what drives give at them, after the start (J).
-    """
+    """Impulses that strike in a motion, with what they give."""
 
     made: SceneMachine
-    due: dict[float, list[int]]
+    due: dict[float, list[int]]  # numbers of the impulses by their instants, which are ends of steps
     begin: float
+    # what impulses, and what drives give at them, after the start (J)
     given: Array = field(default_factory=lambda: np.zeros(2))
 
     @classmethod
@@ -545,11 +449,9 @@ class _Struck:
 
 
 def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
-    """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``.
-
-    Freedoms go on as nothing holds them. A "static" start keeps its shape at first. A "smooth" start is that of the
-    slow motion, which does not vibrate: each correction knows one more of its derivatives by time.
-    """
+    """Give a start that is bent by loads and the rigid motion: its rates, and the coordinates beside it ``(size,)``."""
+    # Freedoms go on as nothing holds them. A "static" start keeps its shape at first. A "smooth" start is that of the
+    # slow motion, which does not vibrate: each correction knows one more of its derivatives by time.
     scene, held = made.scene, machine_of(made.scene)
     smooth, count = scene.analysis.start in ("smooth", "periodic"), len(scene.freedoms)
     rates = [abs(scene.cycle_rate)] if scene.drives else []
@@ -598,17 +500,8 @@ def _slow_start(made: SceneMachine) -> tuple[PoseMotion, Array]:
 
 
 def _rates_of_shapes(machine: Machine, t: Array, q: Array) -> Array:
-    """Give the rates with which links that keep their shape follow all rows: they strain least ``(n,)``.
-
-    Parameters
-    ----------
-    machine
-        The machine, whose chart moves and leads all that is free.
-    t
-        An instant and one just after it (s).
-    q
-        Coordinates at the first ``(size,)``.
-    """
+    """Give the rates with which links that keep their shape follow all rows: they strain least ``(n,)``."""
+    # t: an instant and one just after it (s); q: coordinates at the first ``(size,)``
     n, rows, still = machine.n, slice(machine.n, machine.n + machine.held), np.zeros((2, machine.size))
     found = machine.residual(t, np.tile(q, (2, 1)), still, still)
     passing = np.diff(found.force[:, rows], axis=0)[0] / np.diff(t)  # rates of the rows where the coordinates rest
@@ -624,17 +517,8 @@ def _rates_of_shapes(machine: Machine, t: Array, q: Array) -> Array:
 
 
 def noted_peaks(peaks: dict[str, float], step: Step, scene: Scene) -> None:
-    """Note the most that contacts exert in a step, which places and rates tell between its stages too.
-
-    Parameters
-    ----------
-    peaks
-        The most by law so far, which is added to (N or N m).
-    step
-        The step.
-    scene
-        The scene.
-    """
+    """Note the most that contacts exert in a step, which places and rates tell between its stages too."""
+    # peaks: the most by law so far, which is added to (N or N m)
     shares = np.linspace(0, 1, PEAKS)
     for k, term in enumerate(step.machine.terms):
         if isinstance(term, LawTerm) and term.closed.any():
@@ -723,12 +607,10 @@ class _Taken:
 
 
 def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) -> Errors:
-    """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations.
-
-    Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the same
-    motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a result has
-    no state of halved elements either.
-    """
+    """Estimate the errors of a motion: by sharper steps, by halved elements, and between stations."""
+    # Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the
+    # same motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a
+    # result has no state of halved elements either.
     scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
     better, asked = {}, scene.analysis.error_estimates == "contacts"
     if not whole.closings or asked:
@@ -746,17 +628,7 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
 
 
 def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | None = None) -> Result:
-    """Label what was found.
-
-    Parameters
-    ----------
-    whole
-        The motion.
-    errors
-        Its errors; None where they are not estimated.
-    repeated
-        What is known of a motion that repeats.
-    """
+    """Label what was found."""
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
     known = [_power(whole, errors), _of_freedoms(found), _state_of(whole.ends), _of_laws(whole)]
@@ -765,19 +637,7 @@ def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | N
 
 
 def labelled_in_time(scene: Scene, data: xr.Dataset, known: list[xr.Dataset], errors: Errors | None) -> Result:
-    """Add to what is read off a motion in time what follows from it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    data
-        What is read off.
-    known
-        What else is known of the motion.
-    errors
-        As of `collected`.
-    """
+    """Add to what is read off a motion in time what follows from it."""
     parts = [
         *known,
         residual_vibration(scene, data),

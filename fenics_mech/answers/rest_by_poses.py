@@ -38,28 +38,14 @@ LED = 0.2  # rad, by which drives lead links to where they are held
 
 
 def without_friction(scene: Scene) -> Scene:
-    """Give a scene in which no dry friction holds a joint at rest.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give a scene in which no dry friction holds a joint at rest."""
     none = {"coefficient": 0.0, "static": None, "stribeck": None}
     laws = {name: law.model_copy(update=none) if holds(law) else law for name, law in scene.joint_laws.items()}
     return scene.model_copy(update={"joint_laws": laws})
 
 
 def refuse_friction(scene: Scene, why: str) -> None:
-    """Raise `SceneError` where a joint has dry friction.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    why
-        What it has, of which a range of equilibria is not found.
-    """
+    """Raise `SceneError` where a joint has dry friction."""
     for name, law in scene.joint_laws.items():
         if isinstance(law, Friction) and (law.belt_speed or holds(law)):
             raise SceneError(
@@ -72,21 +58,11 @@ def refuse_friction(scene: Scene, why: str) -> None:
 
 @dataclass
 class _Bodies:
-    """The links as bodies that do not bend, followed as drives and freedoms lead them.
+    """The links as bodies that do not bend, followed as drives and freedoms lead them."""
 
-    Parameters
-    ----------
-    made
-        The machine of a scene.
-    t
-        When its drives are at their position ``(1,)`` (s).
-    q
-        Coordinates where they were last ``(size,)``.
-    """
-
-    made: SceneMachine
-    t: Array
-    q: Array
+    made: SceneMachine  # the machine of a scene
+    t: Array  # when its drives are at their position ``(1,)`` (s)
+    q: Array  # coordinates where they were last ``(size,)``
     side: float = 0.0
 
     def lead(self, drives: Array, freedoms: Array) -> None:
@@ -102,27 +78,13 @@ class _Bodies:
 
 @dataclass(frozen=True)
 class Resting:
-    """A scene's machine whose freedoms rows lead, with drives held at their position and all contacts closed.
+    """A scene's machine whose freedoms rows lead, with drives held at their position and all contacts closed."""
 
-    Parameters
-    ----------
-    made
-        The machine, whose freedoms nothing leads.
-    held
-        The same with the rows.
-    rows
-        Numbers of the rows.
-    t
-        When the drives are there ``(1,)`` (s).
-    start
-        Where the freedoms start ``(freedoms,)``.
-    """
-
-    made: SceneMachine
-    held: Machine
-    rows: Index
-    t: Array
-    start: Array
+    made: SceneMachine  # the machine, whose freedoms nothing leads
+    held: Machine  # the same with the rows
+    rows: Index  # numbers of the rows
+    t: Array  # when the drives are there ``(1,)`` (s)
+    start: Array  # where the freedoms start ``(freedoms,)``
     _value: Array
     _bodies: _Bodies
 
@@ -175,13 +137,7 @@ class Resting:
         return OfRigid(replace(made, machine=machine), motion, turned, made.scene.cycle_rate * self.t)
 
     def small_motions(self, place: Array, here: Condensed, count: int) -> SmallMotions:
-        """Give small motions about where the freedoms are at places ``(freedoms,)``.
-
-        Raises
-        ------
-        SolverError
-            When one grows, and the scene does not let that pass.
-        """
+        """Give small motions about where the freedoms are at places ``(freedoms,)``."""
         scene, machine, (chart, q, a) = self.made.scene, copy(self.held), self._beside(place, here)
         if np.any(scene.damping.ratio) and self.made.links is not None:
             machine = copy(Resting.of(scene).held)  # whose beams are others, and damped
@@ -202,30 +158,14 @@ def _read(value: Array, k: int) -> Law:
 
 @dataclass(frozen=True)
 class FreelyAtRest(AtRest):
-    """An equilibrium of a scene's machine with freedoms, with exact strains.
+    """An equilibrium of a scene's machine with freedoms, with exact strains."""
 
-    Parameters
-    ----------
-    place
-        Where the freedoms are ``(freedoms,)``.
-    motions
-        Small motions about it.
-    """
-
-    place: Array = field(kw_only=True)
-    motions: SmallMotions = field(kw_only=True)
+    place: Array = field(kw_only=True)  # where the freedoms are ``(freedoms,)``
+    motions: SmallMotions = field(kw_only=True)  # small motions about it
 
     @classmethod
     def of(cls, scene: Scene) -> FreelyAtRest:
-        """Find it.
-
-        Raises
-        ------
-        SceneError
-            When joints rub.
-        SolverError
-            When there is no equilibrium near the start, or it is unstable.
-        """
+        """Find it."""
         refuse_friction(scene, "links that bend")
         resting = Resting.of(scene)
         place, here = resting.search.found_from(resting.start)
@@ -248,15 +188,8 @@ class FreelyAtRest(AtRest):
 
 
 def of_freedoms(scene: Scene, place: Array) -> xr.Dataset:
-    """Label where freedoms are at rest ``(freedoms,)``.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    place
-        Angles (rad) and strokes (m).
-    """
+    """Label where freedoms are at rest ``(freedoms,)``."""
+    # place: angles (rad) and strokes (m)
     along, places = ("theta", "freedom"), place[None]
     states = {"freedom_place": (along, places), "freedom_rate": (along, 0 * places)}
     return xr.Dataset(states, {"freedom": list(scene.freedoms)})

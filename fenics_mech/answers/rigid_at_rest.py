@@ -22,22 +22,7 @@ from fenics_mech.solve.rest import SmallMotions
 
 
 def rigid_at_rest(scene: Scene, placed: bool = True) -> Result:
-    """Find where rigid links are at rest, and what acts there.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-    placed
-        Whether it states where the freedoms are, so that friction may hold them there.
-
-    Raises
-    ------
-    SceneError
-        When joints rub and there are several freedoms.
-    SolverError
-        When there is no equilibrium near to the rough angles, or it is unstable.
-    """
+    """Find where rigid links are at rest, and what acts there."""
     motions: SmallMotions | None = None
     if any(map(holds, scene.joint_laws.values())):
         if len(scene.freedoms) > 1:

@@ -45,22 +45,7 @@ TOGETHER = 2_000_000  # entries of the rows' derivatives that are looked at toge
 
 
 def rigid_by_poses(scene: Scene) -> Result:
-    """Analyse rigid links that drives lead: over a cycle, in one position or in time.
-
-    Parameters
-    ----------
-    scene
-        The scene, without members and freedoms.
-
-    Raises
-    ------
-    AssemblyError
-        When the links cannot be assembled, or a position of theirs is singular.
-    SceneError
-        When the scene has what does not act on links that are led.
-    UnresolvedError
-        When the positions miss the peak of a joint force by too much.
-    """
+    """Analyse rigid links that drives lead: over a cycle, in one position or in time."""
     _refuse(scene)
     require_positions(scene, count := _positions(scene))
     machine = LedMachine.of(scene)
@@ -111,31 +96,15 @@ def _instants(scene: Scene, count: int) -> Array:
 
 @dataclass(frozen=True)
 class LedMachine:
-    """The machine of rigid links that drives lead, and their motion at any instant.
-
-    Parameters
-    ----------
-    made
-        The machine.
-    led
-        The motion of its links at full speed.
-    back
-        Whether they are back after a cycle, in which alone they were followed.
-    """
+    """The machine of rigid links that drives lead, and their motion at any instant."""
 
     made: SceneMachine
-    led: Led
-    back: bool
+    led: Led  # the motion of its links at full speed
+    back: bool  # whether they are back after a cycle, in which alone they were followed
 
     @classmethod
     def of(cls, scene: Scene) -> LedMachine:
-        """Build the machine of a scene, and follow its links as far as the analysis needs.
-
-        Raises
-        ------
-        AssemblyError
-            When they cannot be assembled, or the motion cannot be followed.
-        """
+        """Build the machine of a scene, and follow its links as far as the analysis needs."""
         made = machine_of(scene)
         reached = _clock(scene, _instants(scene, _positions(scene)))[0]
         first, last = min(0.0, reached.min()), max(0.0, reached.max())
@@ -148,13 +117,8 @@ class LedMachine:
         return cls(made, led_motion(made.bodies, first, last), False)
 
     def at(self, t: Array) -> OfRigid:
-        """Give what acts in their motion.
-
-        Parameters
-        ----------
-        t
-            Instants, ascending ``(instants,)`` (s).
-        """
+        """Give what acts in their motion."""
+        # t: instants, ascending ``(instants,)`` (s)
         scene = self.made.scene
         clock, rate, change = _clock(scene, t)
         q, first, second = self.led.over_cycles(clock) if self.back else self.led.at(clock)
@@ -166,21 +130,10 @@ class LedMachine:
 def acting(
     made: SceneMachine, t: Array, motion: PoseMotion, angle: Array, theta: Array, pulls: Array | None = None
 ) -> OfRigid:
-    """Give what acts in a motion of rigid links.
-
-    Parameters
-    ----------
-    made
-        A machine whose rows hold all coordinates.
-    t, motion
-        Instants, ascending (s), and the motion of all poses there.
-    angle
-        Angles of the links, whole turns and all ``(instants, links)`` (rad).
-    theta
-        Drive angles ``(instants,)`` (rad).
-    pulls
-        Multipliers of all rows ``(instants, rows)``; None where they are not known.
-    """
+    """Give what acts in a motion of rigid links."""
+    # t, motion: instants, ascending (s), and the motion of all poses there; angle: angles of the links, whole turns
+    # and all ``(instants, links)`` (rad); theta: drive angles ``(instants,)`` (rad); pulls: multipliers of all rows
+    # ``(instants, rows)``; None where they are not known
     machine, moving = copy(made.machine), made.scene.analysis.method != "static"
     machine.chart = Given(t, motion)
     near, none = _near(made, angle), np.zeros((len(t), machine.n))

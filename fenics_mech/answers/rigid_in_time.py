@@ -56,22 +56,7 @@ BOUNCED = 0.1  # of the tolerance, which a step in a contact may miss its rate b
 
 
 def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
-    """Analyse a motion in time of rigid links.
-
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that its drives leave free.
-    start
-        The state to go on from; None for that at time 0.
-
-    Raises
-    ------
-    SceneError
-        When it has more positions than a result holds, or what no term states yet.
-    SolverError
-        When a step has no solution, or a freedom moves no mass.
-    """
+    """Analyse a motion in time of rigid links."""
     refuse_rough(scene.analysis)
     repeated = None
     if scene.analysis.start == "periodic":
@@ -98,17 +83,7 @@ def _times(scene: Scene, start: float) -> Array:
 
 
 def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
-    """Give the machine of a scene as one of its freedoms.
-
-    Parameters
-    ----------
-    made
-        The machine of rigid links.
-    start
-        Where they are.
-    near
-        Coordinates that they have there; None for those of the start.
-    """
+    """Give the machine of a scene as one of its freedoms."""
     holding = replace(made, machine=copy(made.machine))
     holding.machine.rows = list(made.machine.rows)
     own = [lead(holding, name, np.zeros_like) for name in made.scene.freedoms]
@@ -134,17 +109,8 @@ def theta_of(scene: Scene, t: Array, place: Array) -> Array:
 
 
 def found_at(made: SceneMachine, freed: Freed, known: Carried, rate: Array) -> OfRigid:
-    """Give what acts where the freedoms are at some places and rates, and nothing holds them.
-
-    Parameters
-    ----------
-    made, freed
-        The machine.
-    known
-        Links near to where they are, with the places.
-    rate
-        Rates ``(instants, freedoms)``.
-    """
+    """Give what acts where the freedoms are at some places and rates, and nothing holds them."""
+    # rate: rates ``(instants, freedoms)``
     moved, held = freed.freely(known, rate)
     return rigid_at(made, freed, moved, theta_of(made.scene, known.t, known.r), held.pulls)
 
@@ -185,40 +151,22 @@ class _Struck:
 
 @dataclass(frozen=True)
 class Course:
-    """A motion in time.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made, freed
-        Its machine.
-    at, rate
-        Links at the positions of the result, and rates of the freedoms there ``(instants, freedoms)``.
-    stages, rates, weights
-        The same at the stages of all steps, and their weights in an integral over time (s).
-    steps
-        Number of steps.
-    peaks
-        The most that each law of contact exerts.
-    beside
-        What was followed beside the motion.
-    works
-        Energy that impulses gave (J).
-    """
+    """A motion in time."""
 
     scene: Scene
-    made: SceneMachine
+    made: SceneMachine  # made, freed: its machine
     freed: Freed
+    # at, rate: links at the positions of the result, and rates of the freedoms there ``(instants, freedoms)``
     at: Carried
     rate: Array
+    # stages, rates, weights: the same at the stages of all steps, and their weights in an integral over time (s)
     stages: Carried
     rates: Array
     weights: Array
     steps: int
-    peaks: dict[str, float]
-    beside: Beside
-    works: float
+    peaks: dict[str, float]  # the most that each law of contact exerts
+    beside: Beside  # what was followed beside the motion
+    works: float  # energy that impulses gave (J)
 
     @classmethod
     def of(
@@ -229,26 +177,7 @@ class Course:
         also: Callable[[Step], None] | None = None,
         shares: Array | None = None,
     ) -> Course:
-        """Follow a motion from its start.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        start
-            The state to go on from; None for that at time 0.
-        sharper
-            Factor on the tolerance of its steps.
-        also
-            Is called with every step.
-        shares
-            Where steps end, of the motion, with 0; None where they are chosen.
-
-        Raises
-        ------
-        AssemblyError
-            When the freedoms do not say how the links move.
-        """
+        """Follow a motion from its start."""
         start = start or StartState.stated(scene)
         times, analysis = _times(scene, start.time), scene.analysis
         made = machine_of(scene)
@@ -313,10 +242,8 @@ class Course:
 
 
 def _refusal(scene: Scene, freed: Freed, t: float) -> AssemblyError:
-    """Say that the freedoms do not tell at an instant how links move.
-
-    Where the joints' own rows are singular, those with a freedom at any joint are too.
-    """
+    """Say that the freedoms do not tell at an instant how links move."""
+    # Where the joints' own rows are singular, those with a freedom at any joint are too.
     J, count = freed._here.J[-1], len(scene.moved_joints)
     motion = np.abs(np.linalg.svd(J)[2][-1, freed.machine.places[1:, 2]])
     moved = ", ".join(list(scene.links)[k] for k in np.argsort(-motion) if motion[k] > MOVED * motion.max())
@@ -417,10 +344,8 @@ def _of_freedoms(course: Course, repeated: RepeatedMotion | None) -> list[xr.Dat
 
 
 def _powers(course: Course) -> xr.Dataset:
-    """Give the mean power of every cause, and what is stored, by the stages of all steps.
-
-    Efforts in freedoms count without what accelerates their rotors. What drives give at impulses is not known.
-    """
+    """Give the mean power of every cause, and what is stored, by the stages of all steps."""
+    # Efforts in freedoms count without what accelerates their rotors. What drives give at impulses is not known.
     if course.scene.impulses and course.scene.drives:
         return xr.Dataset()
     inside, ends = course.inside, course.positions.motion
@@ -468,15 +393,9 @@ def _by_part(values: Array) -> Array:
 
 @dataclass(frozen=True)
 class Runner:
-    """Integrates the motion of rigid links for the search of one that repeats; see `solve.repeated.Runner`.
+    """Integrates the motion of rigid links for the search of one that repeats; see `solve.repeated.Runner`."""
 
-    Parameters
-    ----------
-    scene
-        The scene, with a freedom for all that can move and no drive leads.
-    """
-
-    scene: Scene
+    scene: Scene  # the scene, with a freedom for all that can move and no drive leads
 
     @property
     def kinds(self) -> Index:

@@ -74,18 +74,7 @@ SIGNS = 1.0, -1.0  # of what is ahead of an answer and of what is behind it
 
 
 def with_effects(scene: Scene) -> Scene:
-    """Choose the effects of a scene for the equation of poses, or refuse those that it has not.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Raises
-    ------
-    SceneError
-        When it lists effects that the equation has not yet.
-    """
+    """Choose the effects of a scene for the equation of poses, or refuse those that it has not."""
     if scene.effects == "auto":
         lacking = {name for name in FREE if EFFECTS[name].missing_data(scene)}
         scene = scene.changed(effects=(COUPLING, EXACT_STRAINS, *(name for name in FREE if name not in lacking)))
@@ -102,10 +91,9 @@ def with_effects(scene: Scene) -> Scene:
 
 
 def built(scene: Scene, coarse: Machine | None = None, near: Machine | None = None) -> SceneMachine:
-    """Build a machine that is damped, with the motion of its rigid links as chart.
-
-    It is that of a machine with a coarser mesh, or found beside that of one which differs a little, if they are given.
-    """
+    """Build a machine that is damped, with the motion of its rigid links as chart."""
+    # It is that of a machine with a coarser mesh, or found beside that of one which differs a little, if they are
+    # given.
     made = machine_of(scene)
     if coarse is not None and isinstance(coarse.chart, Fourier):
         made.machine.chart = finer_chart(coarse.chart, coarse, made.machine)
@@ -129,10 +117,8 @@ def _rigid_at(made: SceneMachine, t: Array) -> Given:
 
 
 def _rigid_cycle(made: SceneMachine, count: int | None = None) -> Fourier:
-    """Give the periodic motion of all poses where links do not bend.
-
-    Its positions are as many as its laws and harmonics ask for, unless their number is given.
-    """
+    """Give the periodic motion of all poses where links do not bend."""
+    # Its positions are as many as its laws and harmonics ask for, unless their number is given.
     scene, least = made.scene, FEWEST
     for drive in scene.drives:
         if drive.law is not None:
@@ -176,11 +162,9 @@ def stiffening(scene: Scene, machine: Machine, t: Array, free: Array | None = No
 
 
 def steps_of(scene: Scene) -> Array:
-    """Give the instants at which steps of a cycle begin (s): evenly, where loads jump, and where impulses act.
-
-    A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads, too,
-    that their stages do not show.
-    """
+    """Give the instants at which steps of a cycle begin (s): evenly, where loads jump, and where impulses act."""
+    # A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads,
+    # too, that their stages do not show.
     count, rate = scene.analysis.sub_intervals, scene.cycle_rate
     even = np.arange(count) / count * TURN
     jumps = [angle for load in scene.loads.values() for angle in load.jumps]
@@ -217,59 +201,27 @@ def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | Non
 
 
 def left_out_by_linear(changes: Sequence[float]) -> float | None:
-    """Give the share of the coordinates that linear strains leave out, by Newton's steps from the rigid motion.
-
-    The first step gives the linear answer. Where it changes nothing there is no second one, and None is given.
-
-    Parameters
-    ----------
-    changes
-        Sizes of the steps.
-    """
+    """Give the share of the coordinates that linear strains leave out, by Newton's steps from the rigid motion."""
+    # The first step gives the linear answer. Where it changes nothing there is no second one, and None is given.
     return changes[1] / changes[0] if len(changes) > 1 else None
 
 
 @dataclass(frozen=True)
 class Solved:
-    """A periodic motion of a scene's machine.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made
-        Its machine.
-    cycle
-        The motion.
-    disturbances
-        Small ones of it; None for those that its steps tell.
-    left_out
-        Share of the coordinates that linear strains leave out; None where it is not known.
-    """
+    """A periodic motion of a scene's machine."""
 
     scene: Scene
     made: SceneMachine
     cycle: Cycle
+    # small ones of it; None for those that its steps tell
     disturbances: RunningModes | None = field(default=None, kw_only=True)
+    # share of the coordinates that linear strains leave out; None where it is not known
     left_out: float | None = field(default=None, kw_only=True)
     untold = ()  # variables that it has not
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Solved:
-        """Build the machine of a scene, and find its periodic motion.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        run
-            Motions before it; None to begin from the rigid motion.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion.
-        """
+        """Build the machine of a scene, and find its periodic motion."""
         made = built(scene)
         if (beside := found_beside(scene, made.machine, run)) is not None:
             refuse_folded(made, beside.evaluation, beside.t.ravel())
@@ -326,18 +278,7 @@ class Solved:
         return made, Beside(made.machine, pace)
 
     def beside(self, *scenes: Scene) -> list[Solved]:
-        """Give the motions of two scenes that lie as far to both sides of this one, to first order.
-
-        Parameters
-        ----------
-        scenes
-            The two scenes.
-
-        Raises
-        ------
-        DerivativeError
-            When their motions have other coordinates or steps, or multipliers that are judged have no derivatives.
-        """
+        """Give the motions of two scenes that lie as far to both sides of this one, to first order."""
         made, sides = zip(*map(self._with, scenes))
         change, found = cycle_change(self.cycle, *sides), []
         for scene, machine, other, sign in zip(scenes, made, sides, SIGNS):
@@ -371,29 +312,16 @@ class Solved:
 
 @dataclass(frozen=True)
 class LinearCycle(Solved):
-    """A periodic motion that is linear beside the rigid one: the first step of Newton's method.
+    """A periodic motion that is linear beside the rigid one: the first step of Newton's method."""
 
-    Its cycle holds the tangents of that step.
+    # Its cycle holds the tangents of that step.
 
-    Parameters
-    ----------
-    stresses
-        Those of every term at all stages after the step.
-    """
-
-    stresses: Stresses
+    stresses: Stresses  # those of every term at all stages after the step
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearCycle:
-        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects.
-
-        It is the only one, so that motions before it tell nothing of it.
-
-        Raises
-        ------
-        SolverError
-            When it is at an undamped resonance.
-        """
+        """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
+        # It is the only one, so that motions before it tell nothing of it.
         return cls._by(scene, built(scene), scene.analysis.stages)
 
     @classmethod
@@ -446,40 +374,18 @@ TIGHT, MOST = 1e-11, 40  # Newton's change of coordinates (m, rad), and its step
 
 @dataclass(frozen=True)
 class AtRest:
-    """Static answers of a scene's machine at its positions, without rates beside the rigid motion.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    made
-        Its machine, without damping of its links: they do not vibrate.
-    positions
-        What is read off it.
-    following
-        Newton's method after the first step; None of an exact answer.
-    left_out
-        As of `Solved`.
-    lost
-        Share that rounding may take.
-    """
+    """Static answers of a scene's machine at its positions, without rates beside the rigid motion."""
 
     scene: Scene
-    made: SceneMachine
-    positions: OfPoses
-    following: StaticIteration | None
-    left_out: float | None = None
-    lost: float = 0.0
+    made: SceneMachine  # its machine, without damping of its links: they do not vibrate
+    positions: OfPoses  # what is read off it
+    following: StaticIteration | None  # Newton's method after the first step; None of an exact answer
+    left_out: float | None = None  # as of `Solved`
+    lost: float = 0.0  # share that rounding may take
 
     @classmethod
     def of(cls, scene: Scene) -> AtRest:
-        """Build the machine of a scene, and find its static answers.
-
-        Raises
-        ------
-        SolverError
-            When there is none near the rigid motion at a position.
-        """
+        """Build the machine of a scene, and find its static answers."""
         return cls._by(scene, _undamped(scene), instants_of(scene))
 
     @classmethod
@@ -528,18 +434,7 @@ class AtRest:
         return made, Beside(machine, pace, replace(held, force=found.force)), stiff
 
     def beside(self, *scenes: Scene) -> list[AtRest]:
-        """Give the answers of two scenes that lie as far to both sides of this one, to first order.
-
-        Parameters
-        ----------
-        scenes
-            The two scenes.
-
-        Raises
-        ------
-        DerivativeError
-            When their answers have other coordinates.
-        """
+        """Give the answers of two scenes that lie as far to both sides of this one, to first order."""
         motion, sides = self.positions.motion, [self._with(scene) for scene in scenes]
         t, q, a, moving = motion.t, motion.q, motion.a, motion.moving
         if self.following is None:
@@ -624,10 +519,8 @@ def _refuse_buckled(made: SceneMachine, steps: StaticIteration) -> None:
 
 
 def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | None) -> StaticIteration | None:
-    """Give the answer to which members buckle, where a load across them tells to which side; None where none is found.
-
-    It goes down in energy from the straight members: each step has as much of the axial forces as does not buckle.
-    """
+    """Give the answer to which members buckle, where a load across them tells the side; None where none is found."""
+    # It goes down in energy from the straight members: each step has as much of the axial forces as does not buckle.
     axial = axial_forces(machine, quasi_static(machine, t, moving, free))
     steps = StaticIteration(machine, t, moving, axial, free)
     for _ in range(MOST_DOWN):
@@ -649,13 +542,7 @@ def _beyond_buckling(machine: Machine, t: Array, moving: bool, free: Array | Non
 
 
 def moves_of(made: SceneMachine) -> tuple[LinkMotion, Array] | None:
-    """Give motions of rigid links that joints let pass, and coordinates of them ``(size, motions)``; None without any.
-
-    Parameters
-    ----------
-    made
-        The machine. One that is driven has none.
-    """
+    """Give motions that joints let pass to rigid links, and their coordinates ``(size, motions)``; None without any."""
     if made.scene.drives:
         return None
     motion = solve_motion(made.scene, np.zeros(1))
@@ -721,15 +608,7 @@ def _refuse_far(made: SceneMachine, steps: StaticIteration) -> None:
 
 
 def instants_of(scene: Scene, share: float = 0.0) -> Array:
-    """Give the instants at which the positions of a result are, or at a share of the way to the next (s).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    share
-        Of the way.
-    """
+    """Give the instants at which the positions of a result are, or at a share of the way to the next (s)."""
     if not scene.drives:  # a structure: it has one position
         return np.zeros(1)
     if scene.analysis.method == "static":

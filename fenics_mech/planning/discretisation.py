@@ -52,18 +52,10 @@ NUMBERS = {
 
 @dataclass(frozen=True)
 class Discretisation:
-    """Numbers that decide on the numerical errors.
+    """Numbers that decide on the numerical errors."""
 
-    Parameters
-    ----------
-    elements
-        Per member.
-    sub_intervals, stations
-        Of the analysis.
-    """
-
-    elements: float
-    sub_intervals: float
+    elements: float  # per member
+    sub_intervals: float  # sub_intervals, stations: of the analysis
     stations: float
 
     @property
@@ -72,18 +64,7 @@ class Discretisation:
         return 2 * math.ceil(self.sub_intervals / 2)
 
     def of(self, scene: Scene) -> Scene:
-        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-
-        Returns
-        -------
-        Scene
-            A periodic response is by Radau points.
-        """
+        """Give the scene with this discretisation; how coarse or unstable a motion is stays to be judged."""
         values: dict[str, Any] = {"stations": math.ceil(self.stations), "allow_coarse": True}
         if scene.analysis.method == "periodic":
             solver = "poses" if scene.analysis.solver == "poses" else "collocation"
@@ -92,32 +73,13 @@ class Discretisation:
         return with_elements(scene, math.ceil(self.elements)).changed(**changes)
 
     def number(self, source: str) -> int:
-        """Give the number that makes the error of a source smaller.
-
-        Parameters
-        ----------
-        source
-            Source of an error: "time", "positions", "mesh" or "stations".
-
-        Returns
-        -------
-        int
-            Sub-intervals, elements per member, or spaces between stations.
-        """
+        """Give the number that makes the error of a source smaller."""
         if source == "stations":
             return math.ceil(self.stations) - 1
         return self.steps if source in ("time", "positions") else math.ceil(self.elements)
 
     def finer(self, source: str, by: float) -> Discretisation:
-        """Refine what makes an error smaller, so many times.
-
-        Parameters
-        ----------
-        source
-            Source of an error: "time", "mesh" or "stations".
-        by
-            Factor of the number that `number` gives.
-        """
+        """Refine what makes an error smaller, so many times."""
         if source == "stations":
             return replace(self, stations=by * (self.stations - 1) + 1)
         if source == "time":
@@ -127,37 +89,16 @@ class Discretisation:
 
 @dataclass(frozen=True)
 class Trial:
-    """A run with a discretisation.
+    """A run with a discretisation."""
 
-    Parameters
-    ----------
-    discretisation
-        What it was run with.
-    errors
-        Estimated relative errors, by quantity and then by source.
-    orders
-        Expected convergence order of each source.
-    dofs
-        Its degrees of freedom.
-    """
-
-    discretisation: Discretisation
-    errors: Mapping[str, Mapping[str, float]]
-    orders: Mapping[str, float]
-    dofs: int
+    discretisation: Discretisation  # what it was run with
+    errors: Mapping[str, Mapping[str, float]]  # estimated relative errors, by quantity and then by source
+    orders: Mapping[str, float]  # expected convergence order of each source
+    dofs: int  # its degrees of freedom
 
     def too_large(self, discretisation: Discretisation, scene: Scene) -> str:
-        """Say which number of a discretisation of a scene exceeds memory or time; empty if none.
-
-        Where the response is not periodic, the steps are not limited.
-
-        Parameters
-        ----------
-        discretisation
-            The discretisation to look at.
-        scene
-            The scene.
-        """
+        """Say which number of a discretisation of a scene exceeds memory or time; empty if none."""
+        # Where the response is not periodic, the steps are not limited.
         if discretisation.stations > SCENE.most_stations:
             return "stations"
         if discretisation.elements > MESH.most_unreduced:
@@ -176,20 +117,9 @@ class Trial:
 
 
 def slow_order(trials: Sequence[Trial], what: str, source: str) -> float | None:
-    """Observed convergence order over the last two trials, where it is below half of the expected one.
-
-    It is that of the error of a quantity by a source. None where the error falls as expected, or where the error or
-    its number hardly changed.
-
-    Parameters
-    ----------
-    trials
-        Runs, the finest last.
-    what
-        Quantity, a key of `Trial.errors`.
-    source
-        Source of its error: "time", "mesh" or "stations".
-    """
+    """Observed convergence order over the last two trials, where it is below half of the expected one."""
+    # It is that of the error of a quantity by a source. None where the error falls as expected, or where the error or
+    # its number hardly changed.
     if len(trials) < 2 or source not in trials[-2].errors[what]:
         return None
     before, last = trials[-2:]

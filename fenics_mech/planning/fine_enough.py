@@ -36,13 +36,7 @@ FINE = FineLimits()
 
 
 def free_numbers(scene: Scene) -> dict[str, float]:
-    """Give what a scene leaves to the program of mesh and steps, as it is without a need for finer ones.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give what a scene leaves to the program of mesh and steps, as it is without a need for finer ones."""
     stated, free = scene.analysis.model_fields_set, dict[str, float]()
     if not {"elements", "stations"} & scene.mesh.model_fields_set:
         free["elements"] = scene.mesh.elements
@@ -53,15 +47,7 @@ def free_numbers(scene: Scene) -> dict[str, float]:
 
 
 def with_numbers(scene: Scene, numbers: Numbers) -> Scene:
-    """Give a scene with other numbers of mesh and steps; members with a mesh of their own keep it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    numbers
-        By name, as of `free_numbers`.
-    """
+    """Give a scene with other numbers of mesh and steps; members with a mesh of their own keep it."""
     rest = dict(numbers)
     if (elements := rest.pop("elements", None)) is not None:
         count = int(elements)
@@ -72,17 +58,7 @@ def with_numbers(scene: Scene, numbers: Numbers) -> Scene:
 
 
 def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> dict[str, float]:
-    """Give the numbers with which an analysis may be fine enough; the same ones where none is free, or at the limit.
-
-    Parameters
-    ----------
-    numbers
-        The numbers that are the program's to choose, as they are.
-    first
-        What they were to begin with.
-    error
-        What the analysis ended with.
-    """
+    """Give the numbers with which an analysis may be fine enough; the same ones where none is free, or at the limit."""
     found = dict(numbers)
     for name in found.keys() & error.finer.keys():
         now, begun, wanted = numbers[name], first[name], error.finer[name]
@@ -98,24 +74,10 @@ def finer_numbers(numbers: Numbers, first: Numbers, error: MechanismError) -> di
 
 
 def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
-    """Analyse a scene as finely as its answer needs, by the numbers that it leaves to the program.
-
-    Where stated numbers are too coarse, or finer ones do not suffice, the answer is kept: its errors are told, and the
-    attribute `coarse_because` says what is too coarse. `refined` holds the numbers that were made finer. With
-    `allow_coarse` all numbers are kept.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    analysed
-        Analyses a scene, and raises an error where that is too coarse.
-
-    Raises
-    ------
-    MechanismError
-        As `analysed` does, where nothing finer helps and there is no answer.
-    """
+    """Analyse a scene as finely as its answer needs, by the numbers that it leaves to the program."""
+    # Where stated numbers are too coarse, or finer ones do not suffice, the answer is kept: its errors are told, and
+    # the attribute `coarse_because` says what is too coarse. `refined` holds the numbers that were made finer. With
+    # `allow_coarse` all numbers are kept.
     if scene.analysis.allow_coarse:
         return analysed(scene)
     numbers = first = free_numbers(scene)
@@ -143,13 +105,7 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
 
 
 def changed(numbers: Numbers, first: Numbers) -> dict[str, float]:
-    """Give those numbers that are no longer what they were to begin with.
-
-    Parameters
-    ----------
-    numbers, first
-        As of `finer_numbers`.
-    """
+    """Give those numbers that are no longer what they were to begin with."""
     return {name: value for name, value in numbers.items() if value != first[name]}
 
 
@@ -162,13 +118,7 @@ def _telling(result: Result, numbers: Numbers, first: Numbers, refused: Mechanis
 
 
 def without_pass(refused: MechanismError) -> str:
-    """What is too coarse and what to do about it, of an error that lets no answer pass.
-
-    Parameters
-    ----------
-    refused
-        The error.
-    """
+    """What is too coarse and what to do about it, of an error that lets no answer pass."""
     return str(refused).removesuffix("; analysis.allow_coarse lets it pass")
 
 

@@ -30,37 +30,17 @@ POSITIONS = 48  # of a cycle, at which laws are judged
 
 @dataclass(frozen=True)
 class TightMotion:
-    """One cycle of a linkage whose joints have no laws.
+    """One cycle of a linkage whose joints have no laws."""
 
-    Parameters
-    ----------
-    links
-        How its links move.
-    forces
-        Force of each joint (N), ``(angles, 2)`` each.
-    torque
-        Torque or force of the first drive (N m or N), ``(angles,)``.
-    speed
-        Its rate (rad/s or m/s).
-    deflection
-        Largest elastic displacement of a station (m).
-    """
-
-    links: LinkStates
-    forces: dict[str, Array]
-    torque: Array
-    speed: float
-    deflection: float
+    links: LinkStates  # how its links move
+    forces: dict[str, Array]  # force of each joint (N), ``(angles, 2)`` each
+    torque: Array  # torque or force of the first drive (N m or N), ``(angles,)``
+    speed: float  # its rate (rad/s or m/s)
+    deflection: float  # largest elastic displacement of a station (m)
 
     @classmethod
     def of(cls, scene: Scene) -> TightMotion:
-        """Find it in linear theory, without vibration.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its laws.
-        """
+        """Find it in linear theory, without vibration."""
         changes = {"joint_laws": {}, "effects": (), "analysis": {"method": "quasi-static"}}
         found = AtRest.of(scene.changed({**changes, "analysis.sub_intervals": POSITIONS, "tolerance": None}))
         positions, motion = found.positions, found.positions.links()
@@ -71,13 +51,7 @@ class TightMotion:
         return cls(links, positions.joint_forces, torque, abs(scene.cycle_rate), float(deflection))
 
     def friction(self, scene: Scene, law: Friction) -> float:
-        """Give the power of a friction over that of the drive at its largest torque.
-
-        Parameters
-        ----------
-        scene, law
-            The scene, and the law.
-        """
+        """Give the power of a friction over that of the drive at its largest torque."""
         place = JointPlace.of(scene, law.joint)
         state, arm = place.state(self.links), DryFriction(place, law).arm
         sliding = arm * state.rate - law.belt_speed
@@ -86,34 +60,15 @@ class TightMotion:
         return float(lost.max() / max(np.abs(self.torque).max() * self.speed, TINY))
 
     def clearance(self, law: Clearance | GuideClearance) -> float:
-        """Give a clearance over the largest deflection.
-
-        Parameters
-        ----------
-        law
-            The law.
-        """
+        """Give a clearance over the largest deflection."""
         way = law.play if isinstance(law, GuideClearance) else law.radial
         return way / max(self.deflection, TINY)
 
 
 @guarded()
 def choose_laws(scene: Scene) -> tuple[Scene, tuple[Choice, ...]]:
-    """Leave out friction and clearance that are too small to count, and say how large each is.
-
-    Those of a scene whose drives lead all links are estimated, with ``effects = "auto"``. All others stay.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    tuple
-        The scene with the laws that count, and what was decided about each. Where they cannot be estimated all act,
-        without a size.
-    """
+    """Leave out friction and clearance that are too small to count, and say how large each is."""
+    # Those of a scene whose drives lead all links are estimated, with ``effects = "auto"``. All others stay.
     estimated = {name: law for name, law in scene.joint_laws.items() if isinstance(law, EstimatedLaw)}
     led = scene.effects == "auto" and scene.members() and scene.drives and not scene.freedoms
     if not led or not estimated:

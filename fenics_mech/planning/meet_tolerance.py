@@ -79,24 +79,7 @@ def within(
     scene: Scene,
     analyser: Analyser,
 ) -> Result:
-    """Analyse a scene so that every quantity that its tolerance names is within it of the converged one.
-
-    Parameters
-    ----------
-    scene
-        A scene with a tolerance. What the theory of effects leaves out that the scene lists is not counted.
-    analyser
-        Analyses it with one discretisation after the other.
-
-    Raises
-    ------
-    SolverError
-        When the tolerance is not met, with the source of the largest error; or for what no steps or mesh cure, such as
-        a motion that is unstable.
-    SceneError
-        When the motion is one in time, impulses strike, or nothing damps: their errors are not all estimated. When the
-        scene asks for another solver than the tolerance takes, or has none of a quantity named.
-    """
+    """Analyse a scene so that every quantity that its tolerance names is within it of the converged one."""
     refuse_stated(scene)
     chosen = analyser.planned(scene)
     refuse_unknown(chosen)
@@ -171,16 +154,9 @@ def _periodic(scene: Scene) -> bool:
 
 
 def _next(scene: Scene, trials: Sequence[Trial]) -> Discretisation:
-    """Give the choices of the next trial.
-
-    An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it has
-    been seen twice, or once where loads jump, shows what the tolerance would take.
-
-    Raises
-    ------
-    SolverError
-        When that is more than memory or time allow.
-    """
+    """Give the choices of the next trial."""
+    # An error falls with its power. Where it fell far more slowly, it has to fall on as it did: that power, once it
+    # has been seen twice, or once where loads jump, shows what the tolerance would take.
     last = trials[-1]
     more: dict[str, tuple[float, float]] = {}
     for what in _missed(scene, last):
@@ -284,10 +260,8 @@ def _start(scene: Scene) -> Discretisation:
 
 
 def _fewest_stations(scene: Scene) -> int:
-    """Give the stations to begin with, as they cost little: those between which a half-wave hides its share.
-
-    At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
-    """
+    """Give the stations to begin with, as they cost little: those between which a half-wave hides its share."""
+    # At d of its length beside its top a half-wave of a sine is lower by ``(pi d)^2/2``, and d is half a distance.
     hidden = SEARCH.largest_share * min(scene.tolerances.values())
     return max(REFINE.fewest_stations, min(SCENE.most_stations, math.ceil(math.pi / math.sqrt(8 * hidden)) + 1))
 
@@ -298,10 +272,8 @@ def _jumping(scene: Scene) -> bool:
 
 
 def _fewest_steps(scene: Scene) -> int:
-    """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does.
-
-    Loads that change may do so between few positions: there the scene's own are the fewest.
-    """
+    """Give the steps to begin with, which miss no corner of the motion, and nothing that a load or a law does."""
+    # Loads that change may do so between few positions: there the scene's own are the fewest.
     analysis = scene.analysis
     if not _periodic(scene):
         quasi_static = scene.drives and analysis.method == "quasi-static"

@@ -25,20 +25,7 @@ SAME_ANGLE = 1e-6  # rad, or of the angle turned, by which a start may miss the 
 
 
 def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
-    """Give the state of another result, from which a motion with freedoms goes on; None where the scene names none.
-
-    Parameters
-    ----------
-    scene
-        A scene with freedoms for all that can move, or none where drives lead all.
-    size
-        Number of the links' elastic coordinates.
-
-    Raises
-    ------
-    SceneError
-        When the result cannot be read, or does not fit the scene, or the scene has no freedoms.
-    """
+    """Give the state of another result, from which a motion with freedoms goes on; None where the scene names none."""
     if scene.analysis.method != "transient":
         return None
     start = scene.analysis.start
@@ -70,41 +57,17 @@ def state_to_go_on_from(scene: Scene, size: int) -> StartState | None:
 
 @dataclass(frozen=True)
 class GoneOn:
-    """The end of another result, from which a motion of poses goes on.
+    """The end of another result, from which a motion of poses goes on."""
 
-    Parameters
-    ----------
-    time
-        s.
-    state
-        Coordinates of the poses, and their rates ``(2, coordinates)``.
-    freedoms
-        Angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns.
-    angles
-        Measures of every term of the machine, which tell them instead; None where they are not known.
-    """
-
-    time: float
-    state: Array
-    freedoms: Array
+    time: float  # s
+    state: Array  # coordinates of the poses, and their rates ``(2, coordinates)``
+    freedoms: Array  # angles and strokes of the freedoms, and their rates ``(2, freedoms)``; they tell whole turns
+    # measures of every term of the machine, which tell them instead; None where they are not known
     angles: Sequence[Array] | None = None
 
 
 def poses_to_go_on_from(scene: Scene, size: int) -> GoneOn | None:
-    """Give the state of another result, from which a motion of poses goes on; None where the scene names none.
-
-    Parameters
-    ----------
-    scene
-        A scene with freedoms for all that can move and no drive leads.
-    size
-        Number of its coordinates.
-
-    Raises
-    ------
-    SceneError
-        When the result cannot be read, or does not fit the scene.
-    """
+    """Give the state of another result, from which a motion of poses goes on; None where the scene names none."""
     if scene.analysis.start in STATED_STARTS:
         return None
     data = _read(Path(scene.analysis.start))
@@ -157,13 +120,7 @@ def _unfit(what: str) -> SceneError:
 
 
 def _read(start: Path) -> xr.Dataset:
-    """Read another result.
-
-    Raises
-    ------
-    SceneError
-        When there is no such file, or it is no result.
-    """
+    """Read another result."""
     if not start.is_file():
         raise SceneError(
             f"there is no file {str(start)!r}",

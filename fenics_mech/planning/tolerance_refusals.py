@@ -10,13 +10,7 @@ from fenics_mech.scene import Scene
 
 
 def refuse_stated(scene: Scene) -> None:
-    """Raise `SceneError` where a scene asks for another method than its tolerance takes.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a scene asks for another method than its tolerance takes."""
     for name, values in (TAKEN if scene.analysis.method == "periodic" else {}).items():
         if (stated := getattr(scene.analysis, name)) not in values:
             raise SceneError(
@@ -27,13 +21,7 @@ def refuse_stated(scene: Scene) -> None:
 
 
 def refuse_unknown(scene: Scene) -> None:
-    """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised.
-
-    Parameters
-    ----------
-    scene
-        The scene, whose effects are chosen.
-    """
+    """Raise `SceneError` where an error is not estimated, so that no tolerance can be promised."""
     damping = scene.damping
     damped = np.any(damping.ratio) or damping.material or damping.external or damping.relative or scene.dampers
     if damping.air is not None:

@@ -12,30 +12,14 @@ from fenics_mech.solve.rest import SmallMotions
 
 
 def of_small_motions(motions: SmallMotions) -> xr.Dataset:
-    """Label the small motions about an equilibrium.
-
-    Parameters
-    ----------
-    motions
-        The small motions.
-    """
+    """Label the small motions about an equilibrium."""
     along = ("small_motion",)
     variables = {"rest_frequency": (along, motions.frequency), "rest_decay": (along, motions.decay)}
     return xr.Dataset(variables, {"small_motion": np.arange(1, len(motions.decay) + 1)})
 
 
 def of_friction(held: Held, freedom: str, laws: Sequence[str]) -> xr.Dataset:
-    """Label the range in which friction holds a freedom, and what it uses of its limits.
-
-    Parameters
-    ----------
-    held
-        What friction holds.
-    freedom
-        The freedom.
-    laws
-        All joint laws by name; of those that do not rub the use is not a number.
-    """
+    """Label the range in which friction holds a freedom, and what it uses of its limits."""
     lowest, highest = held.range
     used = [held.used.get(name, np.nan) for name in laws]
     variables = {

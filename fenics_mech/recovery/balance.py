@@ -13,22 +13,10 @@ from fenics_mech.terms.causes import Cause
 
 
 def balance_of(mean: Mapping[str, float], small: float, bound: float) -> xr.Dataset:
-    """Label the mean power of every cause, and how far they are from a balance.
-
-    Parameters
-    ----------
-    mean
-        Mean power of each cause (W).
-    small
-        Power that the imbalance is relative to where all means are smaller (W).
-    bound
-        What the estimated errors of the efforts make of the drives' mean power at most (W).
-
-    Returns
-    -------
-    xarray.Dataset
-        `mean_power` (W) by `cause`, and the attributes that `energy_balance` names.
-    """
+    """Label the mean power of every cause, and how far they are from a balance."""
+    # mean: mean power of each cause (W); small: power that the imbalance is relative to where all means are smaller
+    # (W); bound: what the estimated errors of the efforts make of the drives' mean power at most (W)
+    # Gives `mean_power` (W) by `cause`, and the attributes that `energy_balance` names.
     residual, largest = sum(mean.values()), max(abs(value) for value in mean.values())
     attributes = {
         "power_residual": residual,
@@ -39,15 +27,8 @@ def balance_of(mean: Mapping[str, float], small: float, bound: float) -> xr.Data
 
 
 def mean_in_time(time: Array, powers: Mapping[str, Array]) -> dict[str, float]:
-    """Give the mean of powers over a motion in time (W), by cubic splines.
-
-    Parameters
-    ----------
-    time
-        Times (s), ``(times,)``.
-    powers
-        Power of each cause (W), ``(times,)`` each.
-    """
+    """Give the mean of powers over a motion in time (W), by cubic splines."""
+    # time: times (s), ``(times,)``; powers: power of each cause (W), ``(times,)`` each
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and a cycle needs none)
 
     duration = float(np.ptp(time))
@@ -57,13 +38,6 @@ def mean_in_time(time: Array, powers: Mapping[str, Array]) -> dict[str, float]:
 
 
 def stored(time: Array, energy: Array) -> dict[str, float]:
-    """Give minus the mean rate of what motion, links and springs store (W), as the power of `Cause.STORED`.
-
-    Parameters
-    ----------
-    time
-        Times (s), ``(times,)``.
-    energy
-        The stored energy (J), ``(times,)``.
-    """
+    """Give minus the mean rate of what motion, links and springs store (W), as the power of `Cause.STORED`."""
+    # time: times (s), ``(times,)``; energy: the stored energy (J), ``(times,)``
     return {Cause.STORED: -float(energy[-1] - energy[0]) / float(np.ptp(time))}

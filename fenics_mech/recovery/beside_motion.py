@@ -25,48 +25,21 @@ APART = 1e-5  # rad, or m, by which the motion of rigid links is differentiated
 
 @dataclass(frozen=True)
 class Beside:
-    """What is followed beside a motion.
+    """What is followed beside a motion."""
 
-    Parameters
-    ----------
-    section
-        The Poincaré section.
-    growth
-        Disturbances, and what they grow by.
-    """
-
-    section: PoincareRecord | None = None
-    growth: Growth | None = None
+    section: PoincareRecord | None = None  # the Poincaré section
+    growth: Growth | None = None  # disturbances, and what they grow by
 
     @classmethod
     def of(cls, scene: Scene, freedoms: Freedoms, growth: Growth | None) -> Beside:
-        """Begin to follow what a scene wants to know.
-
-        Parameters
-        ----------
-        scene
-            The scene, with its freedoms.
-        freedoms
-            Gives them in a step.
-        growth
-            Disturbances that are followed.
-        """
+        """Begin to follow what a scene wants to know."""
         section = scene.analysis.poincare
         return cls(None if section is None else PoincareRecord(scene, section, freedoms), growth)
 
     @classmethod
     def of_poses(cls, made: SceneMachine, times: Array, v: Array) -> Beside:
-        """Begin to follow what a scene wants to know of a machine whose links bend.
-
-        Parameters
-        ----------
-        made
-            The machine, whose chart rests at the start.
-        times
-            Instants of the result, ascending ``(times,)`` (s).
-        v
-            Rates at the start ``(size,)``.
-        """
+        """Begin to follow what a scene wants to know of a machine whose links bend."""
+        # times: instants of the result, ascending ``(times,)`` (s); v: rates at the start ``(size,)``
         machine, growth = made.machine, None
         if not made.scene.freedoms:
             return cls()
@@ -109,24 +82,9 @@ def _seen(terms: list[int], step: Step, shares: Array, states: Array) -> Array:
 
 
 def _of_freedoms(made: SceneMachine, t: Array, v: Array, places: Array) -> Array:
-    """Give disturbances of places of the freedoms, then of their rates, in which links move as they do not bend.
-
-    Parameters
-    ----------
-    made
-        The machine, whose chart rests.
-    t
-        Instant ``(1,)`` (s).
-    v
-        Rates ``(size,)``.
-    places
-        Of the freedoms, and their rates ``(2, freedoms)``.
-
-    Returns
-    -------
-    numpy.ndarray
-        ``(2 n, 2 freedoms)``.
-    """
+    """Give disturbances of places of the freedoms, then of their rates, in which links move as they do not bend."""
+    # t: instant ``(1,)`` (s); v: rates ``(size,)``; places: of the freedoms, and their rates ``(2, freedoms)``
+    # Gives ``(2 n, 2 freedoms)``.
     machine, n, count = made.machine, made.machine.n, places.shape[1]
     near = near_links(made, machine.known.at(t))
 
@@ -154,19 +112,8 @@ def times_of_growth(times: Array) -> Array:
 
 
 def beside_motion(scene: Scene, beside: Beside | None, time: Array, repeated: RepeatedMotion | None) -> xr.Dataset:
-    """Label what is found beside a motion.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    beside
-        What was followed beside the motion.
-    time
-        Times of the positions (s), ``(times,)``.
-    repeated
-        The motion that repeats, if it is one.
-    """
+    """Label what is found beside a motion."""
+    # time: times of the positions (s), ``(times,)``
     found = xr.Dataset()
     if beside is not None and beside.section is not None:
         points = beside.section.points()

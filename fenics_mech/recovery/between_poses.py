@@ -30,21 +30,8 @@ def missed_peaks(
     shares: int,
     still: Callable[[Array], OfPoses] | None = None,
 ) -> MissedPeaks:
-    """Give by how much the positions of a cycle miss the peaks between them.
-
-    Parameters
-    ----------
-    made
-        The machine, whose chart is the rigid motion.
-    at
-        Gives what is read off the response at a share of the way from each position to the next.
-    bent
-        Whether accelerations of bent links are known.
-    shares
-        Places for each position at which the response is looked at, at most.
-    still
-        Gives what is read off the static answer at instants (s); None for that of the machine.
-    """
+    """Give by how much the positions of a cycle miss the peaks between them."""
+    # still: gives what is read off the static answer at instants (s); None for that of the machine
     times = min(shares, math.ceil(PEAK.certain / made.scene.analysis.sub_intervals))
     parts = [_values(at(share / times), bent) for share in range(times)]
     known = {name: np.stack([part[name] for part in parts], axis=1) for name in parts[0]}

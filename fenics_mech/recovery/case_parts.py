@@ -31,20 +31,7 @@ TOLD = TypeAdapter(_Told)
 
 
 def names_of(told: str, known: set[str]) -> list[str]:
-    """Give the names of the load cases that a file holds.
-
-    Parameters
-    ----------
-    told
-        What its governing case says of them, as JSON.
-    known
-        Cases whose datasets it has.
-
-    Raises
-    ------
-    ValueError
-        When it is none that the program has written, or tells of other cases: pages and files are named by them.
-    """
+    """Give the names of the load cases that a file holds."""
     try:
         names = TOLD.validate_json(told)["names"]
     except ValidationError as error:
@@ -55,20 +42,7 @@ def names_of(told: str, known: set[str]) -> list[str]:
 
 
 def packed(data: xr.Dataset, others: Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Put the datasets of other load cases into that of the governing one.
-
-    Parameters
-    ----------
-    data
-        The dataset of the governing case.
-    others
-        Those of the others, by name.
-
-    Returns
-    -------
-    xarray.Dataset
-        The variables and dimensions of the others are called "case.name"; their attributes are in one of its own.
-    """
+    """Put the datasets of other load cases into that of the governing one."""
     if not others:
         return data
     found = data.copy()
@@ -91,23 +65,7 @@ def _plain(value: Any) -> Any:
 
 
 def unpacked(stored: xr.Dataset) -> tuple[xr.Dataset, dict[str, xr.Dataset]]:
-    """Take apart what `packed` has put together.
-
-    Parameters
-    ----------
-    stored
-        What a file holds.
-
-    Returns
-    -------
-    tuple
-        The dataset of the governing case, and those of the others by name.
-
-    Raises
-    ------
-    ValueError
-        When the names of cases are not such, or their attributes are missing.
-    """
+    """Take apart what `packed` has put together."""
     if OTHERS not in stored.attrs:
         return stored, {}
     attributes = json.loads(str(stored.attrs[OTHERS]))

@@ -16,40 +16,22 @@ from fenics_mech.effects.effect import Choice
 
 
 class DatasetParts(NamedTuple):
-    """What a dataset is made of. To make one of several such parts takes less than to join datasets of them.
+    """What a dataset is made of. To make one of several such parts takes less than to join datasets of them."""
 
-    Parameters
-    ----------
-    variables, coordinates, attributes
-        As `xarray.Dataset` takes them.
-    """
-
-    variables: Mapping[str, Any]
+    variables: Mapping[str, Any]  # variables, coordinates, attributes: as `xarray.Dataset` takes them
     coordinates: Mapping[str, Any] = {}
     attributes: Mapping[str, Any] = {}
 
     @classmethod
     def of(cls, data: xr.Dataset) -> DatasetParts:
-        """Give the parts of a dataset.
-
-        Parameters
-        ----------
-        data
-            The dataset.
-        """
+        """Give the parts of a dataset."""
         variables, coordinates = (
             {str(name): data.variables[name] for name in names} for names in (data.data_vars, data.coords)
         )
         return cls(variables, coordinates, data.attrs)
 
     def dataset(self, *others: DatasetParts) -> xr.Dataset:
-        """Make a dataset of this and other parts.
-
-        Parameters
-        ----------
-        others
-            The other parts. No two have a variable in common.
-        """
+        """Make a dataset of this and other parts."""
         variables, coordinates, attributes = (dict[str, Any](part) for part in self)
         for part in others:
             variables.update(part.variables)
@@ -64,13 +46,7 @@ def joined(*parts: xr.Dataset) -> xr.Dataset:
 
 
 def of_errors(errors: Errors) -> DatasetParts:
-    """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them.
-
-    Parameters
-    ----------
-    errors
-        The errors.
-    """
+    """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them."""
     variables: dict[str, Any] = {}
     attributes: dict[str, float | str] = {}
     for what, (name, prefix, places) in ERROR_VARIABLES.items():
@@ -98,12 +74,6 @@ def decisions(dofs: int, elements: int, choices: Sequence[Choice]) -> dict[str, 
 
 
 def choices_in(data: xr.Dataset) -> list[Choice]:
-    """Give what was decided about effects of this program, as `decisions` put it into a result.
-
-    Parameters
-    ----------
-    data
-        The result.
-    """
+    """Give what was decided about effects of this program, as `decisions` put it into a result."""
     told = (one for one in json.loads(data.attrs.get("effects", "[]")) if one["name"] in EFFECTS)
     return [Choice(EFFECTS[one["name"]], one["size"], one["acts"], one["lacking"]) for one in told]

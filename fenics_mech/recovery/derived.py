@@ -20,28 +20,14 @@ PARALLEL = 1e-9  # share of the fastest link's rate below which two links turn a
 
 
 def derived(name: str, data: xr.Dataset, scene: Scene) -> xr.DataArray:
-    """Give a quantity that follows from those of a result.
-
-    Parameters
-    ----------
-    name
-        "deflection_in_link" (m) over theta, member, s and axis: the deflection along the x and y axis of the member's
-        link. "deflection_from_chord" (m) over theta, member and s: the distance of the member's axis from the straight
-        line between its bent ends, on the side of its normal. "relative_centre" (m) over theta, linked and component:
-        the point at which two links have the same velocity, of each pair of links. "freedom_spectrum" (rad/s, or m/s)
-        over spectrum_frequency (Hz) and freedom: amplitudes of the freedoms' rates, with a window of Hann.
-        "shear_stress" and "von_mises" (Pa) over theta, member and s: the largest in a section. "positioning_error" (m)
-        over theta and point: the distance of a point from its place in the rigid linkage.
-    data
-        The result.
-    scene
-        Its scene.
-
-    Raises
-    ------
-    ResultError
-        When there is no such quantity, or the result lacks what it follows from.
-    """
+    """Give a quantity that follows from those of a result."""
+    # name: "deflection_in_link" (m) over theta, member, s and axis: the deflection along the x and y axis of the
+    # member's link. "deflection_from_chord" (m) over theta, member and s: the distance of the member's axis from the
+    # straight line between its bent ends, on the side of its normal. "relative_centre" (m) over theta, linked and
+    # component: the point at which two links have the same velocity, of each pair of links. "freedom_spectrum"
+    # (rad/s, or m/s) over spectrum_frequency (Hz) and freedom: amplitudes of the freedoms' rates, with a window of
+    # Hann. "shear_stress" and "von_mises" (Pa) over theta, member and s: the largest in a section.
+    # "positioning_error" (m) over theta and point: the distance of a point from its place in the rigid linkage
     if name not in DERIVED:
         raise ResultError(f"no quantity {name!r} can be derived; there are {', '.join(DERIVED)}")
     needed, meaning, unit, make = DERIVED[name]
@@ -74,11 +60,9 @@ def _from_chord(data: xr.Dataset, scene: Scene) -> xr.DataArray:
 
 
 def _relative_centres(data: xr.Dataset, scene: Scene) -> xr.DataArray:
-    """Points at which two links have the same velocity; NaN where they turn at the same rate.
-
-    With u = v - w k x r of any point r of a link, both have the velocity u + w k x c at c. So
-    ``c = k x (u_2 - u_1)/(w_2 - w_1)``. The three centres of three links lie on a line (Aronhold and Kennedy).
-    """
+    """Points at which two links have the same velocity; NaN where they turn at the same rate."""
+    # With u = v - w k x r of any point r of a link, both have the velocity u + w k x c at c. So ``c = k x (u_2 -
+    # u_1)/(w_2 - w_1)``. The three centres of three links lie on a line (Aronhold and Kennedy).
     links = [str(link) for link in data["link"].to_numpy()]
     points = [f"{link}.{next(iter(scene.links[link].points))}" for link in links]
     place, velocity = (
@@ -97,10 +81,8 @@ def _relative_centres(data: xr.Dataset, scene: Scene) -> xr.DataArray:
 
 
 def _spectrum(data: xr.Dataset, scene: Scene) -> xr.DataArray:
-    """Amplitudes of the freedoms' rates by frequency; the mean has frequency 0.
-
-    A vibration between two frequencies has up to 15 % less. Source: Harris, Proc. IEEE 66 (1978), p. 51.
-    """
+    """Amplitudes of the freedoms' rates by frequency; the mean has frequency 0."""
+    # A vibration between two frequencies has up to 15 % less. Source: Harris, Proc. IEEE 66 (1978), p. 51.
     rates = data["freedom_rate"].transpose("theta", "freedom").to_numpy()[:-1]
     if len(rates) < LEAST_SAMPLES:
         raise ResultError(f"a spectrum needs {LEAST_SAMPLES} positions, and the result has {len(rates) + 1}")

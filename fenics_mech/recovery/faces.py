@@ -15,21 +15,11 @@ from fenics_mech.scene.sections.polygon import PolygonSection
 
 @dataclass(frozen=True)
 class Face:
-    """An edge of a material in a section, between the outer fibres: the strain is linear over the section.
+    """An edge of a material in a section, between the outer fibres: the strain is linear over the section."""
 
-    Parameters
-    ----------
-    material
-        Name of the material.
-    place
-        0 at the "-" fibre to 1 at the "+" fibre.
-    stiffness
-        Its modulus over that of the "+" and of the "-" fibre.
-    """
-
-    material: str
-    place: float = 1.0
-    stiffness: tuple[float, float] = (1.0, 1.0)
+    material: str  # name of the material
+    place: float = 1.0  # 0 at the "-" fibre to 1 at the "+" fibre
+    stiffness: tuple[float, float] = (1.0, 1.0)  # its modulus over that of the "+" and of the "-" fibre
 
     @property
     def side(self) -> str:
@@ -42,26 +32,15 @@ class Face:
         return self.place in (0.0, 1.0) and self.stiffness[0 if self.place else 1] == 1
 
     def stress(self, plus: Array, minus: Array) -> Array:
-        """Give the stress there (Pa) from that of both outer fibres.
-
-        Parameters
-        ----------
-        plus, minus
-            Stress of the "+" and of the "-" fibre (Pa), of one shape.
-        """
+        """Give the stress there (Pa) from that of both outer fibres."""
+        # plus, minus: stress of the "+" and of the "-" fibre (Pa), of one shape
         if self.is_outer:
             return plus if self.place else minus
         return self.place * self.stiffness[0] * plus + (1 - self.place) * self.stiffness[1] * minus
 
 
 def faces_by_member(scene: Scene) -> dict[str, list[Face]]:
-    """Give the faces of all members, by label.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the faces of all members, by label."""
     return {
         label: faces_of(member, scene.sections[member.section], scene.materials)
         for label, (_, member) in scene.members().items()
@@ -69,15 +48,7 @@ def faces_by_member(scene: Scene) -> dict[str, list[Face]]:
 
 
 def faces_of(member: Member, section: AnySection, materials: Mapping[str, Material]) -> list[Face]:
-    """Give both faces of every material of a member: two where it has one material.
-
-    Parameters
-    ----------
-    member, section
-        The member and its section.
-    materials
-        The materials of the scene, by name.
-    """
+    """Give both faces of every material of a member: two where it has one material."""
     if isinstance(section, LaminateSection):
         ends = np.cumsum([0.0, *(ply.thickness for ply in section.plies)])
         extents = [(ply.material, low, high) for ply, low, high in zip(section.plies, ends, ends[1:])]

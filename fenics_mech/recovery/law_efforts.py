@@ -15,25 +15,9 @@ Efforts = Mapping[str, Array]
 
 
 def law_efforts(efforts: Efforts, depths: Efforts, largest: Mapping[str, float], contacts: int) -> xr.Dataset:
-    """Label what joint laws exert.
-
-    Parameters
-    ----------
-    efforts
-        What each law exerts (N or N m), ``(times,)`` each.
-    depths
-        Indentation at the contacts of each law that has some (m or rad), ``(times,)`` each.
-    largest
-        Largest effort of each law between the times, where it is known.
-    contacts
-        How often contacts closed.
-
-    Returns
-    -------
-    xarray.Dataset
-        `law_effort` and `largest_law_effort` by `law`. Of laws of contact also `indentation` by `contact`, and the
-        attribute `contacts_closed`. Empty without laws.
-    """
+    """Label what joint laws exert."""
+    # efforts: what each law exerts (N or N m), ``(times,)`` each; depths: indentation at the contacts of each law
+    # that has some (m or rad), ``(times,)`` each
     if not efforts:
         return xr.Dataset()
     seen = {name: max(float(np.abs(x).max()), largest.get(name, 0.0)) for name, x in efforts.items()}
@@ -51,15 +35,7 @@ def law_efforts(efforts: Efforts, depths: Efforts, largest: Mapping[str, float],
 
 
 def with_law_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
-    """Give a result whose efforts of laws have the units of their joints.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    data
-        The result.
-    """
+    """Give a result whose efforts of laws have the units of their joints."""
     if "law_effort" in data:
         units = [_unit_of(scene, str(name)) for name in data["law"].to_numpy()]
         for name in ("law_effort", "largest_law_effort"):

@@ -42,23 +42,13 @@ Variables = dict[str, tuple[tuple[str, ...], Array]]
 
 @dataclass(frozen=True)
 class OfPoses:
-    """A periodic motion of a scene's machine at its positions.
+    """A periodic motion of a scene's machine at its positions."""
 
-    Parameters
-    ----------
-    made
-        The machine of the scene.
-    motion
-        Its motion at all positions.
-    bent
-        As of `inside`: whether forces have levers by the bow within elements.
-    places
-        Stations along members, 0..1; None for those of the scene.
-    """
-
-    made: SceneMachine
-    motion: Motion
+    made: SceneMachine  # the machine of the scene
+    motion: Motion  # its motion at all positions
+    # as of `inside`: whether forces have levers by the bow within elements
     bent: bool = field(default=True, kw_only=True)
+    # stations along members, 0..1; None for those of the scene
     places: Array | None = field(default=None, kw_only=True)
 
     # ---- along members ----
@@ -69,11 +59,9 @@ class OfPoses:
 
     @property
     def largest_strains(self) -> Array:
-        """Largest strain of every member ``(members,)``: at the stations, and to both sides of what acts between them.
-
-        It is looked for at even places too, where pins travel along members or their sections vary. Where it is
-        largest, it is looked for to both sides of these pins as well.
-        """
+        """Largest strain of every member ``(members,)``: at stations, and to both sides of what acts between them."""
+        # It is looked for at even places too, where pins travel along members or their sections vary. Where it is
+        # largest, it is looked for to both sides of these pins as well.
         scene, places = self.made.scene, self.made.scene.loaded_places()
         beside = np.add.outer([x for own in places.values() for x in own], [-BESIDE, BESIDE]).ravel()
         if self.made.machine.rides or any(np.ptp(part.bending) > 0 for part in scene.rigidities(self.stations)):
@@ -182,10 +170,8 @@ class OfPoses:
 
     # ---- joints and drives ----
     def efforts(self) -> dict[str, Array]:
-        """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints.
-
-        They are ``(instants,)`` each. A rotor takes its own part of what the term of a motor or freedom gives.
-        """
+        """Give the torque (N m) or force (N) of drives and in freedoms on the second body of their joints."""
+        # They are ``(instants,)`` each. A rotor takes its own part of what the term of a motor or freedom gives.
         scene, first = self.made.scene, self.motion.machine.n
         by_rows = [drive.joint for drive in scene.drives if drive.motor is None]
         found = {joint: -self.motion.a[:, first + row] for joint, row in zip(by_rows, self.made.driven)}
@@ -219,10 +205,8 @@ class OfPoses:
 
     @cached_property
     def joint_forces(self) -> dict[str, Array]:
-        """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N).
-
-        What laws exert beside what holds the joint is a part of it.
-        """
+        """Give the force of the first body of every joint on each other one, ``(instants, 2)`` (N)."""
+        # What laws exert beside what holds the joint is a part of it.
         found: dict[str, Array] = {}
         for name, joint in self.made.scene.joints.items():
             others = joint.connect[1:]

@@ -14,18 +14,10 @@ from fenics_mech.terms.causes import Cause
 
 @dataclass(frozen=True)
 class OfRigid(OfPoses):
-    """A motion of rigid links at some instants, in the chart itself.
+    """A motion of rigid links at some instants, in the chart itself."""
 
-    Parameters
-    ----------
-    angle
-        Angles of the links, whole turns and all ``(instants, links)`` (rad).
-    turned
-        Drive angles ``(instants,)`` (rad).
-    """
-
-    angle: Array
-    turned: Array
+    angle: Array  # angles of the links, whole turns and all ``(instants, links)`` (rad)
+    turned: Array  # drive angles ``(instants,)`` (rad)
 
     def links(self) -> LinkMotion:
         """Give the motion of the links' frames."""

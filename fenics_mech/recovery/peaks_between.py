@@ -54,13 +54,7 @@ BETWEEN = BetweenLimits()
 
 @dataclass(frozen=True)
 class OverCycle(ABC):
-    """A motion without vibration over a cycle, which is known at any angles.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """A motion without vibration over a cycle, which is known at any angles."""
 
     scene: Scene
     angles: ClassVar[int] = BETWEEN.angles
@@ -73,22 +67,11 @@ class OverCycle(ABC):
 
     @abstractmethod
     def at(self, places: Array) -> Values:
-        """Give the quantities at places of the cycle.
-
-        Parameters
-        ----------
-        places
-            The places, in positions, ``(places,)``.
-        """
+        """Give the quantities at places of the cycle."""
+        # places: the places, in positions, ``(places,)``
 
     def at_positions(self, times: int) -> Values:
-        """Give the quantities at so many times as many even places as there are positions.
-
-        Parameters
-        ----------
-        times
-            Places for each position.
-        """
+        """Give the quantities at so many times as many even places as there are positions."""
         return self.at(np.arange(self.count * times) / times)
 
     @abstractmethod
@@ -126,20 +109,7 @@ def _with_parts(ends: Array) -> Array:
 
 
 def accelerations_of(scene: Scene, motion: Motion) -> Array:
-    """Give the accelerations of all points of the links, and of those that the scene adds (m/s^2).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    motion
-        The motion of links that do not bend.
-
-    Returns
-    -------
-    numpy.ndarray
-        In the order of `followed`, ``(angles, points, 1, 2)``.
-    """
+    """Give the accelerations of all points of the links, and of those that the scene adds (m/s^2)."""
     return np.stack([motion.of_point(*place)[2] for place in followed(scene).values()], axis=1)[:, :, None]
 
 
@@ -154,17 +124,7 @@ def _size(name: str, values: Array) -> Array:
 
 
 class PeaksBetween:
-    """A response that is known at positions: its peaks by the motion without vibration and what is left.
-
-    Parameters
-    ----------
-    still
-        The motion without vibration.
-    known
-        The response at the positions, or at so many times as many even places.
-    times
-        Places of `known` for each position.
-    """
+    """A response that is known at positions: its peaks by the motion without vibration and what is left."""
 
     def __init__(self, still: OverCycle, known: Values, times: int = 1) -> None:
         self.still, self.count, self.times = still, still.count, times
@@ -257,11 +217,9 @@ class PeaksBetween:
         return np.asarray(largest * gained(apart, cornered, self.count))
 
     def _of_all_points(self, apart: Array, curves: CycleCurves, largest: float) -> Array:
-        """Give to each point the share of what is left of it, by which that of the worst point is uncertain.
-
-        Vibration moves all points, and at one of them peaks may agree by luck. Halves of the positions count in full,
-        as the harmonics of accelerations fade more slowly than those for which `gained` was measured.
-        """
+        """Give to each point the share of what is left of it, by which that of the worst point is uncertain."""
+        # Vibration moves all points, and at one of them peaks may agree by luck. Halves of the positions count in
+        # full, as the harmonics of accelerations fade more slowly than those for which `gained` was measured.
         moved = _size("point_acceleration", curves.values).max(axis=0) / largest
         worst = np.divide(apart, moved, out=np.zeros_like(moved), where=moved > BETWEEN.nothing).max()
         return np.asarray(moved * worst)
@@ -296,11 +254,9 @@ class PeaksBetween:
         return None
 
     def _missed_by(self, count: int, name: str, phase: float) -> Array:
-        """Give by how much so many positions miss peaks of a quantity, on the curves that have them, ``(owners,)``.
-
-        Between the places that were looked at, the curves are straight. `phase` is the part of a step at which the
-        positions begin.
-        """
+        """Give by how much so many positions miss peaks of a quantity, on the curves that have them, ``(owners,)``."""
+        # Between the places that were looked at, the curves are straight. `phase` is the part of a step at which the
+        # positions begin.
         values, owners = self.response[name], np.arange(self.sizes[name].shape[1])
         each = norms(values) if name in VECTORS else np.abs(values)
         highest = values[:, owners, each.max(axis=0).argmax(axis=1)]  # of each owner

@@ -13,18 +13,9 @@ DWELLS = "after out", "after back"
 
 
 def residual_vibration(scene: Scene, data: xr.Dataset) -> xr.Dataset:
-    """Give how far each member swings on in the dwells: half of the range of its deflection where that is largest.
-
-    Of a motion in time it is the last dwell of each kind that has enough positions. A scene whose one drive does not
-    move from rest to rest, or that has freedoms, gives nothing.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    data
-        Its result, with the deflection.
-    """
+    """Give how far each member swings on in the dwells: half of the range of its deflection where that is largest."""
+    # Of a motion in time it is the last dwell of each kind that has enough positions. A scene whose one drive does
+    # not move from rest to rest, or that has freedoms, gives nothing.
     drives = scene.drives
     moves = len(drives) == 1 and isinstance(drives[0].law, RestToRest) and not scene.freedoms
     if not moves or scene.analysis.method not in ("periodic", "transient"):

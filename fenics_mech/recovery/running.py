@@ -11,25 +11,14 @@ from fenics_mech.scene.freedoms import no_torque_speed
 
 
 def running(scene: Scene, time: Array, place: Array, rate: Array) -> xr.Dataset:
-    """Describe how freedoms run in a motion in time.
-
-    Parameters
-    ----------
-    scene
-        The scene, with freedoms.
-    time
-        Times (s), ``(times,)``.
-    place, rate
-        Angles and strokes of the freedoms and their rates, ``(times, freedoms)`` each.
-
-    Returns
-    -------
-    xarray.Dataset
-        `last_turn_rate` (rad/s) and `last_turn_fluctuation` by `freedom`, where one that turns has come round: the mean
-        rate over the last turn, and the range of the rate over that. `electrical_power` (W) by `motor_at`, where there
-        are motors: the torque times the speed at which they have none. What it is more than that of the torque at the
-        shaft heats the rotor. Source: Fitzgerald, Kingsley and Umans, Electric Machinery (2003), chapters 6 and 7.
-    """
+    """Describe how freedoms run in a motion in time."""
+    # time: times (s), ``(times,)``; place, rate: angles and strokes of the freedoms and their rates, ``(times,
+    # freedoms)`` each
+    # Gives `last_turn_rate` (rad/s) and `last_turn_fluctuation` by `freedom`, where one that turns has come round:
+    # the mean rate over the last turn, and the range of the rate over that. `electrical_power` (W) by `motor_at`,
+    # where there are motors: the torque times the speed at which they have none. What it is more than that of the
+    # torque at the shaft heats the rotor. Source: Fitzgerald, Kingsley and Umans, Electric Machinery (2003), chapters
+    # 6 and 7.
     found, names = xr.Dataset(), list(scene.freedoms)
     turns = np.array([_last_turn(time, place[:, i], rate[:, i]) for i in range(len(names))]).reshape(-1, 2)
     turns[[isinstance(scene.joints[name], Slot | Prismatic) for name in names]] = np.nan

@@ -203,13 +203,7 @@ def _size_of_plain(path: Path) -> int:
 
 
 def _size_of_hdf5(content: bytes) -> int:
-    """Size of the data of an HDF5 file, before they were compressed (bytes).
-
-    Raises
-    ------
-    ValueError
-        Where it takes data from other files.
-    """
+    """Size of the data of an HDF5 file, before they were compressed (bytes)."""
     import h5py  # noqa: PLC0415  (few results need it)
 
     with h5py.File(io.BytesIO(content), "r") as file:
@@ -225,11 +219,5 @@ def _size_of_hdf5(content: bytes) -> int:
 
 
 def seal_of(content: bytes) -> bytes:
-    """Give what stands behind a file's content.
-
-    Parameters
-    ----------
-    content
-        The content, before the seal.
-    """
+    """Give what stands behind a file's content."""
     return SEAL + hashlib.sha256(content).hexdigest().encode()

@@ -24,38 +24,20 @@ Freedoms = Callable[[Step, Array], tuple[Array, Array]]  # places and rates at s
 
 @dataclass(frozen=True)
 class SectionPoints:
-    """States in the section.
+    """States in the section."""
 
-    Parameters
-    ----------
-    time
-        When (s), ``(points,)``.
-    place, rate
-        Angles and strokes of the freedoms there, and their rates, ``(points, freedoms)``.
-    """
-
-    time: Array
-    place: Array
+    time: Array  # when (s), ``(points,)``
+    place: Array  # place, rate: angles and strokes of the freedoms there, and their rates, ``(points, freedoms)``
     rate: Array
 
 
 @dataclass
 class PoincareRecord:
-    """Finds the points of the section in the steps of a motion.
+    """Finds the points of the section in the steps of a motion."""
 
-    Parameters
-    ----------
-    scene
-        The scene, with freedoms.
-    section
-        What it states.
-    freedoms
-        Gives angles and strokes of the freedoms in a step, and their rates.
-    """
-
-    scene: Scene
-    section: PoincareSection
-    freedoms: Freedoms
+    scene: Scene  # the scene, with freedoms
+    section: PoincareSection  # what it states
+    freedoms: Freedoms  # gives angles and strokes of the freedoms in a step, and their rates
     found: list[tuple[float, Array, Array]] = field(default_factory=list)
 
     def take(self, step: Step) -> None:

@@ -17,32 +17,15 @@ Combine = Callable[[Array, Array], Array]  # of normal and shear stress
 
 
 def shear_stress(data: xr.Dataset, scene: Scene) -> xr.DataArray:
-    """Give the largest shear stress in each section (Pa), with the sign of the shear force, over theta, member and s.
-
-    It is ``Q S/(I b)`` of Zhuravskii. Sections whose shape is not known, of several materials or with tapers have none.
-
-    Parameters
-    ----------
-    data
-        A result, with `shear_force`.
-    scene
-        Its scene.
-    """
+    """Give the largest shear stress in each section (Pa), with the shear force's sign, over theta, member and s."""
+    # It is ``Q S/(I b)`` of Zhuravskii. Sections whose shape is not known, of several materials or with tapers have
+    # none.
     return _by_member(data, scene, lambda normal, shear: shear.max(axis=-1) + shear.min(axis=-1))  # one of them is 0
 
 
 def von_mises(data: xr.Dataset, scene: Scene) -> xr.DataArray:
-    """Give the largest von Mises stress of any line in each section (Pa), over theta, member and s.
-
-    It is ``sqrt(sigma^2 + 3 tau^2)``, sigma linear between the outer fibres. It is known where `shear_stress` is.
-
-    Parameters
-    ----------
-    data
-        A result, with `stress` and `shear_force`.
-    scene
-        Its scene.
-    """
+    """Give the largest von Mises stress of any line in each section (Pa), over theta, member and s."""
+    # It is ``sqrt(sigma^2 + 3 tau^2)``, sigma linear between the outer fibres. It is known where `shear_stress` is.
     return _by_member(data, scene, lambda normal, shear: np.sqrt(normal**2 + 3 * shear**2).max(axis=-1))
 
 

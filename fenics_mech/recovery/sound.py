@@ -83,17 +83,9 @@ def sound(result: Result, distance: float = 1.0, widths: Mapping[str, float] | N
 
 
 def radiated_power(forces: Waves, places: Array, wave_number: Array) -> Array:
-    """Sound power of dipoles in a plane (W), ``(frequencies,)``.
-
-    Parameters
-    ----------
-    forces
-        Amplitudes of the forces on the air (N), ``(frequencies, places, 2)``.
-    places
-        Where they act (m), ``(places, 2)``.
-    wave_number
-        Angular frequency over the speed of sound (1/m), ``(frequencies,)``.
-    """
+    """Sound power of dipoles in a plane (W), ``(frequencies,)``."""
+    # forces: amplitudes of the forces on the air (N), ``(frequencies, places, 2)``; places: where they act (m),
+    # ``(places, 2)``; wave_number: angular frequency over the speed of sound (1/m), ``(frequencies,)``
     directions, weight = _sphere(RINGS + math.ceil(wave_number.max() * np.ptp(places, axis=0).max()))
     # far pressure of a dipole: i k exp(-ikr) F.n/(4 pi r); its intensity |p|^2/(2 rho c)
     found = np.zeros(len(wave_number))
@@ -113,18 +105,8 @@ def _sphere(rings: int) -> tuple[Array, Array]:
 
 
 def a_weighting(frequency: Array) -> Array:
-    """A-weighting (dB), of the shape of the frequencies.
-
-    Parameters
-    ----------
-    frequency
-        Frequencies (Hz).
-
-    Examples
-    --------
-    >>> a_weighting(np.array([100.0, 1000.0])).round(1).tolist()
-    [-19.1, 0.0]
-    """
+    """A-weighting (dB), of the shape of the frequencies."""
+    # frequency: frequencies (Hz)
     f2 = np.maximum(frequency, 1e-3) ** 2
     top = 12194.0**2 * f2**2
     below = (f2 + 20.6**2) * np.sqrt((f2 + 107.7**2) * (f2 + 737.9**2)) * (f2 + 12194.0**2)

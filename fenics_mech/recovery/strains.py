@@ -11,31 +11,14 @@ from fenics_mech.scene.sections import Rigidity
 
 
 def stress_over_modulus(sections: Sequence[Rigidity], axial_force: Array, moment: Array) -> tuple[Array, Array]:
-    """Give what stress over modulus an axial force and a moment make: the strain where the material does not damp.
-
-    Parameters
-    ----------
-    sections
-        Rigidity of each member at the stations, as `Scene.rigidities` gives it.
-    axial_force, moment
-        N (N) and M (N m), ``(angles, members, stations)``.
-
-    Returns
-    -------
-    tuple
-        By the axial force N/EA, ``(angles, members, stations)``, and by the moment in both outer fibres, - M e/EI with
-        e the fibre's place on the normal's side, ``(angles, members, stations, 2)``. Their sum is (6.38).
-    """
+    """Give what stress over modulus an axial force and a moment make: the strain where the material does not damp."""
+    # axial_force, moment: n (N) and M (N m), ``(angles, members, stations)``
+    # Gives by the axial force N/EA, ``(angles, members, stations)``, and by the moment in both outer fibres, - M e/EI
+    # with e the fibre's place on the normal's side, ``(angles, members, stations, 2)``. Their sum is (6.38).
     axial, bending, fibre = (np.stack([getattr(r, part) for r in sections]) for part in ("axial", "bending", "fibre"))
     return axial_force / axial, -moment[..., None] * fibre / bending[..., None]
 
 
 def young_modulus(sections: Sequence[Rigidity]) -> Array:
-    """Young's modulus (Pa) at both outer fibres, ``(members, stations, 2)``.
-
-    Parameters
-    ----------
-    sections
-        Rigidity of each member at the stations, as `Scene.rigidities` gives it.
-    """
+    """Young's modulus (Pa) at both outer fibres, ``(members, stations, 2)``."""
     return np.stack([section.modulus for section in sections])

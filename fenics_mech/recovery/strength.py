@@ -19,22 +19,8 @@ def exceeded(
     materials: Mapping[str, Material],
     data: xr.Dataset,
 ) -> tuple[str, ...]:
-    """Compare the stresses of all materials, at their faces, with their strengths.
-
-    Parameters
-    ----------
-    members
-        Link and member, by label.
-    sections, materials
-        Those that the members refer to.
-    data
-        The result, with the stress (Pa) over theta, member, s and fibre.
-
-    Returns
-    -------
-    tuple
-        One sentence for each member of which a face exceeds the strength of its material.
-    """
+    """Compare the stresses of all materials, at their faces, with their strengths."""
+    # data: the result, with the stress (Pa) over theta, member, s and fibre
     found = []
     for label, (_, member) in members.items():
         most, worst = 1.0, ""

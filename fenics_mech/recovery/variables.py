@@ -187,17 +187,7 @@ STRAINS = (  # of the variables of unit 1 those that are told in units of strain
 def with_units(
     data: xr.Dataset, efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]
 ) -> xr.Dataset:
-    """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``.
-
-    Parameters
-    ----------
-    data
-        A result; the attributes are added in place.
-    efforts
-        Unit of each drive's effort.
-    springs, dampers
-        Those that the result has forces of.
-    """
+    """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``."""
     units = _units(efforts, springs, dampers)
     for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:

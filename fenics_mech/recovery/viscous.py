@@ -11,19 +11,8 @@ from fenics_mech.scene import Scene
 
 
 def elastic_strain(scene: Scene, stress: Array, every: int = 1) -> Array:
-    """Strain of a stress over the modulus, ``(angles, ...)``, of which a part goes with the strain's rate.
-
-    Where only one position of a few is given, `every` says of how many.
-
-    Parameters
-    ----------
-    scene
-        The scene, for the material's damping.
-    stress
-        The stress over the modulus.
-    every
-        Number of positions of the motion for each one given.
-    """
+    """Strain of a stress over the modulus, ``(angles, ...)``, of which a part goes with the strain's rate."""
+    # Where only one position of a few is given, `every` says of how many.
     retardation = scene.damping.material
     if retardation and scene.analysis.method == "periodic":
         return _elastic_part(stress, retardation, scene.period)
@@ -41,18 +30,10 @@ def _elastic_part(total: Array, material: float, period: float) -> Array:
 
 
 def delayed(stress: Array, retardation: float, step: float) -> Array:
-    """Solve ``strain + retardation strain' = stress/E`` in time, exactly for a stress that is a cubic spline.
-
-    In each step the strain is ``sum (-retardation)^m`` times the m-th derivative of the stress, and a part that dies
-    out. It begins as if it did not change.
-
-    Parameters
-    ----------
-    stress
-        Stress over the modulus at equal steps of time, ``(times, ...)``.
-    retardation, step
-        Both in s.
-    """
+    """Solve ``strain + retardation strain' = stress/E`` in time, exactly for a stress that is a cubic spline."""
+    # In each step the strain is ``sum (-retardation)^m`` times the m-th derivative of the stress, and a part that
+    # dies out. It begins as if it did not change.
+    # stress: stress over the modulus at equal steps of time, ``(times, ...)``
     from scipy.interpolate import CubicSpline  # noqa: PLC0415  (slow to import, and few scenes need them)
     from scipy.signal import lfilter  # noqa: PLC0415
 

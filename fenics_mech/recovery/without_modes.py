@@ -16,23 +16,10 @@ from fenics_mech.terms import Beams, Response
 def without_modes(
     machine: Machine, t: Array, q: Array, v: Array, a: Array, found: Evaluation, *, material: bool = False
 ) -> Evaluation:
-    """Give the same motion without the stress of damped modes, and with accelerations that balance the rest.
-
-    That stress goes with the rate of a vibration, and its inertia is taken as that which it accelerates. So both parts
-    are in equilibrium within elements. What the material damps is local: over a cycle it is found from the strains that
-    this gives, whose rates the cycle has.
-
-    Parameters
-    ----------
-    machine
-        The machine.
-    t, q, v, a
-        Instants and motion, as its residual takes them.
-    found
-        The residual there, with tangents.
-    material
-        Whether what the material damps is left out in the same way: a motion in time has no rates beside its own.
-    """
+    """Give the same motion without the stress of damped modes, and with accelerations that balance the rest."""
+    # That stress goes with the rate of a vibration, and its inertia is taken as that which it accelerates. So both
+    # parts are in equilibrium within elements. What the material damps is local: over a cycle it is found from the
+    # strains that this gives, whose rates the cycle has.
     zero, kept, force = np.zeros_like(found.M), [], np.zeros_like(found.force)
     for term, group, here in zip(machine.terms, machine.groups, found.terms):
         response, damped = here.response, np.zeros_like(here.response.stress)

@@ -16,13 +16,7 @@ FREE, PINNED, CLAMPED = 2.0, 1.0, 0.5  # effective over real length of ends (Tim
 
 
 def in_plane(of: Loaded) -> Check:
-    """Judge a strut that buckles in the plane of motion, where its ends turn on pins.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge a strut that buckles in the plane of motion, where its ends turn on pins."""
     _, free = of.between_joints
     factor = FREE if free else PINNED
     told = "" if free else "K = 1 in the plane"
@@ -30,16 +24,9 @@ def in_plane(of: Loaded) -> Check:
 
 
 def across(of: Loaded) -> Check:
-    """Judge a strut that buckles across the plane of motion.
-
-    Pins let it turn a little there; stiff forks clamp it, as the ends of connecting rods: K = 0.5, by which the load is
-    4 times as large (Khurmi and Gupta, A Textbook of Machine Design, section 32.12).
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge a strut that buckles across the plane of motion."""
+    # Pins let it turn a little there; stiff forks clamp it, as the ends of connecting rods: K = 0.5, by which the
+    # load is 4 times as large (Khurmi and Gupta, A Textbook of Machine Design, section 32.12).
     mode = "buckling across"
     stiffness = _across(of)
     if stiffness is None:
@@ -51,16 +38,9 @@ def across(of: Loaded) -> Check:
 
 
 def lateral_torsion(of: Loaded) -> Check:
-    """Judge a blade that is bent in its stiff plane and tips sideways, under a uniform moment between its joints.
-
-    ``M0 = pi/L sqrt(E Iy (G J + E Cw pi^2/L^2))`` (Timoshenko and Gere, Theory of Elastic Stability, section 6.2; of
-    solid shapes Cw is 0). Loads that vary along it leave it more; a free end doubles L.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge a blade that is bent in its stiff plane and tips sideways, under a uniform moment between its joints."""
+    # ``M0 = pi/L sqrt(E Iy (G J + E Cw pi^2/L^2))`` (Timoshenko and Gere, Theory of Elastic Stability, section 6.2;
+    # of solid shapes Cw is 0). Loads that vary along it leave it more; a free end doubles L.
     mode = "lateral torsion"
     stiffness, torsion, material = _across(of), torsion_of(of.section), of.material
     if stiffness is None or torsion is None or material is None:

@@ -34,13 +34,7 @@ DIMENSIONS = {  # of a pin: what is to be enlarged where that is weakest
 
 
 def pins(of: Loaded) -> Check:
-    """Judge the pins at the ends of a member, with its own eyes, by the largest force at each joint.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Judge the pins at the ends of a member, with its own eyes, by the largest force at each joint."""
     found = [pinned(of, name, joint.pin) for name, joint in joints_of(of)]
     known = [check for check in found if check.known]
     if not found:
@@ -49,13 +43,7 @@ def pins(of: Loaded) -> Check:
 
 
 def joints_of(of: Loaded) -> Iterator[tuple[str, Revolute]]:
-    """Give the pins at the ends of a member, with their names.
-
-    Parameters
-    ----------
-    of
-        The member.
-    """
+    """Give the pins at the ends of a member, with their names."""
     link = of.scene.members()[of.label][0]
     ends = {f"{link}.{end}" for end in of.member.ends}
     for name, joint in of.scene.joints.items():
@@ -64,17 +52,7 @@ def joints_of(of: Loaded) -> Iterator[tuple[str, Revolute]]:
 
 
 def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
-    """Judge one pin and the member's eye.
-
-    Parameters
-    ----------
-    of
-        The member.
-    name
-        The joint.
-    pin
-        Its pin; None where the scene states none, and one is assumed.
-    """
+    """Judge one pin and the member's eye."""
     given = pin or _usual(of)
     material, label = of.material, of.faces[0].material if of.faces else ""
     if given is None:
@@ -102,15 +80,8 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
 
 
 def static_loads(pin: Pin, strength: float) -> dict[str, float]:
-    """Give the forces (N) that a pin and an eye of one material bear, by what fails.
-
-    Parameters
-    ----------
-    pin
-        The pin and its eye.
-    strength
-        Yield strength (Pa).
-    """
+    """Give the forces (N) that a pin and an eye of one material bear, by what fails."""
+    # strength: yield strength (Pa)
     d, w, t = pin.diameter, pin.eye, pin.thickness
     edge = (w - d) / 2  # from the hole to the end of a round eye
     # shear planes: a + d/2 (1 - cos phi), less what the round end cuts off (ASME BTH-1, eq. (3-51), commentary C-3)
@@ -126,16 +97,9 @@ def static_loads(pin: Pin, strength: float) -> dict[str, float]:
 
 
 def eye_concentration(ratio: float) -> float:
-    """Give Kt of a plate that a close pin draws, on the net section.
-
-    Pilkey, Formulas for Stress, Strain and Structural Matrices, table 6-1: a fit to Frocht and Hill, for
-    ``0.15 <= d/w <= 0.75``.
-
-    Parameters
-    ----------
-    ratio
-        Diameter of the hole over the width.
-    """
+    """Give Kt of a plate that a close pin draws, on the net section."""
+    # Pilkey, Formulas for Stress, Strain and Structural Matrices, table 6-1: a fit to Frocht and Hill, for ``0.15 <=
+    # d/w <= 0.75``.
     x = min(max(ratio, NARROW), BROAD)
     return 12.882 - 52.714 * x + 89.762 * x**2 - 51.667 * x**3
 
@@ -161,11 +125,9 @@ def _usual(of: Loaded) -> Pin | None:
 
 
 def _pressure_times_speed(of: Loaded, name: str, pin: Pin, forces: Array) -> float:
-    """Give the mean p v of a bush (Pa m/s): p = F/(d t), and v = d/2 times the rate at which its bodies turn.
-
-    It is the mean over the cycle, as it stands for the heat of friction (Shigley's Mechanical Engineering Design, 9th
-    ed., section 12-15). Of several bodies that of the fastest counts.
-    """
+    """Give the mean p v of a bush (Pa m/s): p = F/(d t), and v = d/2 times the rate at which its bodies turn."""
+    # It is the mean over the cycle, as it stands for the heat of friction (Shigley's Mechanical Engineering Design,
+    # 9th ed., section 12-15). Of several bodies that of the fastest counts.
     data = of.result.data
     if "link_omega" not in data:  # nothing moves
         return 0.0
