@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import fenics_mech as fm
-from fenics_mech.accuracy.quantities import measures
 from fenics_mech.answers.by_poses import planned, quantities
 from fenics_mech.answers.solved_by_poses import AtRest, LinearCycle, Run, Solved
 from fenics_mech.errors import SolverError
+from fenics_mech.estimate.quantities import measures
 from fenics_mech.scene import Scene
 from tests.common import DEMOS
 

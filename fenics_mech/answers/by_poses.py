@@ -12,11 +12,6 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index, norms
-from fenics_mech.accuracy.at_stations import between_stations
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.missed_peaks import BETWEEN, MissedPeaks
-from fenics_mech.accuracy.quantities import MEASURE, Quantities, measures
-from fenics_mech.accuracy.remarks import between_points
 from fenics_mech.answers.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.answers.buckled_links import with_buckled
 from fenics_mech.answers.modes_by_poses import modes_kept
@@ -34,6 +29,10 @@ from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import SceneError, SolverError, UnstableError
+from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.missed_peaks import BETWEEN, MissedPeaks, between_stations
+from fenics_mech.estimate.quantities import MEASURE, Quantities, measures
+from fenics_mech.estimate.remarks import between_points
 from fenics_mech.joints.torsional_springs import too_stiff
 from fenics_mech.kinematics import refuse_unresolved
 from fenics_mech.machine.along_members import along_members

@@ -16,11 +16,6 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, summed
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.missed_peaks import BETWEEN
-from fenics_mech.accuracy.quantities import MEASURE, Quantities
-from fenics_mech.accuracy.remarks import between_points
-from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, quantities, read_off, told
 from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
@@ -34,6 +29,11 @@ from fenics_mech.classical.response import JOINED, Response, SubIntervals, rates
 from fenics_mech.classical.strains import deflection, end_forces, section_forces
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
+from fenics_mech.estimate.accepted_errors import VALIDITY
+from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.missed_peaks import BETWEEN
+from fenics_mech.estimate.quantities import MEASURE, Quantities
+from fenics_mech.estimate.remarks import between_points
 from fenics_mech.geometry import End
 from fenics_mech.kinematics import refuse_unresolved
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy

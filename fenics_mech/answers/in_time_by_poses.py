@@ -18,11 +18,11 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._progress import reached
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import MEASURE
-from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.answers.by_poses import planned, quantities, read_off, told, with_assumed_shear
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
+from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.quantities import MEASURE
+from fenics_mech.estimate.remarks import after_contacts
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.machine import Machine

@@ -14,11 +14,11 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.estimate import BY_POSITIONS, Errors
-from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, BETWEEN
-from fenics_mech.accuracy.quantities import measures
 from fenics_mech.answers.by_poses import read_off
 from fenics_mech.errors import SceneError
+from fenics_mech.estimate.errors import BY_POSITIONS, Errors
+from fenics_mech.estimate.missed_peaks import ACCELERATIONS, BETWEEN
+from fenics_mech.estimate.quantities import measures
 from fenics_mech.geometry import Given, PoseMotion
 from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.energy import energy_of_terms, kinetic_energy

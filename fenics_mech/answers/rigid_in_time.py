@@ -19,13 +19,13 @@ import xarray as xr
 from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
-from fenics_mech.accuracy.quantities import measures_of_efforts
-from fenics_mech.accuracy.remarks import after_contacts
 from fenics_mech.answers.by_poses import read_off
 from fenics_mech.answers.in_time_by_poses import LONGEST, SHARPER, noted_peaks
 from fenics_mech.answers.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
 from fenics_mech.answers.rigid_by_poses import acting, of_laws, with_all_units
 from fenics_mech.errors import AssemblyError, SceneError, shortened
+from fenics_mech.estimate.quantities import measures_of_efforts
+from fenics_mech.estimate.remarks import after_contacts
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics.motion import coordinates as of_links
 from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kinetic_energy

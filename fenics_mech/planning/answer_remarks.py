@@ -6,12 +6,12 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.remarks import UNKNOWN
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.known import SHEAR, VIBRATION
 from fenics_mech.effects.shear import assumed
 from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.remarks import UNKNOWN
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.strength import exceeded
 from fenics_mech.scene import Scene

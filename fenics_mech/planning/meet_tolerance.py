@@ -8,10 +8,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from fenics_mech.accuracy.accepted_errors import ORIGINS
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
-from fenics_mech.accuracy.remarks import UNKNOWN
 from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
+from fenics_mech.estimate.accepted_errors import ORIGINS
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.remarks import UNKNOWN
 from fenics_mech.joints.torsional_springs import refuse_too_stiff
 from fenics_mech.kinematics import Linkage, positions_for_corners, refuse_unresolved
 from fenics_mech.planning.answer_remarks import WORDS

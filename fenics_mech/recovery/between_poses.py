@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, MissedPeaks
+from fenics_mech.estimate.missed_peaks import ACCELERATIONS, MissedPeaks
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.recovery.of_linear import OfLinear

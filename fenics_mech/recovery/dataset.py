@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
+from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 
 
 class DatasetParts(NamedTuple):

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, Index, norms
-from fenics_mech.accuracy.missed_peaks import BETWEEN
+from fenics_mech.estimate.missed_peaks import BETWEEN
 from fenics_mech.recovery.cycle_curves import DRAWN, CycleCurves
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Harmonics, Scene

@@ -18,7 +18,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY, TURN
-from fenics_mech.accuracy.missed_peaks import ACCELERATIONS, MissedPeaks
+from fenics_mech.estimate.missed_peaks import ACCELERATIONS, MissedPeaks
 from fenics_mech.kinematics import Motion
 from fenics_mech.recovery.cycle_curves import CycleCurves
 from fenics_mech.recovery.link_motion import followed

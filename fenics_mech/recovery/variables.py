@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import xarray as xr
 
-from fenics_mech.accuracy.frequencies import FREQUENCY
+from fenics_mech.estimate.frequencies import FREQUENCY
 from fenics_mech.scene.springs_dampers import Damper, Hinge, Spring
 
 ATTRIBUTES = {

@@ -16,10 +16,10 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.errors import MechanismError, SolverError, UnstableError
+from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
 from fenics_mech.recovery.result import at_place

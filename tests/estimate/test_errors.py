@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from fenics_mech import load
-from fenics_mech.accuracy.accepted_errors import advice
-from fenics_mech.accuracy.at_stations import between_stations
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import places_of
 from fenics_mech.errors import UnresolvedError
+from fenics_mech.estimate.accepted_errors import advice
+from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.missed_peaks import between_stations
+from fenics_mech.estimate.quantities import places_of
 from fenics_mech.scene import Scene
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.joints import joint_names

@@ -1,4 +1,4 @@
-"""Which errors of a result are accepted, and what is said of larger ones: by what they are, and what to do."""
+"""Which errors of a result are accepted, how far the theories hold, and what is said of larger errors."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.errors import ANSWERED, UnresolvedError, percent
+from fenics_mech.estimate.missed_peaks import BETWEEN
 from fenics_mech.scene import Damping, Scene
 
 
@@ -23,6 +23,19 @@ class AcceptedErrors:
 
 
 ACCEPTED = AcceptedErrors()
+
+
+@dataclass(frozen=True)
+class ValidityLimits:
+    """How far the theories hold."""
+
+    euler_ratio: float = 0.05  # beyond it the axial force changes the bending by more than about as much
+    bow: float = 0.02  # of the length; beyond it bending shortens a member noticeably
+    rotation: float = 1.3  # rad; there 8 elements give a cantilever's tip to 1e-4, and at 90 degrees the strain ends
+    farthest: float = 1.0  # rad, or of the length; a cantilever's end at 1 rad in linear theory turns by 0.78
+
+
+VALIDITY = ValidityLimits()
 ORIGINS = {"time": "time steps", "mesh": "mesh", "modes": "modes left out", "harmonics": "harmonics left out"}
 ORIGINS |= {BETWEEN: "peaks between positions"}
 FAULTS = {

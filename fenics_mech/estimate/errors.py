@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.accepted_errors import ACCEPTED, refusal_by
-from fenics_mech.accuracy.missed_peaks import MissedPeaks
-from fenics_mech.accuracy.quantities import measures, places_of
 from fenics_mech.errors import UnresolvedError
+from fenics_mech.estimate.accepted_errors import ACCEPTED, refusal_by
+from fenics_mech.estimate.missed_peaks import MissedPeaks
+from fenics_mech.estimate.quantities import measures, places_of
 from fenics_mech.scene import Scene
 
 STEPS = ("time", "harmonics")
