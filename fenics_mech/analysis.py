@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Collection
 
 from fenics_mech._guard import guarded
-from fenics_mech.answers.by_poses import RefinedByPoses, by_poses
+from fenics_mech.answers.by_poses import by_poses
 from fenics_mech.answers.by_sub_intervals import by_sub_intervals
 from fenics_mech.answers.in_time_by_poses import in_time_by_poses
 from fenics_mech.answers.repeated_by_poses import repeated_by_poses
@@ -98,7 +98,7 @@ def analyse(
     elif scene.tolerance is None:
         result = fine_enough(scene, lambda finer: by_poses(finer, run, names))
     else:
-        result = within(scene, RefinedByPoses())
+        result = within(scene)
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
     result.data.attrs.update(answer_remarks(scene, result, said))
     return result

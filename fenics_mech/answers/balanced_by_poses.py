@@ -13,12 +13,12 @@ from fenics_mech.answers.solved_by_poses import (
     built,
     instants_of,
     left_out_by_linear,
-    steps_of,
     stiffening,
 )
 from fenics_mech.errors import SceneError
 from fenics_mech.estimate import finer_mesh
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Cycle, Iteration, Path, periodic
@@ -48,7 +48,7 @@ class Balanced(Solved):
         refuse_impulses(scene)
         made, analysis = built(scene), scene.analysis
         series, changes = balanced(made.machine, scene.period, analysis.harmonics, analysis.sub_intervals)
-        path = series.path(steps_of(scene), analysis.stages)
+        path = series.path(Steps.of(scene).times, analysis.stages)
         cycle = Cycle(made.machine, path, changes)
         return cls(scene, made, cycle, series, left_out=left_out_by_linear(changes))
 
@@ -82,7 +82,7 @@ class LinearBalanced(LinearCycle):
         balance.stresses = stiffening(scene, machine, balance.t)
         balance.turning = balance.stresses is not None
         balance.step()
-        rest = Path.of_rest(machine, scene.period, steps_of(scene), analysis.stages)
+        rest = Path.of_rest(machine, scene.period, Steps.of(scene).times, analysis.stages)
         stiff = stiffening(scene, machine, rest.at(rest.tableau.c)[0].ravel())
         step = Iteration(machine, rest, stiff, turning=balance.turning)
         step.found = step.evaluated(step.stresses)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from fenics_mech._arrays import Array, Index, norms
 from fenics_mech.answers.balanced_by_poses import Balanced, LinearBalanced
 from fenics_mech.answers.buckled_links import with_buckled
+from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.answers.modes_by_poses import modes_kept
 from fenics_mech.answers.rest_by_poses import FreelyAtRest
 from fenics_mech.answers.solved_by_poses import (
@@ -44,17 +44,15 @@ from fenics_mech.recovery.balance import balance_of
 from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
-from fenics_mech.recovery.mode_speeds import mode_speeds
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
-from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
+from fenics_mech.recovery.strains import without_vibration
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.consistency import mobility
-from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve import followed_modes, forces_about, held_modes, quasi_static
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.terms.causes import Cause
@@ -95,43 +93,10 @@ def result_of(solved: Solved | AtRest, names: Collection[str] | None = None, cho
     return collected(solved, errors, stability, names)
 
 
-@dataclass
-class RefinedByPoses:
-    """Analyses with one discretisation after the other, of which the last is kept; see `meet_tolerance.Analyser`."""
-
-    _last: tuple[Solved | AtRest, Errors] | None = None
-    _chosen: bool = False
-    _stability: xr.Dataset = field(default_factory=xr.Dataset)
-
-    def planned(self, scene: Scene) -> Scene:
-        """Give a scene with its effects: where the program chooses them, strains are exact."""
-        self._chosen = scene.effects == "auto"
-        return planned(scene)
-
-    def analyse(self, trial: Scene) -> Result:
-        """Analyse a scene as it states, and give what tells whether it is within its tolerance."""
-        solved = solution(trial)
-        errors = estimated(solved, self._chosen)
-        self._last = solved, errors
-        told = read_off(solved.positions, _by_exact_strains(solved, errors)), of_errors(errors).dataset()
-        return Result.with_scene(solved.scene, joined(*told))
-
-    def judge(self, allow_unstable: bool) -> None:
-        """Raise `SolverError` where the last motion is unstable and may not be so."""
-        assert self._last is not None
-        if isinstance(solved := self._last[0], Solved):
-            self._stability = stability_of(solved)
-
-    def refuse_missed(self, allow_coarse: bool) -> None:
-        """Raise `UnresolvedError` where the positions of the last trial surely miss peaks, unless that is to pass."""
-        assert self._last is not None
-        if not allow_coarse:
-            self._last[1].refuse_missed(self._last[0].scene)
-
-    def whole(self) -> Result:
-        """Give the whole result of the last trial."""
-        assert self._last is not None
-        return collected(*self._last, self._stability)
+def with_errors(solved: Solved | AtRest, errors: Errors) -> Result:
+    """Give as much of a result as tells whether it is within a tolerance."""
+    data = read_off(solved.positions, _by_exact_strains(solved, errors))
+    return Result.with_scene(solved.scene, joined(data, of_errors(errors).dataset()))
 
 
 def has_poses(scene: Scene) -> bool:
@@ -239,7 +204,7 @@ def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
             shares=1 if still else BETWEEN_SHARES,
         )
         parts[BETWEEN] = dict(missed.errors)
-    return told(solved.scene, here, parts, missed)
+    return judged_errors(solved.scene, here, parts, missed)
 
 
 RECTANGLE = 5 / 6  # of the area carries shear: sections that state no share have about as much
@@ -262,7 +227,7 @@ def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
     return (quantities(other) - here).largest
 
 
-def told(
+def judged_errors(
     scene: Scene,
     here: Quantities,
     parts: dict[str, dict[str, Array]],
@@ -442,8 +407,7 @@ def collected(
     for part in parts:
         if names is None or not data.variables.keys() >= set(names):
             data = joined(data, part(data))
-    units = effort_units(scene.moved_joints, scene.joints)
-    return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
+    return Result.with_scene(scene, with_units(scene, data))
 
 
 def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
@@ -451,15 +415,12 @@ def _power(solved: Solved | AtRest, errors: Errors | None) -> xr.Dataset:
     instants, weights = solved.weighed
     powers, efforts = instants.powers(), np.stack(list(solved.positions.efforts().values()), axis=1)
     given = next(iter(solved.positions.powers().values()))
-    passed = max(float(np.abs(power).mean()) for power in powers.values())
-    bound = np.nan
-    if errors is not None:
-        uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
-        bound = float(uncertain @ np.abs(solved.positions.drive_rates()).mean(axis=0))
+    bound = np.nan if errors is None else errors.of_power(solved.positions.drive_rates())
     mean = {cause: float(weights @ power) for cause, power in powers.items()}
     if isinstance(solved, Solved) and solved.scene.impulses:
-        return _with_impulses(solved, mean, MEASURE.small_power * passed, bound)
-    found = balance_of(mean, MEASURE.small_power * passed, bound)
+        mean, given_at = _with_impulses(solved, mean)
+        return balance_of(mean, powers, bound, MEASURE.small_power).merge(given_at)
+    found = balance_of(mean, powers, bound, MEASURE.small_power)
     found["drive_effort_rms"] = (("drive",), np.sqrt(np.mean(efforts**2, axis=0)))
     surplus = np.append(given, given[0]) - given.mean()
     stored = np.cumsum((surplus[1:] + surplus[:-1]) / 2) * solved.scene.period / len(given)
@@ -474,7 +435,7 @@ def _shaft(found: OfPoses) -> xr.Dataset:
     return xr.Dataset({"drive_twist": ("theta", turned - law), "drive_rate": ("theta", rate)}, attrs=figures)
 
 
-def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: float) -> xr.Dataset:
+def _with_impulses(solved: Solved, mean: dict[str, float]) -> tuple[dict[str, float], xr.Dataset]:
     """Add what impulses give, and what drives give at them, to the mean powers; with the impulses of their efforts."""
     cycle, scene, n = solved.cycle, solved.scene, solved.made.machine.n
     efforts, works = np.zeros((len(scene.impulses), len(scene.drives))), 0.0
@@ -484,9 +445,9 @@ def _with_impulses(solved: Solved, mean: dict[str, float], small: float, bound: 
         t = (cycle.path.starts + cycle.path.h)[k : k + 1]
         rates = OfPoses(solved.made, Motion(solved.made.machine, t, *cycle.path.when(t))).drive_rates()
         mean[next(iter(mean))] += float(np.sum(efforts[blows.numbers] @ rates[0])) / scene.period
-    found = balance_of(mean | {Cause.IMPULSES: works / scene.period}, small, bound)
-    found["drive_impulse"] = (("impulse", "drive"), efforts)
-    return found.assign_coords(impulse=list(scene.impulses), drive=[drive.joint for drive in scene.drives])
+    labels = {"impulse": list(scene.impulses), "drive": [drive.joint for drive in scene.drives]}
+    impulses = xr.Dataset({"drive_impulse": (("impulse", "drive"), efforts)}, labels)
+    return mean | {Cause.IMPULSES: works / scene.period}, impulses
 
 
 def _modes(solved: Solved) -> xr.Dataset:
@@ -517,9 +478,4 @@ def _without_vibration(solved: Solved) -> xr.Dataset:
     acting = LinearMotion(motion, still.change, moving=False, stresses=still.stresses).acting
     assert acting is not None
     forces = along_members(solved.made, acting.found, acting.a, s, bent=False)
-    sections = scene.rigidities(s)
-    by_force, by_moment = stress_over_modulus(sections, forces.axial, forces.moment)
-    strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")
-    return xr.Dataset(
-        {"strain_quasi_static": (along, strain), "stress_quasi_static": (along, young_modulus(sections) * strain)}
-    )
+    return xr.Dataset(without_vibration(scene.rigidities(s), forces.axial, forces.moment))

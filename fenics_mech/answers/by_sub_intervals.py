@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, summed
-from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, quantities, read_off, told
+from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, judged_errors, quantities, read_off
 from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
@@ -43,13 +43,13 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.planning.sampling_checks import refuse_undersampled, require_positions
-from fenics_mech.recovery.balance import balance_of, mean_in_time
+from fenics_mech.recovery.balance import balance_of, given_by, mean_in_time
 from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
+from fenics_mech.recovery.strains import stress_over_modulus, without_vibration
 from fenics_mech.scene import Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.terms.causes import Cause
@@ -307,17 +307,13 @@ class ByModes:
         by, found, s = self.found.by, self.positions, self.positions.stations
         still = found.P.to_nodes(by.mechanism.stiffness.solve(by.load))
         axial, _, moment = section_forces(found.P, still, found.P.acceleration, s)
-        sections = self.scene.rigidities(s)
-        by_force, by_moment = stress_over_modulus(sections, axial, moment)
-        strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")
         count = by.modes.omega.shape[1]
         return xr.Dataset(
             {
                 "frequency": (("theta", "mode"), by.modes.omega / (2 * np.pi)),
                 "frequency_error": (("mode",), frequency_error(by.mechanism, by.modes)),
                 "assurance": (("theta", "mode"), by.modes.assurance),
-                "strain_quasi_static": (along, strain),
-                "stress_quasi_static": (along, young_modulus(sections) * strain),
+                **without_vibration(self.scene.rigidities(s), axial, moment),
             },
             {"mode": np.arange(1, count + 1)},
         )
@@ -331,14 +327,10 @@ class ByModes:
         motion = Motion(self.made.machine, P.t[ends], q[ends], found.rates[ends], 0 * q[ends])
         weight, stored = energy_of_weight(motion), kinetic_energy(motion) + energy_of_terms(motion)
         if any(self.scene.gravity):
-            mean[Cause.WEIGHT] = -float(weight[1] - weight[0]) / duration
-        mean[Cause.STORED] = -float(stored[1] - stored[0]) / duration
-        passed = max(float(np.abs(power).mean()) for power in powers.values())
-        bound = np.nan
-        if errors is not None:
-            uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)
-            bound = float(uncertain @ np.abs(found.drive_rates()).mean(axis=0))
-        return balance_of(mean, MEASURE.small_power * passed, bound)
+            mean[Cause.WEIGHT] = given_by(weight, duration)
+        mean[Cause.STORED] = given_by(stored, duration)
+        bound = np.nan if errors is None else errors.of_power(found.drive_rates())
+        return balance_of(mean, powers, bound, MEASURE.small_power)
 
     # ---- errors ----
     def errors(self) -> Errors:
@@ -346,7 +338,7 @@ class ByModes:
         here, remarks = quantities(self.positions), between_points(self.scene, self.scene.analysis.sub_intervals)
         if self.change is not None:
             parts = dict(self._errors_in_time(here))
-            return replace(told(self.scene, here, parts, orders=ORDERS), remarks=IN_TIME)
+            return replace(judged_errors(self.scene, here, parts, orders=ORDERS), remarks=IN_TIME)
         if len(self.found.by.mechanism.P.kept) > MOST_DAMPED and np.any(self.scene.damping.ratio):
             remarks.append(f"what the damping of modes left out changes, as more than {MOST_DAMPED} are too many")
         if self.scene.analysis.join == "modal":
@@ -362,13 +354,13 @@ class ByModes:
             "modes": _sum(_times(OF_MODES, _apart(here, modes)), _times(OF_MODES, self._of_damping(here))),
             "mesh": self._of_mesh(here),
         }
-        told(self.scene, here, dict(parts), orders=ORDERS)  # before the theory, which takes longest
+        judged_errors(self.scene, here, dict(parts), orders=ORDERS)  # before the theory, which takes longest
         missed = None
         if len(found.q) >= FEWEST:
             missed = missed_peaks(self.made, lambda share: self.positions, bent=False, shares=1, still=self._still)
             parts[BETWEEN] = dict(missed.errors)
         parts["theory"] = self._of_theory(here)
-        return replace(told(self.scene, here, parts, missed, orders=ORDERS), remarks=tuple(remarks))
+        return replace(judged_errors(self.scene, here, parts, missed, orders=ORDERS), remarks=tuple(remarks))
 
     def _still(self, t: Array) -> OfModes:
         """Read off the static answer at some instants (s)."""

@@ -8,10 +8,11 @@ from functools import lru_cache
 import numpy as np
 
 from fenics_mech.answers.by_poses import planned
-from fenics_mech.answers.solved_by_poses import Solved, built, steps_of
+from fenics_mech.answers.solved_by_poses import Solved, built
 from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError
 from fenics_mech.machine.from_scene import SceneMachine
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.solve import Family, Point, continued
@@ -38,7 +39,7 @@ def followed(at: AtValue, path: str, ends: tuple[float, float], points: int) -> 
     first, last = (at(end) for end in ends)
     if first.cycle_rate * last.cycle_rate < 0:
         raise SceneError("the drive must keep its sense of turning over the range", place=path)
-    shares, others = (steps_of(scene) / scene.period for scene in (first, last))
+    shares, others = (Steps.of(scene).times / scene.period for scene in (first, last))
     if len(shares) != len(others) or np.abs(shares - others).max() > SAMPLING.same:
         raise SceneError("the angles at which a load jumps or impulses act must stay over the range", place=path)
     start = Solved.of(first)

@@ -18,7 +18,8 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._progress import reached
-from fenics_mech.answers.by_poses import planned, quantities, read_off, told, with_assumed_shear
+from fenics_mech.answers.by_poses import judged_errors, planned, quantities, read_off, with_assumed_shear
+from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.estimate.errors import Errors
 from fenics_mech.estimate.quantities import MEASURE
@@ -39,16 +40,15 @@ from fenics_mech.planning.cycle_steps import corners_to_cut
 from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
 from fenics_mech.planning.tolerance_refusals import refuse_unknown
-from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
-from fenics_mech.recovery.mode_speeds import mode_speeds
+from fenics_mech.recovery.law_efforts import law_efforts
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.running import running
+from fenics_mech.recovery.running import of_freedoms, running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
 from fenics_mech.recovery.strains import stress_over_modulus
 from fenics_mech.recovery.stress_figures import stress_figures
@@ -57,7 +57,6 @@ from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.free_motion_checks import NO_DURATION
-from fenics_mech.scene.joints import effort_units
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.scene.sampling import SAMPLING
 from fenics_mech.scene.strikes import passages, strikes_between
@@ -96,14 +95,14 @@ def in_time_by_poses(scene: Scene) -> Result:
     if scene.tolerance is not None:
         refuse_unknown(scene)
     start = poses_to_go_on_from(scene, machine_of(scene).machine.n)
-    whole = InTime.of(scene, times_of(scene, start), start=start)
+    whole = InTime.of(scene, times_of(scene, start.time if start else 0.0), start=start)
     errors = estimated(whole, start, chosen) if scene.analysis.error_estimates else None
     return collected(whole, errors)
 
 
-def times_of(scene: Scene, start: GoneOn | None = None) -> Array:
+def times_of(scene: Scene, begin: float = 0.0) -> Array:
     """Give the instants of the result (s): equal parts of a cycle, which follow the run-up, or of the whole motion."""
-    analysis, begin = scene.analysis, 0.0 if start is None else start.time
+    analysis = scene.analysis
     count = _lead(scene, begin) + (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
     if count >= MOST_POSITIONS:
         raise SceneError(
@@ -622,7 +621,7 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
     parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
     if "time" in parts:
         parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
-    errors = told(scene, here, parts)
+    errors = judged_errors(scene, here, parts)
     touched = (after_contacts(scene.analysis, "a tenth of"),) if whole.closings else ()
     return replace(errors, remarks=(*errors.remarks, *touched))
 
@@ -631,8 +630,11 @@ def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | N
     """Label what was found."""
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
-    known = [_power(whole, errors), _of_freedoms(found), _state_of(whole.ends), _of_laws(whole)]
-    known.append(beside_motion(scene, whole.beside, found.motion.t, repeated))
+    known = [_power(whole, errors), _state_of(whole.ends), beside_motion(scene, whole.beside, found.motion.t, repeated)]
+    known.append(law_efforts(found, whole.inside, whole.peaks, whole.closings))
+    if scene.freedoms:
+        place, rate, _ = found.freed
+        known += [of_freedoms(scene, place, rate), running(scene, found.motion.t, place, rate)]
     return labelled_in_time(scene, data, known, errors)
 
 
@@ -649,28 +651,7 @@ def labelled_in_time(scene: Scene, data: xr.Dataset, known: list[xr.Dataset], er
     data = joined(data, stress_figures(scene, data, cycle))
     if cycle is not None:
         data = joined(data, of_cycle(data, cycle, scene.period))
-    units = effort_units(scene.moved_joints, scene.joints)
-    return Result.with_scene(scene, with_units(data, units, scene.springs.values(), scene.dampers.values()))
-
-
-def _of_freedoms(found: OfTime) -> xr.Dataset:
-    """Give angles and strokes of the freedoms, and their rates."""
-    scene, (place, rate, _) = found.made.scene, found.freed
-    if not scene.freedoms:
-        return xr.Dataset()
-    along = ("theta", "freedom")
-    states = xr.Dataset(
-        {"freedom_place": (along, place), "freedom_rate": (along, rate)}, {"freedom": list(scene.freedoms)}
-    )
-    return joined(states, running(scene, found.motion.t, place, rate))
-
-
-def _of_laws(whole: InTime) -> xr.Dataset:
-    """Give what laws of joints exert, and the most of it at the stages of all steps."""
-    inside = {name: float(np.abs(effort).max()) for name, effort in whole.inside.laws().items()}
-    inside |= {name: max(size, inside[name]) for name, size in whole.peaks.items()}
-    found = law_efforts(whole.positions.laws(), whole.positions.depths(), inside, whole.closings)
-    return with_law_units(whole.scene, found)
+    return Result.with_scene(scene, with_units(scene, data))
 
 
 def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
@@ -682,24 +663,16 @@ def _power(whole: InTime, errors: Errors | None) -> xr.Dataset:
         mean[Cause.IMPULSES] = by_impulses
         if whole.scene.drives:
             mean[next(iter(mean))] += by_drives
-    weight, rotors = energy_of_weight(whole.ends), _of_rotors(whole)
-    stored = kinetic_energy(whole.ends) + energy_of_terms(whole.ends) - rotors
+    weight, stored = energy_of_weight(whole.ends), kinetic_energy(whole.ends) + energy_of_terms(whole.ends)
+    ends = OfPoses(whole.inside.made, whole.ends)
+    for name, part in whole.scene.freedoms.items():  # efforts count without what accelerates their rotors
+        stored = stored - part.inertia / 2 * ends.rate_of(f"freedoms.{name}") ** 2
     if any(whole.scene.gravity):
         drive = next(iter(mean))
-        mean = {drive: mean[drive], Cause.WEIGHT: -float(weight[1] - weight[0]) / duration} | mean
-    mean[Cause.STORED] = -float(stored[1] - stored[0]) / duration
-    passed = max(float(np.abs(power).mean()) for power in powers.values())
+        mean = {drive: mean[drive], Cause.WEIGHT: given_by(weight, duration)} | mean
+    mean[Cause.STORED] = given_by(stored, duration)
     bound = np.nan
     if errors is not None and whole.scene.drives:
-        uncertain = np.sum(list(errors.errors["torque"].values()), axis=0)[: len(whole.scene.drives)]
-        bound = float(uncertain @ np.abs(whole.positions.drive_rates()).mean(axis=0))
+        bound = errors.of_power(whole.positions.drive_rates())
     exchanged = float(np.ptp(kinetic_energy(whole.inside.motion))) / duration
-    return balance_of(mean, max(MEASURE.small_power * passed, exchanged), bound)
-
-
-def _of_rotors(whole: InTime) -> Array:
-    """Give the energy of rotors at freedoms ``(instants,)`` (J): efforts count without what accelerates them."""
-    ends = OfPoses(whole.inside.made, whole.ends)
-    parts = {name: part.inertia for name, part in whole.scene.freedoms.items() if part.inertia}
-    each = (inertia / 2 * ends.rate_of(f"freedoms.{name}") ** 2 for name, inertia in parts.items())
-    return sum(each, np.zeros(2))
+    return balance_of(mean, powers, bound, MEASURE.small_power, exchanged)

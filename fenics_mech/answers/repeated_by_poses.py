@@ -61,7 +61,7 @@ def repeated_by_poses(scene: Scene) -> Result:
     runner = BendingRunner(planned(scene))
     cycle, found = repeated_in(runner.scene, runner)
     start = runner.going_on(found.start)
-    whole = InTime.of(cycle, times_of(cycle, start), start=start)
+    whole = InTime.of(cycle, times_of(cycle, start.time), start=start)
     if scene.analysis.repeats == 1:
         whole = replace(whole, change=found.change)
     errors = estimated(whole, start) if scene.analysis.error_estimates else None
@@ -283,7 +283,7 @@ class BendingRunner:
         """Give the motion from a state on; `also` is called with every step, and these end at shares of it."""
         scene, begin = lasting(self.scene, duration, samples), self.going_on(start)
         ends = None if shares is None else start.time + duration * shares
-        return InTime.of(scene, times_of(scene, begin), settled=0.0, start=begin, also=also, ends=ends)
+        return InTime.of(scene, times_of(scene, begin.time), settled=0.0, start=begin, also=also, ends=ends)
 
 
 def _by(turn: Array, vectors: Array) -> Array:

@@ -24,11 +24,11 @@ from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import coordinates_of_bodies, driven, leading, poses_of_links
-from fenics_mech.recovery.at_rest import of_small_motions
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
+from fenics_mech.recovery.law_efforts import law_efforts
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.running import of_freedoms
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import damp_modes
@@ -182,14 +182,12 @@ class FreelyAtRest(AtRest):
     @property
     def told(self) -> xr.Dataset:
         """What it has beside other answers: places of the freedoms, small motions, and what laws of joints exert."""
-        laws = law_efforts(self.positions.laws(), self.positions.depths(), {}, 0)
-        parts = of_freedoms(self.scene, self.place), of_small_motions(self.motions), with_law_units(self.scene, laws)
-        return joined(*parts)
+        freedoms = of_freedoms(self.scene, self.place[None], 0 * self.place[None])
+        return joined(freedoms, of_small_motions(self.motions), law_efforts(self.positions))
 
 
-def of_freedoms(scene: Scene, place: Array) -> xr.Dataset:
-    """Label where freedoms are at rest ``(freedoms,)``."""
-    # place: angles (rad) and strokes (m)
-    along, places = ("theta", "freedom"), place[None]
-    states = {"freedom_place": (along, places), "freedom_rate": (along, 0 * places)}
-    return xr.Dataset(states, {"freedom": list(scene.freedoms)})
+def of_small_motions(motions: SmallMotions) -> xr.Dataset:
+    """Label the small motions about an equilibrium."""
+    along = ("small_motion",)
+    variables = {"rest_frequency": (along, motions.frequency), "rest_decay": (along, motions.decay)}
+    return xr.Dataset(variables, {"small_motion": np.arange(1, len(motions.decay) + 1)})

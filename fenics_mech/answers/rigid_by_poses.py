@@ -6,7 +6,6 @@ of drives, follow instant by instant from one system of linear equations.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -28,9 +27,9 @@ from fenics_mech.machine.led_from_scene import Led, comes_back, led_motion
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
 from fenics_mech.planning.sampling_checks import require_positions
-from fenics_mech.recovery.balance import balance_of, mean_in_time, stored
+from fenics_mech.recovery.balance import balance_of, given_by, mean_in_time
 from fenics_mech.recovery.dataset import of_errors
-from fenics_mech.recovery.law_efforts import law_efforts, with_law_units
+from fenics_mech.recovery.law_efforts import law_efforts
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.peaks import CYCLIC
 from fenics_mech.recovery.peaks_between import BETWEEN as CLOSENESS
@@ -39,7 +38,7 @@ from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.joint_laws import TOUCHING
-from fenics_mech.scene.joints import effort_units
+from fenics_mech.terms.causes import Cause
 
 TOGETHER = 2_000_000  # entries of the rows' derivatives that are looked at together
 
@@ -50,20 +49,8 @@ def rigid_by_poses(scene: Scene) -> Result:
     require_positions(scene, count := _positions(scene))
     machine = LedMachine.of(scene)
     found = machine.at(_instants(scene, count))
-    parts = [read_off(found), of_laws(found), _powers(scene, found), _missed_by_positions(machine, found.links())]
-    return with_all_units(scene, xr.merge(parts, combine_attrs="no_conflicts"))
-
-
-def of_laws(found: OfRigid, peaks: Mapping[str, float] | None = None, closings: int = 0) -> xr.Dataset:
-    """Label what laws of joints exert, the most of it where that is known, and how often contacts closed."""
-    return law_efforts(found.laws(), found.depths(), peaks or {}, closings)
-
-
-def with_all_units(scene: Scene, data: xr.Dataset) -> Result:
-    """Give the result of labelled values, with the units of all of them."""
-    units = effort_units(scene.moved_joints, scene.joints)
-    data = with_units(data, units, scene.springs.values(), scene.dampers.values())
-    return Result.with_scene(scene, with_law_units(scene, data))
+    parts = [read_off(found), law_efforts(found), _powers(scene, found), _missed_by_positions(machine, found.links())]
+    return Result.with_scene(scene, with_units(scene, xr.merge(parts, combine_attrs="no_conflicts")))
 
 
 def _refuse(scene: Scene) -> None:
@@ -170,10 +157,10 @@ def _powers(scene: Scene, found: OfRigid) -> xr.Dataset:
         return xr.Dataset()
     if scene.analysis.method == "transient":
         energy = kinetic_energy(found.motion) + energy_of_terms(found.motion)
-        mean = mean_in_time(time, powers) | stored(time, energy)
+        mean = mean_in_time(time, powers) | {Cause.STORED: given_by(energy, float(np.ptp(time)))}
     else:
         mean = {name: float(power.mean()) for name, power in powers.items()}
-    return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
+    return balance_of(mean, powers)
 
 
 QUANTITIES = "joint_force", "torque"  # whose errors are told beside those of accelerations

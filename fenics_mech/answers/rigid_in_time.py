@@ -20,10 +20,10 @@ from fenics_mech._arrays import Array, Index
 from fenics_mech._constants import TINY
 from fenics_mech._progress import reached
 from fenics_mech.answers.by_poses import read_off
-from fenics_mech.answers.in_time_by_poses import LONGEST, SHARPER, noted_peaks
+from fenics_mech.answers.in_time_by_poses import LONGEST, SHARPER, noted_peaks, times_of
 from fenics_mech.answers.repeated_by_poses import OTHER_TIMES, differs, kinds_of, lasting, repeated_in
-from fenics_mech.answers.rigid_by_poses import acting, of_laws, with_all_units
-from fenics_mech.errors import AssemblyError, SceneError, shortened
+from fenics_mech.answers.rigid_by_poses import acting
+from fenics_mech.errors import AssemblyError
 from fenics_mech.estimate.quantities import measures_of_efforts
 from fenics_mech.estimate.remarks import after_contacts
 from fenics_mech.joints.law_terms import LawTerm
@@ -32,21 +32,22 @@ from fenics_mech.machine.energy import energy_of_terms, energy_of_weight, kineti
 from fenics_mech.machine.freed import Carried, Driven, Freed, StrayedError
 from fenics_mech.machine.from_scene import SceneMachine, lead, machine_of
 from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
-from fenics_mech.planning.sampling_checks import require_positions
-from fenics_mech.recovery.balance import balance_of
+from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion, times_of_growth
 from fenics_mech.recovery.dataset import joined
+from fenics_mech.recovery.law_efforts import law_efforts
 from fenics_mech.recovery.of_rigid import OfRigid
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.running import running
+from fenics_mech.recovery.running import of_freedoms, running
+from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Prismatic, Scene, Slot
-from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
+from fenics_mech.scene.analysis_options import refuse_rough
 from fenics_mech.scene.start_state import StartState
 from fenics_mech.scene.strikes import ROUNDING, Strike, strikes_between
 from fenics_mech.solve import Step, steps_in_time
 from fenics_mech.solve.blows import jumps
 from fenics_mech.solve.disturbances import Growth, Transition
-from fenics_mech.solve.repeated import ANGLE, SHOOTING, History, Lap, RepeatedMotion, State, sizes_of
+from fenics_mech.solve.repeated import ANGLE, SHOOTING, History, Lap, State, sizes_of
 from fenics_mech.terms.causes import Cause
 
 STAGES = 9  # of a step, at least: few long steps, as what a step costs hardly grows with its stages
@@ -64,22 +65,12 @@ def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
         start = _start_of(repeated.start)
     course = Course.of(scene, start)
     data = _labelled(course)
-    parts = [_powers(course), _errors(course, data, start), *_of_freedoms(course, repeated)]
-    return with_all_units(scene, xr.merge([data, *parts], combine_attrs="no_conflicts"))
-
-
-def _times(scene: Scene, start: float) -> Array:
-    """Give the instants of the result (s)."""
-    analysis = scene.analysis
-    count = (analysis.cycles if scene.drives else 1) * analysis.sub_intervals
-    if count + 1 > MOST_POSITIONS:
-        raise SceneError(
-            f"{shortened(count + 1)} positions are more than a result holds, {MOST_POSITIONS}",
-            place="analysis.sub_intervals",
-            hint="Give fewer cycles or sub_intervals",
-        )
-    require_positions(scene, count + 1)
-    return start + scene.period / analysis.sub_intervals * np.arange(count + 1.0)
+    beside = (
+        running(scene, course.at.t, course.at.r, course.rate),
+        beside_motion(scene, course.beside, course.at.t, repeated),
+    )
+    parts = [data, _powers(course), _errors(course, data, start), *beside]
+    return Result.with_scene(scene, with_units(scene, xr.merge(parts, combine_attrs="no_conflicts")))
 
 
 def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
@@ -179,7 +170,7 @@ class Course:
     ) -> Course:
         """Follow a motion from its start."""
         start = start or StartState.stated(scene)
-        times, analysis = _times(scene, start.time), scene.analysis
+        times, analysis = times_of(scene, start.time), scene.analysis
         made = machine_of(scene)
         freed = freed_of(made, start)
         strokes = [isinstance(scene.joints[name], Slot | Prismatic) for name in scene.freedoms]
@@ -323,24 +314,9 @@ class _Taken:
 
 def _labelled(course: Course) -> xr.Dataset:
     """Label the motion, and forces and efforts in it."""
-    found, along = course.positions, ("theta", "freedom")
-    largest = {name: float(np.abs(effort).max()) for name, effort in course.inside.laws().items()}
-    largest |= {name: max(size, largest[name]) for name, size in course.peaks.items()}
-    states = xr.Dataset(
-        {"freedom_place": (along, course.at.r), "freedom_rate": (along, course.rate)},
-        {"freedom": list(course.scene.freedoms)},
-    )
-    data = read_off(found).assign_attrs(time_steps=course.steps)
-    return joined(data, states, of_laws(found, largest, course.closings))
-
-
-def _of_freedoms(course: Course, repeated: RepeatedMotion | None) -> list[xr.Dataset]:
-    """Give how the freedoms run, and what was followed beside their motion."""
-    t = course.at.t
-    return [
-        running(course.scene, t, course.at.r, course.rate),
-        beside_motion(course.scene, course.beside, t, repeated),
-    ]
+    data = read_off(course.positions).assign_attrs(time_steps=course.steps)
+    laws = law_efforts(course.positions, course.inside, course.peaks, course.closings)
+    return joined(data, of_freedoms(course.scene, course.at.r, course.rate), laws)
 
 
 def _powers(course: Course) -> xr.Dataset:
@@ -355,11 +331,10 @@ def _powers(course: Course) -> xr.Dataset:
         mean[Cause.IMPULSES] = course.works / duration
     rotors = np.array([part.inertia for part in course.scene.freedoms.values()])
     energy = kinetic_energy(ends) + energy_of_terms(ends) - course.rate**2 @ rotors / 2
-    mean[Cause.STORED] = -float(energy[-1] - energy[0]) / duration
+    mean[Cause.STORED] = given_by(energy, duration)
     if Cause.WEIGHT in mean:
-        weight = energy_of_weight(ends)
-        mean[Cause.WEIGHT] = -float(weight[-1] - weight[0]) / duration
-    return balance_of(mean, max(float(np.abs(power).mean()) for power in powers.values()), 0.0)
+        mean[Cause.WEIGHT] = given_by(energy_of_weight(ends), duration)
+    return balance_of(mean, powers)
 
 
 def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Dataset:

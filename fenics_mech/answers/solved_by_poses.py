@@ -9,10 +9,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, norms
-from fenics_mech._constants import TURN
 from fenics_mech.answers.buckled_links import refuse_folded, weakest_link, with_buckled
 from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
@@ -29,7 +27,7 @@ from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.machine.motion import coordinates as of_poses
 from fenics_mech.machine.rigid_from_scene import near_links, near_motion, poses_of_links, rigid_motion
-from fenics_mech.planning.cycle_steps import corners_to_cut
+from fenics_mech.planning.cycle_steps import Steps
 from fenics_mech.recovery.of_linear import OfLinear
 from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
@@ -161,35 +159,12 @@ def stiffening(scene: Scene, machine: Machine, t: Array, free: Array | None = No
     return axial_forces(machine, quasi_static(machine, t, scene.analysis.method != "static", free))
 
 
-def steps_of(scene: Scene) -> Array:
-    """Give the instants at which steps of a cycle begin (s): evenly, where loads jump, and where impulses act."""
-    # A jump counts to the step after it, which begins by a rounding before it. Steps are cut at corners of loads,
-    # too, that their stages do not show.
-    count, rate = scene.analysis.sub_intervals, scene.cycle_rate
-    even = np.arange(count) / count * TURN
-    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
-    jumps += [impulse.angle for impulse in scene.impulses.values() if impulse.angle is not None]
-    turned, corners = (
-        np.unique(np.mod(np.sign(rate) * np.array(angles, dtype=float), TURN))
-        for angles in (jumps, corners_to_cut(scene))
-    )
-    corners = corners[np.diff(corners, prepend=-1.0) > SAMPLING.same]
-    begun = np.concatenate([even[~_among(even, turned)], turned - 2 * SAMPLING.same])
-    return np.sort(np.concatenate([begun, corners[~_among(corners, np.append(begun, turned))]])) / abs(rate)
-
-
-def _among(angles: Array, others: Array) -> NDArray[np.bool_]:
-    """Say which angles are others too (rad)."""
-    apart = np.abs(np.mod(angles[:, None] - others + np.pi, TURN) - np.pi)
-    return np.asarray(apart.min(axis=1, initial=TURN) < SAMPLING.same)
-
-
 Run = LastMotions[Path]  # motions before that of a scene, from which it is sought
 
 
 def found_beside(scene: Scene, machine: Machine, run: Run | None) -> Cycle | None:
     """Find the motion of a scene's machine from the last ones of a run; None where that leads to none."""
-    like = Path.of_rest(machine, scene.period, steps_of(scene), scene.analysis.stages)
+    like = Path.of_rest(machine, scene.period, Steps.of(scene).times, scene.analysis.stages)
     near = None if run is None else run.near(lambda path: isinstance(path, Path) and like.alike(path))
     if near is None:
         return None
@@ -227,7 +202,7 @@ class Solved:
             refuse_folded(made, beside.evaluation, beside.t.ravel())
             return cls(scene, made, beside)
         try:
-            cycle = periodic(made.machine, scene.period, steps_of(scene), stages=scene.analysis.stages)
+            cycle = periodic(made.machine, scene.period, Steps.of(scene).times, stages=scene.analysis.stages)
         except SolverError as error:
             raise with_buckled(made, instants_of(scene), True, error) from error
         refuse_folded(made, cycle.evaluation, cycle.t.ravel())
@@ -272,7 +247,7 @@ class Solved:
         """Build the machine of a scene that differs a little."""
         made = _alike(self.made, built(scene, near=self.made.machine))
         path, pace = self.cycle.path, scene.cycle_rate / self.scene.cycle_rate
-        starts = steps_of(scene) * pace
+        starts = Steps.of(scene).times * pace
         if len(starts) != len(path.starts) or np.abs(starts - path.starts).max() > SAMPLING.same * path.period:
             raise DerivativeError("a variable moves an instant at which a load jumps or an impulse acts")
         return made, Beside(made.machine, pace)
@@ -326,7 +301,7 @@ class LinearCycle(Solved):
 
     @classmethod
     def _by(cls, scene: Scene, made: SceneMachine, stages: int) -> LinearCycle:
-        path = Path.of_rest(made.machine, scene.period, steps_of(scene), stages)
+        path = Path.of_rest(made.machine, scene.period, Steps.of(scene).times, stages)
         stiff = stiffening(scene, made.machine, path.at(path.tableau.c)[0].ravel())
         step = Iteration(made.machine, path, stiff, turning=stiff is not None)
         change = step.step()

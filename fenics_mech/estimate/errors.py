@@ -125,6 +125,11 @@ class Errors:
         found = [self.errors[what][source] for source in sources if source in self.errors[what]]
         return np.sum(found, axis=0) / self.measure[what] if found else np.zeros_like(self.measure[what])
 
+    def of_power(self, rates: Array) -> float:
+        """Give what the errors of efforts make of the mean power of drives with rates ``(angles, drives)`` (W)."""
+        uncertain = np.sum(list(self.errors["torque"].values()), axis=0)[: rates.shape[1]]
+        return float(uncertain @ np.abs(rates).mean(axis=0))
+
     @property
     def too_large(self) -> bool:
         """Whether they are larger than `judge` lets pass."""

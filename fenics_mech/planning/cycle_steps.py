@@ -36,6 +36,7 @@ class Steps:
     start: Array  # drive angle (rad) at which each begins
     rate: float  # rate of the drive coordinate (rad/s), with its sign
     jumps: NDArray[np.bool_]  # whether a load jumps at the end of a step
+    breaks: NDArray[np.bool_]  # whether a load jumps, or an impulse acts, where a step begins
 
     @classmethod
     def of(cls, scene: Scene) -> Steps:
@@ -45,20 +46,20 @@ class Steps:
     @classmethod
     def _cut_at(cls, scene: Scene, corners: Array) -> Steps:
         """Cut the cycle where impulses act and loads jump, and at corners of their factors (rad)."""
-        rate = scene.cycle_rate
-        equal = np.abs(scene.drive_angles(scene.analysis.sub_intervals))
-        impulses = _turned(rate, [impulse.angle or 0.0 for impulse in scene.impulses.values()])
-        jumps = _turned(rate, _load_jumps(scene))
-        turned = equal
+        rate, count = scene.cycle_rate, scene.analysis.sub_intervals
+        turned = np.arange(count) / count * TURN
+        impulses = _turned(rate, [x.angle for x in scene.impulses.values() if x.angle is not None])
+        jumps = _turned(rate, [angle for load in scene.loads.values() for angle in load.jumps])
         for angle in (*impulses, *jumps, *_turned(rate, corners)):
             if _differences(np.array([angle]), turned).min() > SAMPLING.same:
                 turned = np.sort(np.append(turned, angle))
-        jumping = _differences(turned, jumps).min(axis=1, initial=TURN) < SAMPLING.same
-        return cls(
-            start=math.copysign(1, rate) * turned,
-            rate=rate,
-            jumps=np.roll(jumping, -1),
-        )
+        jumping, struck = (_differences(turned, x).min(axis=1, initial=TURN) < SAMPLING.same for x in (jumps, impulses))
+        return cls(math.copysign(1, rate) * turned, rate, np.roll(jumping, -1), jumping | struck)
+
+    @property
+    def times(self) -> Array:
+        """When they begin (s): at a jump or an impulse, which count to the step after it, a rounding before it."""
+        return (np.abs(self.start) - 2 * SAMPLING.same * self.breaks) / abs(self.rate)
 
     def angles(self, places: Array) -> Array:
         """Drive angles (rad) at places 0..1 in every step, ``(steps x places,)``."""
@@ -130,11 +131,6 @@ class _Means:
         largest = float(size.max())
         outside = np.maximum(around.min(axis=1) - mean, mean - around.max(axis=1)) > CUTS.hidden * largest
         return cls(mean, seen @ tableau.A[-1], outside, largest)
-
-
-def _load_jumps(scene: Scene) -> list[float]:
-    """Drive angles (rad) at which loads jump."""
-    return [angle for load in scene.loads.values() for angle in load.jumps]
 
 
 def _turned(rate: float, angles: ArrayLike) -> Array:

@@ -6,8 +6,10 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
+import xarray as xr
+
+from fenics_mech.answers.by_poses import collected, estimated, planned, solution, stability_of, with_errors
 from fenics_mech.errors import SolverError, TooLargeError, UnresolvedError, percent, percent_of_error
 from fenics_mech.estimate.accepted_errors import ORIGINS
 from fenics_mech.estimate.quantities import ERROR_VARIABLES
@@ -25,25 +27,6 @@ from fenics_mech.scene import Scene
 from fenics_mech.scene.base import SCENE
 
 logger = logging.getLogger(__name__)
-
-
-class Analyser(Protocol):
-    """Analyses with one discretisation after the other, of which the last one is kept."""
-
-    def planned(self, scene: Scene) -> Scene:
-        """Give a scene with the effects that act."""
-
-    def analyse(self, trial: Scene) -> Result:
-        """Analyse a scene as it states, and give as much as tells whether it is within its tolerance."""
-
-    def judge(self, allow_unstable: bool) -> None:
-        """Raise where the last motion is unstable and may not be so."""
-
-    def refuse_missed(self, allow_coarse: bool) -> None:
-        """Raise where the positions of the last trial miss peaks and may not do so."""
-
-    def whole(self) -> Result:
-        """Give the whole result of the last trial."""
 
 
 @dataclass(frozen=True)
@@ -75,19 +58,17 @@ class SearchLimits:
 SEARCH = SearchLimits()
 
 
-def within(
-    scene: Scene,
-    analyser: Analyser,
-) -> Result:
+def within(scene: Scene) -> Result:
     """Analyse a scene so that every quantity that its tolerance names is within it of the converged one."""
     refuse_stated(scene)
-    chosen = analyser.planned(scene)
+    chosen = planned(scene)
     refuse_unknown(chosen)
-    discretisation, trials, judged = _start(chosen), list[Trial](), False
+    discretisation, trials, stability = _start(chosen), list[Trial](), None
     for done in range(1, SEARCH.most_rounds + 1):
         trial = discretisation.of(chosen)
         try:
-            result = analyser.analyse(trial)
+            solved = solution(trial)
+            errors = estimated(solved, scene.effects == "auto")
         except UnresolvedError:  # steps that are far too long may have no answer at all
             if discretisation.steps >= max(SEARCH.most_without_answer, scene.analysis.sub_intervals) or not _periodic(
                 chosen
@@ -98,18 +79,19 @@ def within(
         except (TooLargeError, MemoryError) as error:
             why = f"the next needs more memory than there is, {_numbers(discretisation)}"
             raise _not_met(chosen, trials, why) from error
+        result = with_errors(solved, errors)
         this = Trial(discretisation, *_errors(scene, result), int(result.data.attrs["dofs"]))
         missed = _missed(scene, this)
         logger.info("trial %d, %s: errors %s; not met: %s", done, _numbers(discretisation), this.errors, missed)
-        near = not judged and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
+        near = stability is None and sum(this.errors["strain"].values()) <= SEARCH.largest_judged
         doubted = doubts(result) if _periodic(scene) else dict.fromkeys(PEAKS, 0.0)  # else none are chosen
         met = not missed and _beyond(scene, this, doubted) <= 1
         if scene.analysis.stability and (near or met):  # coarse steps tell it first
-            analyser.judge(scene.analysis.allow_unstable)
-            judged = True
+            stability = stability_of(solved)
         if met:
-            analyser.refuse_missed(scene.analysis.allow_coarse)
-            result = analyser.whole()
+            if not scene.analysis.allow_coarse:
+                errors.refuse_missed(solved.scene)
+            result = collected(solved, errors, xr.Dataset() if stability is None else stability)
             refuse_too_stiff(trial.changed(analysis__allow_coarse=scene.analysis.allow_coarse))
             accounted = stamp(trial) | {"chosen": _account(trial, result, this, done)}
             return Result.with_scene(trial, result.data.assign_attrs(accounted))

@@ -182,7 +182,7 @@ def doubt(result: Result, name: str) -> float:
     # that half of the positions show, and is larger than the error where these see the curves. On nine linkages it
     # was less than half of the error only with 14 positions, of which half do not see the narrow peaks of one
     # linkage.
-    if name in (told := told_doubts(result.data)):
+    if name in (told := estimated_doubts(result.data)):
         return told[name]
     count = result.data.sizes["theta"]
     if result.scene.analysis.method not in CYCLIC or not 4 <= count < PEAK.certain:
@@ -198,7 +198,7 @@ def doubt(result: Result, name: str) -> float:
     return float(gained(apart, cornered, count).max())
 
 
-def told_doubts(data: xr.Dataset) -> dict[str, float]:
+def estimated_doubts(data: xr.Dataset) -> dict[str, float]:
     """Give the uncertainties of `doubts` that estimates of errors tell; nothing where they do not."""
     if BETWEEN not in data.get("source", ()):
         return {}

@@ -10,6 +10,13 @@ from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.freedoms import no_torque_speed
 
 
+def of_freedoms(scene: Scene, place: Array, rate: Array) -> xr.Dataset:
+    """Label angles and strokes of the freedoms, and their rates, ``(times, freedoms)`` each."""
+    along = ("theta", "freedom")
+    states = {"freedom_place": (along, place), "freedom_rate": (along, rate)}
+    return xr.Dataset(states, {"freedom": list(scene.freedoms)})
+
+
 def running(scene: Scene, time: Array, place: Array, rate: Array) -> xr.Dataset:
     """Describe how freedoms run in a motion in time."""
     # time: times (s), ``(times,)``; place, rate: angles and strokes of the freedoms and their rates, ``(times,

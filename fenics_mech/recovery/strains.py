@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -22,3 +23,10 @@ def stress_over_modulus(sections: Sequence[Rigidity], axial_force: Array, moment
 def young_modulus(sections: Sequence[Rigidity]) -> Array:
     """Young's modulus (Pa) at both outer fibres, ``(members, stations, 2)``."""
     return np.stack([section.modulus for section in sections])
+
+
+def without_vibration(sections: Sequence[Rigidity], axial_force: Array, moment: Array) -> dict[str, Any]:
+    """Give strains and stresses of a static answer, as variables."""
+    by_force, by_moment = stress_over_modulus(sections, axial_force, moment)
+    strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")
+    return {"strain_quasi_static": (along, strain), "stress_quasi_static": (along, young_modulus(sections) * strain)}

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 
 import xarray as xr
 
 from fenics_mech.estimate.frequencies import FREQUENCY
-from fenics_mech.scene.springs_dampers import Damper, Hinge, Spring
+from fenics_mech.scene import Prismatic, Scene, Slot
+from fenics_mech.scene.joint_laws import OPEN
+from fenics_mech.scene.joints import effort_units
+from fenics_mech.scene.springs_dampers import Hinge
 
 ATTRIBUTES = {
     "strain": ("1", "strain of the outer fibre, as a gauge measures it"),
@@ -184,11 +187,9 @@ STRAINS = (  # of the variables of unit 1 those that are told in units of strain
 )
 
 
-def with_units(
-    data: xr.Dataset, efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]
-) -> xr.Dataset:
+def with_units(scene: Scene, data: xr.Dataset) -> xr.Dataset:
     """Say of every variable what it means, in ``attrs["long_name"]``, and its unit, in ``attrs["units"]``."""
-    units = _units(efforts, springs, dampers)
+    units = _units(scene, [str(name) for name in data["law"].to_numpy()] if "law" in data else [])
     for name, (unit, meaning) in ATTRIBUTES.items():
         if name in data:
             data.variables[name].attrs.update(units=units.get(name, unit), long_name=meaning)
@@ -201,11 +202,21 @@ def with_units(
     return data
 
 
-def _units(efforts: Sequence[str], springs: Iterable[Spring], dampers: Iterable[Damper]) -> dict[str, str]:
+def _units(scene: Scene, laws: Sequence[str]) -> dict[str, str]:
     """Give the units of variables that hold forces or moments by the scene; one for each where these are mixed."""
+    efforts = effort_units(scene.moved_joints, scene.joints)
     found = {"input_torque": efforts[:1], "input_torque_amplitude": efforts[:1]}
     found |= dict.fromkeys(("drive_effort", "drive_effort_error", "drive_effort_rms"), efforts)
+    found["law_effort"] = found["largest_law_effort"] = [unit_of_law(scene, name) for name in laws]
     found["drive_impulse"] = [f"{unit} s" for unit in efforts]
-    for name, parts in (("spring_force", springs), ("damper_force", dampers)):
-        found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts]
+    for name, parts in (("spring_force", scene.springs), ("damper_force", scene.dampers)):
+        found[name] = ["N m" if isinstance(part, Hinge) else "N" for part in parts.values()]
     return {name: units[0] if len(set(units)) == 1 else ", ".join(units) for name, units in found.items() if units}
+
+
+def unit_of_law(scene: Scene, name: str) -> str:
+    """Give the unit of what a joint law exerts."""
+    stated, _, driven = name.partition(":")
+    law = scene.joint_laws[stated]
+    slides = isinstance(scene.joints[driven or law.joint], Slot | Prismatic)
+    return "N" if slides or isinstance(law, OPEN) else "N m"

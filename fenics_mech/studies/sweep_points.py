@@ -21,7 +21,7 @@ from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.errors import MechanismError, SolverError, UnstableError
 from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
+from fenics_mech.recovery.peaks import angles_at, doubts, estimated_doubts, peak_of
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.safety.verdict import without_cure
@@ -211,7 +211,7 @@ def reduced(result: Result, gauge: Gauge) -> Record:
 def _of_errors(data: xr.Dataset) -> dict[str, Array]:
     """Give what a dataset tells of errors."""
     values = {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
-    if told := told_doubts(data):
+    if told := estimated_doubts(data):
         values["peak_doubt"] = np.array(max(told.values()))
     if "source" in data and "theory" in data["source"]:
         for prefix in ("", "deflection_"):
