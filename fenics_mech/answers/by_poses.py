@@ -41,10 +41,10 @@ from fenics_mech.machine.laws_from_scene import SHAFT
 from fenics_mech.machine.motion import LinearMotion, Motion
 from fenics_mech.planning.sampling_checks import refuse_undersampled
 from fenics_mech.recovery.balance import balance_of
-from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions, joined, of_errors
 from fenics_mech.recovery.link_motion import motion_of_links
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.recovery.peaks_between import missed_peaks
 from fenics_mech.recovery.result import Result, stamp
 from fenics_mech.recovery.rigid_places import rigid_places
 from fenics_mech.recovery.signal import last_cycle, of_cycle
@@ -96,7 +96,7 @@ def result_of(solved: Solved | AtRest, names: Collection[str] | None = None, cho
 def with_errors(solved: Solved | AtRest, errors: Errors) -> Result:
     """Give as much of a result as tells whether it is within a tolerance."""
     data = read_off(solved.positions, _by_exact_strains(solved, errors))
-    return Result.with_scene(solved.scene, joined(data, of_errors(errors).dataset()))
+    return Result.with_scene(solved.scene, joined(data, of_errors(errors)))
 
 
 def has_poses(scene: Scene) -> bool:
@@ -224,7 +224,7 @@ def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
     """Give by how much a better answer differs, by quantity; where there is none, nothing is known."""
     if other is None:
         return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
-    return (quantities(other) - here).largest
+    return quantities(other).minus(here).largest
 
 
 def judged_errors(
@@ -403,7 +403,7 @@ def collected(
         parts.append(lambda data: of_cycle(data, cycle, scene.period, data.get("strain_quasi_static")))
     parts.append(lambda data: mode_speeds(scene, found.made))
     if errors is not None:
-        data = joined(data, of_errors(errors).dataset())
+        data = joined(data, of_errors(errors))
     for part in parts:
         if names is None or not data.variables.keys() >= set(names):
             data = joined(data, part(data))

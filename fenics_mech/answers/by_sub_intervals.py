@@ -9,7 +9,7 @@ import logging
 import math
 from collections.abc import Collection, Iterator, Sequence
 from copy import copy
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,9 +44,9 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, Sections
 from fenics_mech.planning.sampling_checks import refuse_undersampled, require_positions
 from fenics_mech.recovery.balance import balance_of, given_by, mean_in_time
-from fenics_mech.recovery.between_poses import missed_peaks
 from fenics_mech.recovery.dataset import decisions
 from fenics_mech.recovery.of_poses import OfPoses
+from fenics_mech.recovery.peaks_between import missed_peaks
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.strains import stress_over_modulus, without_vibration
@@ -461,17 +461,17 @@ class ByModes:
         except MechanismError as error:
             logger.info("there is no motion by poses: %s", error)
             return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
-        return (quantities(positions) - _some(here, slice(0, None, every))).largest
+        return quantities(positions).minus(_some(here, slice(0, None, every))).largest
 
 
 def _some(all_of: Quantities, which: slice) -> Quantities:
     """Give quantities at some of the positions."""
-    return Quantities(*(getattr(all_of, part.name)[which] for part in fields(all_of)))
+    return Quantities(*(part[which] for part in all_of))
 
 
 def _apart(here: Quantities, other: Response, which: slice = slice(None)) -> dict[str, Array]:
     """Give by how much another response differs at its positions, which are some of these, by quantity."""
-    return (quantities(read(other)) - _some(here, which)).largest
+    return quantities(read(other)).minus(_some(here, which)).largest
 
 
 def _times(factor: float, errors: dict[str, Array]) -> dict[str, Array]:

@@ -37,9 +37,9 @@ from fenics_mech.machine.motion import Motion, coordinates
 from fenics_mech.machine.rigid_from_scene import Places, driven, links_of_poses, near_links, rigid_motion, values_at
 from fenics_mech.machine.section_forces import Sections
 from fenics_mech.planning.cycle_steps import corners_to_cut
+from fenics_mech.planning.discretisation import refuse_unknown
 from fenics_mech.planning.sampling_checks import refuse_hidden_peaks, require_positions
 from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
-from fenics_mech.planning.tolerance_refusals import refuse_unknown
 from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
@@ -50,10 +50,9 @@ from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.running import of_freedoms, running
 from fenics_mech.recovery.signal import last_cycle, of_cycle
-from fenics_mech.recovery.strains import stress_over_modulus
+from fenics_mech.recovery.strains import without_modes
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units
-from fenics_mech.recovery.without_modes import without_modes
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import MOST_POSITIONS, refuse_rough
 from fenics_mech.scene.free_motion_checks import NO_DURATION
@@ -155,10 +154,7 @@ class OfTime(OfPoses):
     @cached_property
     def elastic(self) -> Evaluation:  # type: ignore[override]
         """The residual without what damps modes and the material."""
-        motion = self.motion
-        return without_modes(
-            motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents, material=True
-        )
+        return without_modes(self.motion, material=True)
 
     @cached_property
     def bare(self) -> Sections:  # type: ignore[override]
@@ -167,11 +163,6 @@ class OfTime(OfPoses):
         if beams.modal is None and not beams.damping.any():
             return self.sections
         return along_members(self.made, self.elastic, self.motion.a, self.stations, self.bent)
-
-    @cached_property
-    def strains(self) -> tuple[Array, Array]:  # type: ignore[override]
-        """Strains as of `OfPoses`."""
-        return stress_over_modulus(self.made.scene.rigidities(self.stations), self.bare.axial, self.bare.moment)
 
     @cached_property
     def deflection(self) -> Array:  # type: ignore[override]
@@ -618,7 +609,7 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
         if chosen and (fuller := with_assumed_shear(scene)) is not None:
             better["effects"] = InTime.of(fuller, times, settled=0.0)
-    parts = {name: (quantities(other.positions) - here).largest for name, other in better.items()}
+    parts = {name: quantities(other.positions).minus(here).largest for name, other in better.items()}
     if "time" in parts:
         parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
     errors = judged_errors(scene, here, parts)
@@ -644,7 +635,7 @@ def labelled_in_time(scene: Scene, data: xr.Dataset, known: list[xr.Dataset], er
         *known,
         residual_vibration(scene, data),
         mode_speeds(scene),
-        *([] if errors is None else [of_errors(errors).dataset()]),
+        *([] if errors is None else [of_errors(errors)]),
     ]
     data = joined(data, *parts)
     cycle = last_cycle(scene.analysis, scene.drives, data)

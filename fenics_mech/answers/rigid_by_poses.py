@@ -179,7 +179,7 @@ def _missed_by_positions(machine: LedMachine, links: LinkMotion) -> xr.Dataset:
     errors = Errors(by_source, {BETWEEN: BY_POSITIONS}, measures(scene, largest), (), largest, missed)
     if not analysis.allow_coarse:
         errors.refuse_missed(scene)
-    return of_errors(errors).dataset()
+    return of_errors(errors)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,8 +37,7 @@ ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative err
 }
 
 
-@dataclass(frozen=True)
-class Quantities:
+class Quantities(NamedTuple):
     """What is compared between two motions of a mechanism, or the difference of it."""
 
     # axial, bending: strain of the axis, ``(angles, members, stations)``, and by bending of both fibres, with another
@@ -48,35 +48,20 @@ class Quantities:
     force: Array  # in the joints (N), ``(angles, joints, 2)``
     effort: Array  # of the drives (N m, or N along a slide), ``(angles, drives)``
 
-    def __sub__(self, other: Quantities) -> Quantities:
+    def minus(self, other: Quantities) -> Quantities:
         """Give the difference of two motions."""
-        return Quantities(
-            self.axial - other.axial,
-            self.bending - other.bending,
-            self.deflection - other.deflection,
-            self.force - other.force,
-            self.effort - other.effort,
-        )
-
-    def times(self, factor: float) -> Quantities:
-        """Multiply all of them."""
-        parts = self.axial, self.bending, self.deflection, self.force, self.effort
-        return Quantities(*(factor * part for part in parts))
+        return Quantities(*(mine - theirs for mine, theirs in zip(self, other)))
 
     @property
-    def sizes(self) -> dict[str, Array]:
-        """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
-        return {
+    def largest(self) -> dict[str, Array]:
+        """Largest magnitude of each quantity over the drive angles, ``(members, joints or drives,)``."""
+        sizes = {
             "strain": (np.abs(self.axial) + np.abs(self.bending).max(axis=-1)).max(axis=2),
             "deflection": norms(self.deflection).max(axis=2),
             "joint_force": norms(self.force),
             "torque": np.abs(self.effort),
         }
-
-    @property
-    def largest(self) -> dict[str, Array]:
-        """Largest magnitude of each quantity, ``(members, joints or drives,)``."""
-        return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
+        return {name: size.max(axis=0, initial=0.0) for name, size in sizes.items()}
 
 
 def places_of(members: Iterable[str], joints: Mapping[str, Joint], moved: Sequence[str]) -> dict[str, list[str]]:

@@ -13,7 +13,7 @@ from fenics_mech.errors import percent, percent_of_error
 from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from fenics_mech.estimate.remarks import UNKNOWN
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.strength import exceeded
+from fenics_mech.recovery.faces import exceeded
 from fenics_mech.scene import Scene
 from fenics_mech.scene.plausibility import implausible
 

@@ -17,9 +17,16 @@ from fenics_mech.estimate.remarks import UNKNOWN
 from fenics_mech.joints.torsional_springs import refuse_too_stiff
 from fenics_mech.kinematics import Linkage, positions_for_corners, refuse_unresolved
 from fenics_mech.planning.answer_remarks import WORDS
-from fenics_mech.planning.discretisation import NUMBERS, REFINE, Discretisation, Trial, slow_order
+from fenics_mech.planning.discretisation import (
+    NUMBERS,
+    REFINE,
+    Discretisation,
+    Trial,
+    refuse_stated,
+    refuse_unknown,
+    slow_order,
+)
 from fenics_mech.planning.sampling_checks import refuse_undersampled
-from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import BETWEEN, PEAK, PEAKS, doubts
 from fenics_mech.recovery.result import stamp

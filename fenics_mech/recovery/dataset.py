@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,37 +15,12 @@ from fenics_mech.estimate.errors import Errors
 from fenics_mech.estimate.quantities import ERROR_VARIABLES
 
 
-class DatasetParts(NamedTuple):
-    """What a dataset is made of. To make one of several such parts takes less than to join datasets of them."""
-
-    variables: Mapping[str, Any]  # variables, coordinates, attributes: as `xarray.Dataset` takes them
-    coordinates: Mapping[str, Any] = {}
-    attributes: Mapping[str, Any] = {}
-
-    @classmethod
-    def of(cls, data: xr.Dataset) -> DatasetParts:
-        """Give the parts of a dataset."""
-        variables, coordinates = (
-            {str(name): data.variables[name] for name in names} for names in (data.data_vars, data.coords)
-        )
-        return cls(variables, coordinates, data.attrs)
-
-    def dataset(self, *others: DatasetParts) -> xr.Dataset:
-        """Make a dataset of this and other parts."""
-        variables, coordinates, attributes = (dict[str, Any](part) for part in self)
-        for part in others:
-            variables.update(part.variables)
-            coordinates.update(part.coordinates)
-            attributes.update(part.attributes)
-        return xr.Dataset(variables, coordinates, attributes)
-
-
 def joined(*parts: xr.Dataset) -> xr.Dataset:
     """Put datasets with the same labels together, without a look at whether these are the same."""
     return xr.merge(parts, combine_attrs="no_conflicts", compat="override", join="override")
 
 
-def of_errors(errors: Errors) -> DatasetParts:
+def of_errors(errors: Errors) -> xr.Dataset:
     """Give errors by source of every quantity that the scene has, and the largest relative ones by all of them."""
     variables: dict[str, Any] = {}
     attributes: dict[str, float | str] = {}
@@ -64,7 +39,7 @@ def of_errors(errors: Errors) -> DatasetParts:
     attributes["too_coarse"] = int(errors.too_large)
     if errors.remarks:
         attributes["not_estimated"] = "; ".join(errors.remarks)
-    return DatasetParts(variables, labels, attributes)
+    return xr.Dataset(variables, labels, attributes)
 
 
 def decisions(dofs: int, elements: int, choices: Sequence[Choice]) -> dict[str, object]:

@@ -1,4 +1,4 @@
-"""Faces of the materials in a section, at which their stress is largest: those of inner plies and parts too."""
+"""Faces of the materials in a section, at which their stress is largest, and where it exceeds the strength."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+import xarray as xr
 
 from fenics_mech._arrays import Array
+from fenics_mech._constants import MEGA
 from fenics_mech.scene import Material, Member, Scene
 from fenics_mech.scene.sections import AnySection, LaminateSection
 from fenics_mech.scene.sections.polygon import PolygonSection
@@ -68,3 +70,34 @@ def faces_of(member: Member, section: AnySection, materials: Mapping[str, Materi
         for name, *both in extents
         for y in both[::-1]
     ]
+
+
+def exceeded(
+    members: Mapping[str, tuple[str, Member]],
+    sections: Mapping[str, AnySection],
+    materials: Mapping[str, Material],
+    data: xr.Dataset,
+) -> tuple[str, ...]:
+    """Compare the stresses of all materials, at their faces, with their strengths."""
+    # data: the result, with the stress (Pa) over theta, member, s and fibre
+    found = []
+    for label, (_, member) in members.items():
+        most, worst = 1.0, ""
+        for face in faces_of(member, sections[member.section], materials):
+            material = face.material
+            if (strength := materials[material].strength) is None:
+                continue
+            both = (data["stress"].sel(member=label, fibre=fibre).transpose("theta", "s").to_numpy() for fibre in "+-")
+            stress = face.stress(*both)
+            k, i = np.unravel_index(int(np.abs(stress).argmax()), stress.shape)
+            if abs(stress[k, i]) <= most * strength:
+                continue
+            most, angle = abs(stress[k, i]) / strength, np.degrees(float(data["theta"][k])) % 360
+            where = f"fibre {face.side}" if face.is_outer else f"{face.place:.3g} of the way from fibre - to +"
+            worst = (
+                f"materials.{material}.strength: the stress of member {label} reaches {MEGA * stress[k, i]:.4g} MPa at "
+                f"s = {float(data['s'][i]):.3g}, {where}, drive angle {angle:.4g} deg; the strength of "
+                f"{material} is {MEGA * strength:.4g} MPa"
+            )
+        found += [worst] if worst else []
+    return tuple(found)

@@ -24,9 +24,7 @@ from fenics_mech.machine.measured import Measured
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, InnerForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.strains import stress_over_modulus, young_modulus
-from fenics_mech.recovery.viscous import elastic_strain
-from fenics_mech.recovery.without_modes import without_modes
+from fenics_mech.recovery.strains import elastic_strain, stress_over_modulus, without_modes, young_modulus
 from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
 from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
@@ -103,15 +101,15 @@ class OfPoses:
     @cached_property
     def elastic(self) -> Evaluation:
         """The residual without what damps modes."""
-        motion = self.motion
-        return without_modes(motion.machine, motion.t, motion.q, motion.v, motion.a, motion.with_tangents)
+        return without_modes(self.motion)
 
     @cached_property
     def strains(self) -> tuple[Array, Array]:
         """Strains of the axes ``(instants, members, stations)``, and by bending of both fibres ``(..., 2)``."""
         scene, bare = self.made.scene, self.bare
-        parts = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
-        stretch, bending = (elastic_strain(scene, part) for part in parts)
+        stretch, bending = stress_over_modulus(scene.rigidities(self.stations), bare.axial, bare.moment)
+        if (retardation := scene.damping.material) and scene.analysis.method == "periodic":
+            return tuple(elastic_strain(part, retardation, scene.period) for part in (stretch, bending))  # type: ignore[return-value]
         return stretch, bending
 
     def members(self) -> Variables:

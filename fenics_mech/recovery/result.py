@@ -16,10 +16,10 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech._version import __version__
 from fenics_mech.errors import ResultError
-from fenics_mech.recovery.case_parts import names_of, packed, unpacked
 from fenics_mech.recovery.derived import DERIVED, derived
 from fenics_mech.recovery.exports import to_mat, to_vtk, write_table
 from fenics_mech.recovery.of_scene import OfScene
+from fenics_mech.recovery.saved import names_of, packed, unpacked
 from fenics_mech.scene import Scene
 
 Made = TypeVar("Made")

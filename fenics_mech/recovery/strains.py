@@ -1,14 +1,19 @@
-"""Strains of the outer fibres from the forces in sections."""
+"""Strains of the outer fibres from the forces in sections, without what damps modes and the material."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from fenics_mech._arrays import Array
+from fenics_mech.machine.evaluation import Evaluation
+from fenics_mech.machine.motion import Motion
 from fenics_mech.scene.sections import Rigidity
+from fenics_mech.solve import accelerated
+from fenics_mech.terms import Beams, Response
 
 
 def stress_over_modulus(sections: Sequence[Rigidity], axial_force: Array, moment: Array) -> tuple[Array, Array]:
@@ -30,3 +35,33 @@ def without_vibration(sections: Sequence[Rigidity], axial_force: Array, moment: 
     by_force, by_moment = stress_over_modulus(sections, axial_force, moment)
     strain, along = by_force[..., None] + by_moment, ("theta", "member", "s", "fibre")
     return {"strain_quasi_static": (along, strain), "stress_quasi_static": (along, young_modulus(sections) * strain)}
+
+
+def elastic_strain(total: Array, retardation: float, period: float) -> Array:
+    """Solve ``strain + retardation strain' = total`` over a cycle (s), harmonic by harmonic."""
+    harmonics = np.fft.rfft(total, axis=0)
+    omega = 2 * np.pi / period * np.arange(len(harmonics))
+    lag = (1 + 1j * omega * retardation).reshape(-1, *(1,) * (total.ndim - 1))
+    return np.fft.irfft(harmonics / lag, n=len(total), axis=0)
+
+
+def without_modes(motion: Motion, *, material: bool = False) -> Evaluation:
+    """Give the same motion without the stress of damped modes, and with accelerations that balance the rest."""
+    # That stress goes with the rate of a vibration, and its inertia is taken as that which it accelerates. So both
+    # parts are in equilibrium within elements. What the material damps is local: over a cycle it is found from the
+    # strains that this gives, whose rates the cycle has.
+    machine, found = motion.machine, motion.with_tangents
+    zero, kept, force = np.zeros_like(found.M), [], np.zeros_like(found.force)
+    for term, group, here in zip(machine.terms, machine.groups, found.terms):
+        response, damped = here.response, np.zeros_like(here.response.stress)
+        if response.modes is not None:
+            sizes = np.einsum("temk,tem->tk", response.modes, here.rate)
+            damped = np.einsum("temk,tk->tem", response.modes, sizes)
+        if material and isinstance(term, Beams):
+            damped = damped + np.einsum("eij,tej->tei", term.stiffness, term.damping[:, None] * here.rate)
+        if damped.any():
+            group.spread(here.with_response(Response(damped)), None, found.pattern, False, (force, zero, zero, zero))
+            response = replace(response, stress=response.stress - damped)
+        kept.append(here.with_response(response))
+    moved = motion.a + accelerated(machine, found, force)
+    return replace(machine.residual(motion.t, motion.q, motion.v, moved, tangents=False, known=True), terms=kept)
