@@ -106,7 +106,7 @@ def analyse(
 
 def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are."""
-    start = state_to_go_on_from(scene, 0)
+    start = state_to_go_on_from(scene)
     if not scene.freedoms:
         return rigid_by_poses(scene)
     if scene.analysis.method == "static":

@@ -43,13 +43,11 @@ from fenics_mech.planning.start_state import GoneOn, poses_to_go_on_from
 from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion
 from fenics_mech.recovery.dataset import joined, of_errors
-from fenics_mech.recovery.law_efforts import law_efforts
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms, running
 from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.recovery.residual_vibration import residual_vibration
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.rigid_places import between_ends
-from fenics_mech.recovery.running import of_freedoms, running
-from fenics_mech.recovery.signal import last_cycle, of_cycle
+from fenics_mech.recovery.signal import last_cycle, of_cycle, residual_vibration
 from fenics_mech.recovery.strains import without_modes
 from fenics_mech.recovery.stress_figures import stress_figures
 from fenics_mech.recovery.variables import with_units

@@ -25,10 +25,8 @@ from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.rigid_from_scene import coordinates_of_bodies, driven, leading, poses_of_links
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts
-from fenics_mech.recovery.of_poses import OfPoses
-from fenics_mech.recovery.of_rigid import OfRigid
-from fenics_mech.recovery.running import of_freedoms
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms
+from fenics_mech.recovery.of_poses import OfPoses, OfRigid
 from fenics_mech.scene import Friction, Scene
 from fenics_mech.scene.meshing import with_halves
 from fenics_mech.solve import damp_modes

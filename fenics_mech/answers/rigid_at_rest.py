@@ -14,9 +14,8 @@ from fenics_mech.answers.rest_by_poses import LED, Resting, of_small_motions, re
 from fenics_mech.answers.rigid_in_time import freed_of
 from fenics_mech.errors import SolverError
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.running import of_freedoms
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Scene
 from fenics_mech.scene.start_state import StartState

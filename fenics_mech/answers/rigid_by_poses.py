@@ -29,8 +29,8 @@ from fenics_mech.machine.rigid_from_scene import links_of_poses, poses_of_links
 from fenics_mech.planning.sampling_checks import require_positions
 from fenics_mech.recovery.balance import balance_of, given_by, mean_in_time
 from fenics_mech.recovery.dataset import of_errors
-from fenics_mech.recovery.law_efforts import law_efforts
-from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.freedoms_and_laws import law_efforts
+from fenics_mech.recovery.of_poses import OfRigid
 from fenics_mech.recovery.peaks import CYCLIC
 from fenics_mech.recovery.peaks_between import BETWEEN as CLOSENESS
 from fenics_mech.recovery.peaks_between import OverCycle, PeaksBetween, Values, accelerations_of

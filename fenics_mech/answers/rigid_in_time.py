@@ -35,10 +35,9 @@ from fenics_mech.machine.rigid_from_scene import coordinates_of_links, driven
 from fenics_mech.recovery.balance import balance_of, given_by
 from fenics_mech.recovery.beside_motion import Beside, beside_motion, times_of_growth
 from fenics_mech.recovery.dataset import joined
-from fenics_mech.recovery.law_efforts import law_efforts
-from fenics_mech.recovery.of_rigid import OfRigid
+from fenics_mech.recovery.freedoms_and_laws import law_efforts, of_freedoms, running
+from fenics_mech.recovery.of_poses import OfRigid
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.running import of_freedoms, running
 from fenics_mech.recovery.variables import with_units
 from fenics_mech.scene import Prismatic, Scene, Slot
 from fenics_mech.scene.analysis_options import refuse_rough

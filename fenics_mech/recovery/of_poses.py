@@ -16,6 +16,7 @@ from fenics_mech.kinematics import Motion as LinkMotion
 from fenics_mech.machine.acting_from_scene import point_of
 from fenics_mech.machine.along_members import along_members, on_elements
 from fenics_mech.machine.drawn_from_scene import clock_of
+from fenics_mech.machine.energy import power_of_weight
 from fenics_mech.machine.evaluation import Evaluation
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.joint_forces import Reactions
@@ -548,3 +549,28 @@ def _of_beams(beams: Beams, here: Measured) -> Iterator[tuple[str, Array]]:
     yield Cause.MATERIAL, np.sum(viscous * here.rate, axis=2)
     if here.response.modes is not None:
         yield Cause.MODAL_DAMPING, np.einsum("temk,tem->tk", here.response.modes, here.rate) ** 2
+
+
+@dataclass(frozen=True)
+class OfRigid(OfPoses):
+    """A motion of rigid links at some instants, in the chart itself."""
+
+    angle: Array  # angles of the links, whole turns and all ``(instants, links)`` (rad)
+    turned: Array  # drive angles ``(instants,)`` (rad)
+
+    def links(self) -> LinkMotion:
+        """Give the motion of the links' frames."""
+        return replace(super().links(), angle=self.angle)
+
+    @cached_property
+    def theta(self) -> Array:
+        """Drive angles (rad)."""
+        return self.turned
+
+    def powers(self) -> dict[str, Array]:
+        """Give what drives, weight, loads and damping give to the machine ``(instants,)`` (W)."""
+        found = super().powers()
+        if any(self.made.scene.gravity):
+            drive = next(iter(found))
+            found = {drive: found[drive], Cause.WEIGHT: power_of_weight(self.motion)} | found
+        return found
