@@ -39,7 +39,7 @@ def refuse_impulses(scene: Scene) -> None:
 class Balanced(Solved):
     """A periodic motion as a Fourier series; its cycle is the same by steps."""
 
-    series: Series  # the series
+    series: Series
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
@@ -67,7 +67,7 @@ class Balanced(Solved):
 class LinearBalanced(LinearCycle):
     """A periodic motion that is linear beside the rigid one, as a Fourier series."""
 
-    series: Series  # the series
+    series: Series
 
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:

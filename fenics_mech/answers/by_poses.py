@@ -460,15 +460,14 @@ def _modes(solved: Solved) -> xr.Dataset:
         raise with_buckled(solved.made, t, True, error) from error
     count = modes_kept(scene.analysis.modes, found.omega.shape[1])
     here, finer = (held_modes(x.machine, 0.0)[0][:count] for x in (solved.made, solved.finer))
+    return of_modes(found.omega[:, :count], np.abs(here / finer - 1), found.assurance[:, :count])
+
+
+def of_modes(omega: Array, error: Array, assurance: Array) -> xr.Dataset:
+    """Label rates (rad/s) and assurances of modes ``(positions, modes)``, and their relative errors ``(modes,)``."""
     along = ("theta", "mode")
-    return xr.Dataset(
-        {
-            "frequency": (along, found.omega[:, :count] / (2 * np.pi)),
-            "frequency_error": (("mode",), np.abs(here / finer - 1)),
-            "assurance": (along, found.assurance[:, :count]),
-        },
-        {"mode": np.arange(1, count + 1)},
-    )
+    values = {"frequency": (along, omega / (2 * np.pi)), "frequency_error": (("mode",), error)}
+    return xr.Dataset(values | {"assurance": (along, assurance)}, {"mode": np.arange(1, omega.shape[1] + 1)})
 
 
 def _without_vibration(solved: Solved) -> xr.Dataset:

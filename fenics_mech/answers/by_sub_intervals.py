@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, summed
-from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, judged_errors, quantities, read_off
+from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, judged_errors, of_modes, quantities, read_off
 from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
@@ -86,7 +86,7 @@ def by_sub_intervals(scene: Scene, names: Collection[str] | None = None) -> Resu
 class OfModes(OfPoses):
     """What a response exerts in the rigid motion, where nothing else of it acts, and where it moves the links."""
 
-    found: Response  # the response
+    found: Response
 
     @property
     def P(self) -> Transformation:  # noqa: N802  (of (4.41))
@@ -240,7 +240,7 @@ class ByModes:
     """The answer of a scene, as `by_poses.collected` takes it."""
 
     scene: Scene
-    found: Response  # the response
+    found: Response
     change: float | None = None  # difference of the last two cycles in time; None of a periodic motion
     untold = ("point_velocity_bent", "point_acceleration_bent")
     left_out = None
@@ -293,7 +293,7 @@ class ByModes:
         decided = decisions(len(self.found.by.mechanism.P.kept), len(self.positions.mesh.cell), choices_of(self.scene))
         attributes: dict[str, object] = {"solver": "sub-intervals"} | decided
         if self.change is None:
-            beside = self._told_of_cycle().assign_attrs(condition=self.found.by.condition)
+            beside = self._beside_cycle().assign_attrs(condition=self.found.by.condition)
             found = collected(self, errors, beside, names)  # type: ignore[arg-type]
         else:
             attributes |= {"cycle_change": self.change, "time_steps": len(self.found.q)}
@@ -302,21 +302,13 @@ class ByModes:
         found.data.attrs.update(attributes)
         return found
 
-    def _told_of_cycle(self) -> xr.Dataset:
+    def _beside_cycle(self) -> xr.Dataset:
         """Give natural frequencies, and strains and stresses without vibration."""
         by, found, s = self.found.by, self.positions, self.positions.stations
         still = found.P.to_nodes(by.mechanism.stiffness.solve(by.load))
         axial, _, moment = section_forces(found.P, still, found.P.acceleration, s)
-        count = by.modes.omega.shape[1]
-        return xr.Dataset(
-            {
-                "frequency": (("theta", "mode"), by.modes.omega / (2 * np.pi)),
-                "frequency_error": (("mode",), frequency_error(by.mechanism, by.modes)),
-                "assurance": (("theta", "mode"), by.modes.assurance),
-                **without_vibration(self.scene.rigidities(s), axial, moment),
-            },
-            {"mode": np.arange(1, count + 1)},
-        )
+        modes = of_modes(by.modes.omega, frequency_error(by.mechanism, by.modes), by.modes.assurance)
+        return modes.assign(without_vibration(self.scene.rigidities(s), axial, moment))
 
     def _power_in_time(self, errors: Errors | None) -> xr.Dataset:
         """Give the mean power of every cause, and what the machine stores."""

@@ -280,7 +280,7 @@ class _ModesDamped:
 
     made: SceneMachine  # made, held: the machine, and one whose freedoms are led
     held: SceneMachine
-    damping: HeldDamping  # what is found
+    damping: HeldDamping
 
     @classmethod
     def of(cls, made: SceneMachine, held: SceneMachine) -> _ModesDamped:

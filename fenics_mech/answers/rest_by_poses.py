@@ -58,7 +58,7 @@ def refuse_friction(scene: Scene, why: str) -> None:
 class _Bodies:
     """The links as bodies that do not bend, followed as drives and freedoms lead them."""
 
-    made: SceneMachine  # the machine of a scene
+    made: SceneMachine
     t: Array  # when its drives are at their position ``(1,)`` (s)
     q: Array  # coordinates where they were last ``(size,)``
     side: float = 0.0

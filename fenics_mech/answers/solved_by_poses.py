@@ -353,7 +353,7 @@ class AtRest:
 
     scene: Scene
     made: SceneMachine  # its machine, without damping of its links: they do not vibrate
-    positions: OfPoses  # what is read off it
+    positions: OfPoses
     following: StaticIteration | None  # Newton's method after the first step; None of an exact answer
     left_out: float | None = None  # as of `Solved`
     lost: float = 0.0  # share that rounding may take

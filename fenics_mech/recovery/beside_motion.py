@@ -46,7 +46,7 @@ class PoincareRecord:
     """Finds the points of the section in the steps of a motion."""
 
     scene: Scene  # the scene, with freedoms
-    section: PoincareSection  # what it states
+    section: PoincareSection
     freedoms: Freedoms  # gives angles and strokes of the freedoms in a step, and their rates
     found: list[tuple[float, Array, Array]] = field(default_factory=list)
 
@@ -111,7 +111,7 @@ class PoincareRecord:
 class Beside:
     """What is followed beside a motion."""
 
-    section: PoincareRecord | None = None  # the Poincaré section
+    section: PoincareRecord | None = None
     growth: Growth | None = None  # disturbances, and what they grow by
 
     @classmethod

@@ -21,13 +21,6 @@ PARALLEL = 1e-9  # share of the fastest link's rate below which two links turn a
 
 def derived(name: str, data: xr.Dataset, scene: Scene) -> xr.DataArray:
     """Give a quantity that follows from those of a result."""
-    # name: "deflection_in_link" (m) over theta, member, s and axis: the deflection along the x and y axis of the
-    # member's link. "deflection_from_chord" (m) over theta, member and s: the distance of the member's axis from the
-    # straight line between its bent ends, on the side of its normal. "relative_centre" (m) over theta, linked and
-    # component: the point at which two links have the same velocity, of each pair of links. "freedom_spectrum"
-    # (rad/s, or m/s) over spectrum_frequency (Hz) and freedom: amplitudes of the freedoms' rates, with a window of
-    # Hann. "shear_stress" and "von_mises" (Pa) over theta, member and s: the largest in a section.
-    # "positioning_error" (m) over theta and point: the distance of a point from its place in the rigid linkage
     if name not in DERIVED:
         raise ResultError(f"no quantity {name!r} can be derived; there are {', '.join(DERIVED)}")
     needed, meaning, unit, make = DERIVED[name]

@@ -44,8 +44,8 @@ class OfPoses:
     """A periodic motion of a scene's machine at its positions."""
 
     made: SceneMachine  # the machine of the scene
-    motion: Motion  # its motion at all positions
-    # as of `inside`: whether forces have levers by the bow within elements
+    motion: Motion
+    # whether forces have levers by the bow within elements
     bent: bool = field(default=True, kw_only=True)
     # stations along members, 0..1; None for those of the scene
     places: Array | None = field(default=None, kw_only=True)
