@@ -86,8 +86,7 @@ class FrictionAtRest:
     @cached_property
     def _limits(self) -> Array:
         """Limit of each law's friction over its joint's force (m of a pin, 1 of a slider), ``(laws,)``."""
-        stated = [term.stated for term in self._laws.values()]
-        return np.array([(law.radius or 1.0) * limit_of(law) if holds(law) else 0.0 for law in stated])
+        return np.array([(law.radius or 1.0) * limit_of(law) if holds(law) else 0.0 for law in self._stated])
 
     def at(self, place: float) -> Carried:
         """Give the links at rest."""
@@ -165,17 +164,14 @@ class FrictionAtRest:
         slopes = self._slopes(self._balance(start + self._steps[0])[0])
         return bool((np.abs(slopes) * self._limits > HOLD.moves * self._limits).any())
 
-    def share(self, place: float) -> float:
-        """Give the share of the limits that friction needs."""
-        return self.needed(place)[0]
-
     def held_near(self, start: float) -> Held:
         """Give the first place that friction holds, from a start on to where the freedom is pushed."""
         place, ends = self._first_held(start), []
         here = self.at(place)
         for sense in (-1, 1):
             self.freed.go_back(here)
-            ends.append(self._last_held(place, sense))
+            found = self._up_to(place, sense, lambda at: abs(self.needed(at)[0]) <= 1 + HOLD.rounding)
+            ends.append(sense * math.inf if found is None else found[0])
         self.freed.go_back(here)
         share, friction, used = self.needed(place)
         if not HOLD.rounding < abs(share) <= 1 + HOLD.rounding:  # balanced without it, maybe where nothing presses
@@ -202,10 +198,10 @@ class FrictionAtRest:
 
     def _first_held(self, start: float) -> float:
         """Place as of `held_near`."""
-        if abs(at_start := self.share(start)) <= 1 + HOLD.rounding:
+        if abs(at_start := self.needed(start)[0]) <= 1 + HOLD.rounding:
             return start
         sense = math.copysign(1.0, at_start)
-        found = self._up_to(start, -int(sense), lambda place: self.share(place) * sense > 1 + HOLD.rounding)
+        found = self._up_to(start, -int(sense), lambda place: self.needed(place)[0] * sense > 1 + HOLD.rounding)
         if found is None or found[1] is None:
             rubs = next(name for name, law in self.made.scene.joint_laws.items() if holds(law))
             needs = f"it needs {abs(at_start):.4g} times the most that friction gives"
@@ -217,11 +213,6 @@ class FrictionAtRest:
                 "spring, a stop or more friction"
             )
         return found[1]
-
-    def _last_held(self, place: float, sense: int) -> float:
-        """Last place in a sense up to which friction holds; infinite where it always does, or the end of the reach."""
-        found = self._up_to(place, sense, lambda place: abs(self.share(place)) <= 1 + HOLD.rounding)
-        return sense * math.inf if found is None else found[0]
 
     def _up_to(self, place: float, sense: int, lasts: Callable[[float], bool]) -> tuple[float, float | None] | None:
         """Give the last place up to which something lasts and the first beyond it; None where it lasts all along."""

@@ -55,62 +55,52 @@ def refuse_friction(scene: Scene, why: str) -> None:
 
 
 @dataclass
-class _Bodies:
-    """The links as bodies that do not bend, followed as drives and freedoms lead them."""
-
-    made: SceneMachine
-    t: Array  # when its drives are at their position ``(1,)`` (s)
-    q: Array  # coordinates where they were last ``(size,)``
-    side: float = 0.0
-
-    def lead(self, drives: Array, freedoms: Array) -> None:
-        """Lead them to values ``(drives,)`` and ``(freedoms,)``; raise `SolverError` where they do not follow."""
-        machine = leading(self.made, self.t, np.concatenate([drives, freedoms])[None])
-        (q,), gaps = closed(machine, self.t, self.q[None])
-        J = left_open(machine, self.t, q[None])[1]
-        side = float(np.linalg.slogdet(J)[0][0]) if J.shape[1] == J.shape[2] else 1.0
-        if gaps[0] > COARSELY_MET or side * self.side < 0:  # there is no way on, or only in another assembly
-            raise SolverError(f"the links do not follow the freedoms at joint {', '.join(self.made.scene.freedoms)}")
-        self.q, self.side = q, side
-
-
-@dataclass(frozen=True)
 class Resting:
     """A scene's machine whose freedoms rows lead, with drives held at their position and all contacts closed."""
 
     made: SceneMachine  # the machine, whose freedoms nothing leads
     held: Machine  # the same with the rows
-    rows: Index  # numbers of the rows
-    t: Array  # when the drives are there ``(1,)`` (s)
+    rows: Index  # their numbers
+    t: Array  # when the drives are at their position ``(1,)`` (s)
     start: Array  # where the freedoms start ``(freedoms,)``
-    _value: Array
-    _bodies: _Bodies
+    value: Array  # where the rows hold them
+    bodies: Array  # coordinates of links that do not bend, where they were last ``(size,)``
+    side: float = 0.0  # sign of their rows' determinant, which tells one assembly from another
 
     @classmethod
     def of(cls, scene: Scene) -> Resting:
         """Build it, and lead the drives from the start to their position, with the freedoms held."""
         made = machine_of(scene)
         start = np.array([part.start or 0.0 for part in scene.freedoms.values()])
-        value, t = start.copy(), np.zeros(1)
-        if scene.drives:
-            t = np.array([scene.analysis.position / scene.cycle_rate])
+        value = start.copy()
+        t = np.array([scene.analysis.position / scene.cycle_rate if scene.drives else 0.0])
         holding = replace(made, machine=copy(made.machine))
         holding.machine.rows = list(made.machine.rows)
         rows = [lead(holding, name, _read(value, k)) for k, name in enumerate(scene.freedoms)]
         for term in made.machine.terms:
             if isinstance(term, LawTerm) and term.contacts:
                 term.shut()
-        bodies = _Bodies(made, t, made.bodies.q)
+        found = cls(made, holding.machine, np.array(rows), t, start, value, made.bodies.q)
         steps = 1 + math.ceil(abs(scene.analysis.position) / LED) if scene.drives else 1
         for share in np.arange(1, steps + 1) / steps:
-            bodies.lead(driven(made, share * t)[0][0], start)
-        return cls(made, holding.machine, np.array(rows), t, start, value, bodies)
+            found._lead(share * t, start)
+        return found
+
+    def _lead(self, t: Array, place: Array) -> None:
+        """Lead rigid links to an instant of the drives ``(1,)`` (s) and places of the freedoms ``(freedoms,)``."""
+        machine = leading(self.made, self.t, np.concatenate([driven(self.made, t)[0][0], place])[None])
+        (q,), gaps = closed(machine, self.t, self.bodies[None])
+        J = left_open(machine, self.t, q[None])[1]
+        side = float(np.linalg.slogdet(J)[0][0]) if J.shape[1] == J.shape[2] else 1.0
+        if gaps[0] > COARSELY_MET or side * self.side < 0:  # there is no way on, or only in another assembly
+            raise SolverError(f"the links do not follow the freedoms at joint {', '.join(self.made.scene.freedoms)}")
+        self.bodies, self.side = q, side
 
     def _led(self, place: Array) -> Array:
         """Lead the freedoms to places ``(freedoms,)``, and give the coordinates of links that do not bend ``(n,)``."""
-        self._value[:] = place
-        self._bodies.lead(driven(self.made, self.t)[0][0], place)
-        return coordinates_of_bodies(self.made, self._bodies.q[None])[0]
+        self.value[:] = place
+        self._lead(self.t, place)
+        return coordinates_of_bodies(self.made, self.bodies[None])[0]
 
     @cached_property
     def search(self) -> RestSearch:
@@ -122,7 +112,7 @@ class Resting:
         """Give links that do not bend as a chart, coordinates beside it, and multipliers among accelerations."""
         shape, n = here.shape, self.held.n
         q = shape.q - np.pad(self._led(place), (0, self.held.size - n))
-        bodies = self._bodies.q[None]
+        bodies = self.bodies[None]
         return Given(self.t, poses_of_links(self.made, bodies, 0 * bodies, 0 * bodies)), q, shape.a
 
     def read(self, place: Array, here: Condensed) -> OfRigid:
@@ -131,14 +121,14 @@ class Resting:
         machine.chart = chart
         q, a = (np.delete(x, machine.n + self.rows, axis=1) for x in (q, a))  # nothing holds the freedoms
         motion = Motion(machine, self.t, q, 0 * q, a, False, angles=here.shape.angles)
-        turned = made.bodies.angles + self._bodies.q[None, 2 : 3 * len(made.scene.links) : 3]
+        turned = made.bodies.angles + self.bodies[None, 2 : 3 * len(made.scene.links) : 3]
         return OfRigid(replace(made, machine=machine), motion, turned, made.scene.cycle_rate * self.t)
 
     def small_motions(self, place: Array, here: Condensed, count: int) -> SmallMotions:
         """Give small motions about where the freedoms are at places ``(freedoms,)``."""
         scene, machine, (chart, q, a) = self.made.scene, copy(self.held), self._beside(place, here)
         if np.any(scene.damping.ratio) and self.made.links is not None:
-            machine = copy(Resting.of(scene).held)  # whose beams are others, and damped
+            machine = Resting.of(scene).held  # whose beams are others, and damped
             machine.chart = chart
             damp_modes(machine, scene.period, scene.damping.ratio, times=self.t)
         machine.chart = chart

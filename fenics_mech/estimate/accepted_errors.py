@@ -61,8 +61,7 @@ def refusal_by(
     in_time = source == "time" and scene.analysis.method == "transient"
     fault = "the time steps or sub-intervals are too long" if in_time else FAULTS[source]
     times = (shares[source] / room) ** (1 / order[source])
-    cure = advice(scene, source, times, least)
-    finer = _finer(scene, source, times)
+    cure, finer = advice(scene, source, times, least)
     if least:
         finer["sub_intervals"] = max(least, finer.get("sub_intervals", 0))
         cure += "" if "sub_intervals" in cure else f", and at least {least} sub_intervals"
@@ -73,35 +72,22 @@ def refusal_by(
     ).finer_by(ANSWERED, **finer)
 
 
-def _finer(scene: Scene, source: str, times: float) -> dict[str, float]:
-    """Give the numbers with which the error of a source is small enough, which is to fall so many times."""
+def advice(scene: Scene, source: str, times: float, least: int) -> tuple[str, dict[str, float]]:
+    """Say how many more it takes for an error to fall so many times, of sub-intervals as many as `least`, and which."""
     analysis, more = scene.analysis, ACCEPTED.margin * times
     if source == "time" and analysis.method == "transient":
-        return {"time_tolerance": analysis.time_tolerance / more}
+        tolerance = analysis.time_tolerance / more
+        said = f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
+        return said, {"time_tolerance": tolerance}
     if source == "mesh":
-        return {"elements": more}
+        return f"Take {math.ceil(more * 100) / 100:.3g} times as many elements, rounded up", {"elements": more}
+    name = "sub_intervals" if source == "time" else source
+    enough = math.ceil(more * getattr(analysis, name))
+    finer, first = {name: float(enough)}, "Take"
     if source == "harmonics":  # which need more than four times as many sub-intervals
-        harmonics = math.ceil(more * analysis.harmonics)
-        return {"harmonics": harmonics, "sub_intervals": max(analysis.sub_intervals, 4 * harmonics + 2)}
-    name = {"time": "sub_intervals", "modes": "modes"}[source]
-    return {name: math.ceil(more * getattr(analysis, name))}
-
-
-def advice(scene: Scene, source: str, times: float, least: int) -> str:
-    """Say how many more it takes, of sub-intervals as many as `least`."""
-    analysis = scene.analysis
-    if source == "time" and analysis.method == "transient":
-        tolerance = analysis.time_tolerance / (ACCEPTED.margin * times)
-        return f"Take analysis.time_tolerance = {tolerance:.1g}, and where the material damps more sub_intervals"
-    if source == "mesh":
-        return f"Take {math.ceil(ACCEPTED.margin * times * 100) / 100:.3g} times as many elements, rounded up"
-    name, now = {
-        "time": ("sub_intervals", analysis.sub_intervals),
-        "modes": ("modes", analysis.modes),
-        "harmonics": ("harmonics", analysis.harmonics),
-    }[source]
-    assert not isinstance(now, str)  # all modes leave none out
-    free = scene.damping == Damping() and not scene.dampers
-    first = "State the damping, as nothing damps the vibration, or take" if source == "time" and free else "Take"
-    enough = math.ceil(ACCEPTED.margin * now * times)
-    return f"{first} at least {max(enough, least) if source == 'time' else enough} {name}"
+        finer["sub_intervals"] = max(analysis.sub_intervals, 4 * enough + 2)
+    if source == "time":
+        enough = max(enough, least)
+        if scene.damping == Damping() and not scene.dampers:
+            first = "State the damping, as nothing damps the vibration, or take"
+    return f"{first} at least {enough} {name}", finer

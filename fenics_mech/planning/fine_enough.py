@@ -82,9 +82,20 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
         return analysed(scene)
     numbers = first = free_numbers(scene)
     refused: MechanismError | None = None
+
+    def answer(**coarse: bool) -> Result:
+        """Analyse with the present numbers, and say in the result which were made finer, and why."""
+        finer = {name: value for name, value in numbers.items() if value != first[name]}
+        taken = with_numbers(scene, finer)
+        result = analysed(taken.changed(**coarse) if coarse else taken)
+        if finer and refused is not None:
+            why = str(refused).partition(". Take")[0].partition(". To avoid")[0]  # without what to do about it
+            result.data.attrs.update(refined=json.dumps(finer), refined_because=why)
+        return result
+
     for _ in range(FINE.most_rounds):
         try:
-            return _telling(analysed(with_numbers(scene, changed(numbers, first))), numbers, first, refused)
+            return answer()
         except (TooLargeError, MemoryError):
             if refused is None:
                 raise
@@ -98,30 +109,6 @@ def fine_enough(scene: Scene, analysed: Callable[[Scene], Result]) -> Result:
     assert refused is not None
     if not refused.answered:
         raise refused
-    coarse = with_numbers(scene, changed(numbers, first)).changed(analysis__allow_coarse=True)
-    result = _telling(analysed(coarse), numbers, first, refused)
-    result.data.attrs["coarse_because"] = without_pass(refused)
+    result = answer(analysis__allow_coarse=True)
+    result.data.attrs["coarse_because"] = str(refused).removesuffix("; analysis.allow_coarse lets it pass")
     return result
-
-
-def changed(numbers: Numbers, first: Numbers) -> dict[str, float]:
-    """Give those numbers that are no longer what they were to begin with."""
-    return {name: value for name, value in numbers.items() if value != first[name]}
-
-
-def _telling(result: Result, numbers: Numbers, first: Numbers, refused: MechanismError | None) -> Result:
-    """Say in a result which numbers were made finer, and why."""
-    if (finer := changed(numbers, first)) and refused is not None:
-        result.data.attrs["refined"] = json.dumps(finer)
-        result.data.attrs["refined_because"] = _without_cure(refused)
-    return result
-
-
-def without_pass(refused: MechanismError) -> str:
-    """What is too coarse and what to do about it, of an error that lets no answer pass."""
-    return str(refused).removesuffix("; analysis.allow_coarse lets it pass")
-
-
-def _without_cure(refused: MechanismError) -> str:
-    """What was too coarse, without what to do about it."""
-    return str(refused).partition(". Take")[0].partition(". To avoid")[0]

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar
@@ -121,10 +121,6 @@ def accelerations_of(scene: Scene, motion: LinkMotion) -> Array:
     return np.stack([motion.of_point(*place)[2] for place in followed(scene).values()], axis=1)[:, :, None]
 
 
-def _named(names: Iterable[str], values: Values) -> Values:
-    return {name: values[name] for name in names}
-
-
 def _size(name: str, values: Array) -> Array:
     """Give the largest of each owner, ``(places, owners)``."""
     size = norms(values) if name in VECTORS else np.abs(values)
@@ -137,7 +133,8 @@ class PeaksBetween:
     def __init__(self, still: OverCycle, known: Values, times: int = 1) -> None:
         self.still, self.count, self.times = still, still.count, times
         self.places = np.arange(self.count * times) / times
-        self.found = _named(known, still.at_positions(times))
+        at_positions = still.at_positions(times)
+        self.found = {name: at_positions[name] for name in known}
         self.curves = {
             name: CycleCurves.of_positions(values[::times])  # nothing tells their peaks but the positions themselves
             if name in ACCELERATIONS
@@ -162,25 +159,18 @@ class PeaksBetween:
         for _ in range(1 + BETWEEN.rounds):
             if not len(places):
                 break
-            self._look(places)
+            order = np.argsort(whole := np.concatenate([self.places, places]))
+            more, self.places = self.still.at(places), whole[order]
+            self.found = {name: np.concatenate([part, more[name]])[order] for name, part in self.found.items()}
+            self._compare()
             places = self._closer()
-
-    def _look(self, places: Array) -> None:
-        """Look at more places."""
-        order = np.argsort(whole := np.concatenate([self.places, places]))
-        more, self.places = _named(self.found, self.still.at(places)), whole[order]
-        self.found = {name: np.concatenate([part, more[name]])[order] for name, part in self.found.items()}
-        self._compare()
 
     def _compare(self) -> None:
         """Compare the response with what the curves through the positions show at the places."""
-        self.response = {name: part + self._left(name) for name, part in self.found.items()}
+        left = {name: rest.at(self.places * self.times) for name, rest in self.rest.items()}
+        self.response = {name: part + left.get(name, 0.0) for name, part in self.found.items()}
         self.sizes = {name: _size(name, part) for name, part in self.response.items()}
         self.shown = {name: _size(name, curves.at(self.places)) for name, curves in self.curves.items()}
-
-    def _left(self, name: str) -> Array | float:
-        """Give what is left of a quantity at the places."""
-        return self.rest[name].at(self.places * self.times) if name in self.rest else 0.0
 
     def _closer(self) -> Array:
         """Give places about sharp peaks that the positions miss, between the places beside them."""
@@ -214,7 +204,8 @@ class PeaksBetween:
         if name not in self.halves or not best.size:
             return np.zeros_like(best)
         largest, curves = max(float(best.max()), TINY), self.rest[name]
-        both = _of_halves(self.halves[name], self.places, self.count)
+        along, curves_of = self.places * (self.count + self.count % 2) / self.count, self.halves[name]
+        both = curves_of.at(along / 2)[:, 0], curves_of.at((along - 1) / 2)[:, 1]  # see `CycleCurves.others`
         rough = np.stack([_size(name, self.found[name] + part).max(axis=0) for part in both])
         apart = np.abs(best - rough).max(axis=0) / largest
         if name in ACCELERATIONS:
@@ -275,12 +266,6 @@ class PeaksBetween:
         curves = curves_over_cycle(self.still.scene, sampled, name)
         shown = curves.longest()[1] if name in VECTORS else np.abs(curves.largest()[1])
         return np.asarray(np.abs(self.sizes[name].max(axis=0) - shown))
-
-
-def _of_halves(halves: CycleCurves, places: Array, count: int) -> tuple[Array, Array]:
-    """Give the curves through the even and the odd positions at places among all; see `CycleCurves.others`."""
-    along = places * (count + count % 2) / count
-    return halves.at(along / 2)[:, 0], halves.at((along - 1) / 2)[:, 1]
 
 
 def missed_peaks(

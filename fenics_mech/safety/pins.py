@@ -61,17 +61,13 @@ def pinned(of: Loaded, name: str, pin: Pin | None) -> Check:
         return unknown(MODE, f"state materials.{label}.yield")
     forces = _forces(of, name)
     force, theta = of.largest(np.linalg.norm(forces, axis=-1)[:, None], "joint_force", signs=(1,))
-    least, weakest, rests = math.inf, "", known[1]
-    for where, borne in static_loads(given, known[0]).items():
-        if borne < least:
-            least, weakest = borne, where
-    by_fatigue = _fatigue_load(given, label, material) if len(of.theta) > 1 else None
-    if by_fatigue is not None and by_fatigue[0] < least:
-        least, weakest, rests = by_fatigue[0], "eye in fatigue", by_fatigue[1]
+    borne = {where: (load, known[1]) for where, load in static_loads(given, known[0]).items()}
+    if len(of.theta) > 1 and (by_fatigue := _fatigue_load(given, label, material)) is not None:
+        borne["eye in fatigue"] = by_fatigue
     if given.bush_pv is not None and (most := _pressure_times_speed(of, name, given, forces)) > 0:
-        borne = force * given.bush_pv / most  # the largest force, if all grow alike, at which it bears its speed
-        if borne < least:
-            least, weakest, rests = borne, "bush by its speed", ""
+        borne["bush by its speed"] = force * given.bush_pv / most, ""  # the largest force, if all grow alike
+    weakest = min(borne, key=lambda where: borne[where][0])
+    least, rests = borne[weakest]
     on = tuple(filter(None, (rests, "" if pin else ASSUMED)))
     wanted_factor = wanted(of.scene.design, MODE)
     check = Check(MODE, force, least, "force", wanted_factor, theta, f"{weakest}, {name}", on)
