@@ -114,22 +114,16 @@ def times_of(scene: Scene, begin: float = 0.0) -> Array:
 def _stops(scene: Scene, times: Array) -> Array:
     """Give where steps end (s): at positions, where loads jump, and at corners of loads that steps do not show."""
     # A jump counts to the step after it, which begins by a rounding before it.
-    struck = [strike.time for strike in strikes_between(scene, float(times[0]), float(times[-1]))]
-    if not scene.drives:
-        return _with_cuts(scene, times, [np.array(struck)])
-    least, rate = math.ceil(1 / LONGEST[0]), abs(scene.cycle_rate)
-    longest = scene.changed({"analysis.sub_intervals": max(least, scene.analysis.sub_intervals)})
-    refuse_hidden_peaks(longest.changed({"analysis.sub_intervals": least * scene.analysis.stages}))
-    jumps = [angle for load in scene.loads.values() for angle in load.jumps]
-    cut = [passages(scene, angle, times[0], times[-1]) - 2 * SAMPLING.same / rate for angle in jumps]
-    cut += [passages(scene, angle, times[0], times[-1]) for angle in corners_to_cut(longest)]
-    return _with_cuts(scene, times, [*cut, np.array(struck)])
-
-
-def _with_cuts(scene: Scene, times: Array, cut: list[Array]) -> Array:
-    """Add instants to the positions that are not beside them (s)."""
-    found = np.concatenate(cut)
     near = SAMPLING.same / abs(scene.cycle_rate)
+    cut = [np.array([strike.time for strike in strikes_between(scene, float(times[0]), float(times[-1]))])]
+    if scene.drives:
+        least = math.ceil(1 / LONGEST[0])
+        longest = scene.changed({"analysis.sub_intervals": max(least, scene.analysis.sub_intervals)})
+        refuse_hidden_peaks(longest.changed({"analysis.sub_intervals": least * scene.analysis.stages}))
+        jumps = [angle for load in scene.loads.values() for angle in load.jumps]
+        cut += [passages(scene, angle, times[0], times[-1]) - 2 * near for angle in jumps]
+        cut += [passages(scene, angle, times[0], times[-1]) for angle in corners_to_cut(longest)]
+    found = np.concatenate(cut)
     apart = (np.abs(found[:, None] - times).min(axis=1) > near) & (found > times[0])
     found = np.sort(found[apart])
     return np.union1d(found[np.diff(found, prepend=-np.inf) > near], times)
@@ -225,21 +219,29 @@ class InTime:
             longest = SHORTER * min(longest, scene.period / analysis.sub_intervals)
         allowed = np.maximum(share * tolerance, LEAST * machine.extent)
         stages = max(analysis.stages, STAGES if machine.beams.modal is None else 1)  # ratios couple all elements
-        chosen = {"share": share, "stages": stages, "longest": longest, "tolerance": allowed}
         turns = np.isin(np.arange(machine.n), machine.places[:, machine.geometry.d :])
-        chosen["tolerance"] = np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed)
-        chosen["shapes"] = partial(_shapes, made, allowed)
         stops = _stops(scene, times) if ends is None else ends
-        if ends is not None:
-            chosen |= {"h": float(np.ptp(ends)), "longest": math.inf}
         struck = _Struck.of(made, stops) if scene.impulses else None
         beside = Beside.of_poses(made, times, v)
         taken = _Taken(made, times, analysis.settled if settled is None else settled, struck)
-        steps = steps_in_time(machine, v, stops, struck=struck, angles=angles or None, **chosen)
+        steps = steps_in_time(
+            machine,
+            v,
+            stops,
+            tolerance=np.maximum(MISSED * share * np.where(turns, 1.0, machine.extent), allowed),
+            shapes=partial(_shapes, made, allowed),
+            share=share,
+            stages=stages,
+            longest=longest if ends is None else math.inf,
+            h=None if ends is None else float(np.ptp(ends)),
+            struck=struck,
+            angles=angles or None,
+        )
         for step in steps:
             over = taken.over(step)
-            for take in (beside.take, *([] if also is None else [also])):
-                take(step)
+            beside.take(step)
+            if also is not None:
+                also(step)
             if over:
                 break
             if damped is not None:

@@ -72,7 +72,7 @@ def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
     return Result.with_scene(scene, with_units(scene, xr.merge(parts, combine_attrs="no_conflicts")))
 
 
-def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -> Freed:
+def freed_of(made: SceneMachine, start: StartState) -> Freed:
     """Give the machine of a scene as one of its freedoms."""
     holding = replace(made, machine=copy(made.machine))
     holding.machine.rows = list(made.machine.rows)
@@ -84,33 +84,21 @@ def freed_of(made: SceneMachine, start: StartState, near: Array | None = None) -
         _, first[:, made.driven], second[:, made.driven] = driven(made, t)
         return Driven(first, second)
 
-    if near is None:
-        near = np.zeros(machine.n) if start.links is None else coordinates_of_links(made, start.links[None])[0]
+    near = np.zeros(machine.n) if start.links is None else coordinates_of_links(made, start.links[None])[0]
     return Freed(machine, own, demanded, start.displacement, start.time, near)
 
 
-def theta_of(scene: Scene, t: Array, place: Array) -> Array:
-    """Give drive angles (rad); of the first freedom, where it turns and nothing is driven; else a phase."""
-    if scene.drives:
-        return scene.coordinate(t).value
-    if isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic):
-        return scene.cycle_rate * t
-    return place[:, 0]
-
-
 def found_at(made: SceneMachine, freed: Freed, known: Carried, rate: Array) -> OfRigid:
-    """Give what acts where the freedoms are at some places and rates, and nothing holds them."""
-    # rate: rates ``(instants, freedoms)``
-    moved, held = freed.freely(known, rate)
-    return rigid_at(made, freed, moved, theta_of(made.scene, known.t, known.r), held.pulls)
-
-
-def rigid_at(made: SceneMachine, freed: Freed, known: Carried, theta: Array, pulls: Array | None) -> OfRigid:
-    """Give what acts in a motion of the links; `theta` and `pulls` are those of `acting`."""
-    links = made.scene.links
-    poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in links.items()]
-    angle = np.array([made.bodies.at_start[name] for name in links]) + known.Q[:, freed.machine.places[poses, 2]]
-    return acting(replace(made, machine=freed.machine), known.t, freed.motion(known), angle, theta, pulls)
+    """Give what acts where freedoms are at places, with rates ``(instants, freedoms)``, and nothing holds them."""
+    scene, (moved, held) = made.scene, freed.freely(known, rate)
+    if scene.drives:
+        theta = scene.coordinate(known.t).value
+    else:  # of the first freedom, where it turns; else a phase
+        slides = isinstance(scene.joints[next(iter(scene.freedoms))], Slot | Prismatic)
+        theta = scene.cycle_rate * known.t if slides else known.r[:, 0]
+    poses = [made.end(f"{name}.{next(iter(link.points))}").pose for name, link in scene.links.items()]
+    angle = np.array([made.bodies.at_start[name] for name in scene.links]) + moved.Q[:, freed.machine.places[poses, 2]]
+    return acting(replace(made, machine=freed.machine), known.t, freed.motion(moved), angle, theta, held.pulls)
 
 
 @dataclass
@@ -348,8 +336,9 @@ def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Da
     other = _labelled(Course.of(scene, start, SHARPER))
     found: dict[str, Any] = {}
     for name, axis in {"joint_force": "joint", "drive_effort": "drive", "freedom_place": "freedom"}.items():
-        change = np.abs(other[name].to_numpy() - data[name].to_numpy())
-        by_part, largest = (_by_part(values) for values in (change, np.abs(data[name].to_numpy())))
+        here = data[name].to_numpy()
+        values = np.abs(np.stack([other[name].to_numpy() - here, here]))
+        by_part, largest = np.moveaxis(values, 2, 1).reshape(2, values.shape[2], -1).max(axis=2)
         found[f"{name}_error"] = (("source", axis), by_part[None])
         measure = np.full_like(largest, max(float(largest.max(initial=0.0)), TINY))
         if name == "drive_effort":
@@ -358,11 +347,6 @@ def _errors(course: Course, data: xr.Dataset, start: StartState | None) -> xr.Da
         found[f"{name}_relative_error"] = (("source",), [relative])
         attributes[f"{name}_error_estimate"] = relative
     return xr.Dataset(found, {"source": ["time"]}, attributes)
-
-
-def _by_part(values: Array) -> Array:
-    """Give the largest over time of each joint, drive or freedom: of ``(times, parts, ...)``."""
-    return np.asarray(np.moveaxis(values, 1, 0).reshape(values.shape[1], -1).max(axis=1))
 
 
 @dataclass(frozen=True)
