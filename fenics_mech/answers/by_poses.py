@@ -167,22 +167,9 @@ def choices_of(scene: Scene, by_exact_strains: float | None = None) -> tuple[Cho
     )
 
 
-def quantities(found: OfPoses) -> Quantities:
-    """Give what is compared between two motions, at the stations of the result."""
-    axial, bending = found.strains
-    forces, efforts = list(found.joint_forces.values()), list(found.efforts().values())
-    return Quantities(
-        axial=axial,
-        bending=bending,
-        deflection=found.deflection,
-        force=np.stack(forces, axis=1) if forces else np.zeros((len(axial), 0, 2)),
-        effort=np.stack(efforts, axis=1) if efforts else np.zeros((len(axial), 0)),
-    )
-
-
 def estimated(solved: Solved | AtRest, chosen: bool = False) -> Errors:
     """Estimate the errors: by answers without most of each, and by what lies between the positions and the stations."""
-    here = quantities(solved.positions)
+    here = solved.positions.quantities
     parts = {source: _change(here, other) for source, other in solved.better()}
     # halved elements lack the rest of the error; of answers at rest, inertia along and beside elements is of order 2
     lack = 2.0 ** (2.0 if isinstance(solved, AtRest) else mesh_order(solved.scene))
@@ -224,7 +211,7 @@ def _change(here: Quantities, other: OfPoses | None) -> dict[str, Array]:
     """Give by how much a better answer differs, by quantity; where there is none, nothing is known."""
     if other is None:
         return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
-    return quantities(other).minus(here).largest
+    return other.quantities.minus(here).largest
 
 
 def judged_errors(

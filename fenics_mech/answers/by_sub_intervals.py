@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from fenics_mech._arrays import Array, summed
-from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, judged_errors, of_modes, quantities, read_off
+from fenics_mech.answers.by_poses import FEWEST, choices_of, collected, judged_errors, of_modes, read_off
 from fenics_mech.answers.in_time_by_poses import labelled_in_time
 from fenics_mech.answers.solved_by_poses import Solved, instants_of
 from fenics_mech.classical.bodies import Bodies
@@ -327,7 +327,7 @@ class ByModes:
     # ---- errors ----
     def errors(self) -> Errors:
         """Estimate the errors by half as many sub-intervals, more modes, a finer mesh, and the answer by poses."""
-        here, remarks = quantities(self.positions), between_points(self.scene, self.scene.analysis.sub_intervals)
+        here, remarks = self.positions.quantities, between_points(self.scene, self.scene.analysis.sub_intervals)
         if self.change is not None:
             parts = dict(self._errors_in_time(here))
             return replace(judged_errors(self.scene, here, parts, orders=ORDERS), remarks=IN_TIME)
@@ -421,7 +421,7 @@ class ByModes:
         if every > 1:
             coarse = by.thinned(every)
             known = coarse.answer(coarse.periodic(*coarse.loads))
-        base = quantities(read(known))
+        base = read(known).quantities
         times = by.mechanism.P.t[::every]
         edges = np.append(times, times[-1] + times[1] - times[0]) - (times[1] - times[0]) / 2
         for _ in range(MOST_HALVED):
@@ -432,7 +432,7 @@ class ByModes:
             if not by_mesh.any():
                 return _sum(change, left_out)
             by_mesh, _ = missed_vibrations(finer)
-        return _sum(_sum(change, left_out), _vibrating(quantities(read(found)), found, by_mesh))
+        return _sum(_sum(change, left_out), _vibrating(read(found).quantities, found, by_mesh))
 
     @property
     def _thinned(self) -> int:
@@ -453,7 +453,7 @@ class ByModes:
         except MechanismError as error:
             logger.info("there is no motion by poses: %s", error)
             return {name: np.full_like(size, np.inf) for name, size in here.largest.items()}
-        return quantities(positions).minus(_some(here, slice(0, None, every))).largest
+        return positions.quantities.minus(_some(here, slice(0, None, every))).largest
 
 
 def _some(all_of: Quantities, which: slice) -> Quantities:
@@ -463,7 +463,7 @@ def _some(all_of: Quantities, which: slice) -> Quantities:
 
 def _apart(here: Quantities, other: Response, which: slice = slice(None)) -> dict[str, Array]:
     """Give by how much another response differs at its positions, which are some of these, by quantity."""
-    return quantities(read(other)).minus(_some(here, which)).largest
+    return read(other).quantities.minus(_some(here, which)).largest
 
 
 def _times(factor: float, errors: dict[str, Array]) -> dict[str, Array]:

@@ -18,7 +18,7 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._progress import reached
-from fenics_mech.answers.by_poses import judged_errors, planned, quantities, read_off, with_assumed_shear
+from fenics_mech.answers.by_poses import judged_errors, planned, read_off, with_assumed_shear
 from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
 from fenics_mech.estimate.errors import Errors
@@ -601,7 +601,7 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
     # Where the program chose the effects, what those change that lack data is an error too. Contacts let nearly the
     # same motions part. After one, halved elements tell nothing, and sharper steps where asked. What goes on from a
     # result has no state of halved elements either.
-    scene, times, here = whole.scene, whole.positions.motion.t, quantities(whole.positions)
+    scene, times, here = whole.scene, whole.positions.motion.t, whole.positions.quantities
     better, asked = {}, scene.analysis.error_estimates == "contacts"
     if not whole.closings or asked:
         better["time"] = InTime.of(scene, times, SHARPER, settled=0.0, start=start)
@@ -609,7 +609,7 @@ def estimated(whole: InTime, start: GoneOn | None = None, chosen: bool = False) 
         better["mesh"] = InTime.of(with_halves(scene), times, settled=0.0)
         if chosen and (fuller := with_assumed_shear(scene)) is not None:
             better["effects"] = InTime.of(fuller, times, settled=0.0)
-    parts = {name: quantities(other.positions).minus(here).largest for name, other in better.items()}
+    parts = {name: other.positions.quantities.minus(here).largest for name, other in better.items()}
     if "time" in parts:
         parts["time"] = {name: UNSEEN * error for name, error in parts["time"].items()}
     errors = judged_errors(scene, here, parts)
@@ -621,7 +621,7 @@ def collected(whole: InTime, errors: Errors | None, repeated: RepeatedMotion | N
     """Label what was found."""
     scene, found = whole.scene, whole.positions
     data = read_off(found).assign_attrs(cycle_change=whole.change, time_steps=whole.steps)
-    known = [_power(whole, errors), _state_of(whole.ends), beside_motion(scene, whole.beside, found.motion.t, repeated)]
+    known = [_power(whole, errors), _state_of(whole.ends), beside_motion(whole.beside, found.motion.t, repeated)]
     known.append(law_efforts(found, whole.inside, whole.peaks, whole.closings))
     if scene.freedoms:
         place, rate, _ = found.freed

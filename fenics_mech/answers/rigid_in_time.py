@@ -66,7 +66,7 @@ def rigid_in_time(scene: Scene, start: StartState | None = None) -> Result:
     data = _labelled(course)
     beside = (
         running(scene, course.at.t, course.at.r, course.rate),
-        beside_motion(scene, course.beside, course.at.t, repeated),
+        beside_motion(course.beside, course.at.t, repeated),
     )
     parts = [data, _powers(course), _errors(course, data, start), *beside]
     return Result.with_scene(scene, with_units(scene, xr.merge(parts, combine_attrs="no_conflicts")))

@@ -20,7 +20,6 @@ from fenics_mech.scene.sections import Rigidity
 class MeasureLimits:
     """What the errors of quantities are measured by, where their own largest values are small."""
 
-    stations: int = 5  # of each member at which quantities are compared
     small_member: float = 0.1  # of the mechanism's largest value: a member's own must be that to measure its error
     small_effort: float = 0.01  # of the largest joint force, at the link's size: an effort must be that to do the same
     small_force: float = 0.01  # of the force that bends members as they are bent: joints must carry that for the same

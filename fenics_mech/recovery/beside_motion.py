@@ -32,15 +32,6 @@ ROUNDING = 1e-12  # of the time, by which a passage may be beside the end of a s
 Freedoms = Callable[[Step, Array], tuple[Array, Array]]  # places and rates at shares of a step, ``(shares, freedoms)``
 
 
-@dataclass(frozen=True)
-class SectionPoints:
-    """States in the section."""
-
-    time: Array  # when (s), ``(points,)``
-    place: Array  # place, rate: angles and strokes of the freedoms there, and their rates, ``(points, freedoms)``
-    rate: Array
-
-
 @dataclass
 class PoincareRecord:
     """Finds the points of the section in the steps of a motion."""
@@ -56,12 +47,13 @@ class PoincareRecord:
             place, rate = self._at(step, np.array([time]))
             self.found.append((time, place[0], rate[0]))
 
-    def points(self) -> SectionPoints:
-        """Give what was found."""
-        n = len(self.scene.freedoms)
-        time = np.array([one[0] for one in self.found])
-        place, rate = (np.array([one[i] for one in self.found]).reshape(-1, n) for i in (1, 2))
-        return SectionPoints(time, place, rate)
+    def labelled(self) -> xr.Dataset:
+        """Label when the points are, and places and rates of the freedoms there."""
+        names, along = list(self.scene.freedoms), ("section_point", "freedom")
+        place, rate = (np.array([one[i] for one in self.found]).reshape(-1, len(names)) for i in (1, 2))
+        time = ("section_point", np.array([one[0] for one in self.found]))
+        states = {"section_place": (along, place), "section_rate": (along, rate)}
+        return xr.Dataset(states, {"section_time": time, "freedom": names})
 
     def _at(self, step: Step, times: Array) -> tuple[Array, Array]:
         return self.freedoms(step, (times - step.t) / step.h)
@@ -195,17 +187,12 @@ def times_of_growth(times: Array) -> Array:
     return np.union1d(times, quarters_of(times))
 
 
-def beside_motion(scene: Scene, beside: Beside | None, time: Array, repeated: RepeatedMotion | None) -> xr.Dataset:
+def beside_motion(beside: Beside | None, time: Array, repeated: RepeatedMotion | None) -> xr.Dataset:
     """Label what is found beside a motion."""
     # time: times of the positions (s), ``(times,)``
     found = xr.Dataset()
     if beside is not None and beside.section is not None:
-        points = beside.section.points()
-        along = "section_point", "freedom"
-        states = {"section_place": (along, points.place), "section_rate": (along, points.rate)}
-        found = found.merge(
-            xr.Dataset(states, {"section_time": ("section_point", points.time), "freedom": list(scene.freedoms)})
-        )
+        found = beside.section.labelled()
     if beside is not None and beside.growth is not None:
         found = found.merge(_of_growth(beside.growth.of_each, time))
     return found if repeated is None else found.merge(_of_repeated(repeated), combine_attrs="no_conflicts")

@@ -11,7 +11,7 @@ import xarray as xr
 from fenics_mech._arrays import Array, turned
 from fenics_mech.errors import ResultError
 from fenics_mech.joints.link_states import quarter
-from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.recovery.rigid_places import bent_axes
 from fenics_mech.scene import Scene
 from fenics_mech.scene.sections.plain import ISection, PlainSection
 
@@ -46,13 +46,12 @@ def _in_link(data: xr.Dataset, scene: Scene) -> xr.DataArray:
 
 def _from_chord(data: xr.Dataset, scene: Scene) -> xr.DataArray:
     """Distance of bent axes from the line between their ends."""
-    ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()
-    bent, s = data["deflection"].transpose("theta", "member", "s", "component"), data["s"].to_numpy()
-    path = between_ends(ends, s) + bent.to_numpy()
+    path = bent_axes(data)
     chord = path[:, :, -1] - path[:, :, 0]
     normal = quarter(chord / np.linalg.norm(chord, axis=-1, keepdims=True))
     apart = np.einsum("tmsc,tmc->tms", path - path[:, :, :1], normal)
-    return xr.DataArray(apart, {name: bent[name] for name in ("theta", "member", "s")}, ("theta", "member", "s"))
+    along = ("theta", "member", "s")
+    return xr.DataArray(apart, {name: data[name] for name in along}, along)
 
 
 def _relative_centres(data: xr.Dataset, scene: Scene) -> xr.DataArray:

@@ -10,6 +10,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array, norms
 from fenics_mech.beams.mesh import BeamMesh
+from fenics_mech.estimate.quantities import Quantities
 from fenics_mech.geometry import PLANE, End
 from fenics_mech.joints.law_terms import LawTerm
 from fenics_mech.kinematics import Motion as LinkMotion
@@ -112,6 +113,15 @@ class OfPoses:
         if (retardation := scene.damping.material) and scene.analysis.method == "periodic":
             return tuple(elastic_strain(part, retardation, scene.period) for part in (stretch, bending))  # type: ignore[return-value]
         return stretch, bending
+
+    @cached_property
+    def quantities(self) -> Quantities:
+        """What is compared between two motions, at the stations."""
+        axial, bending = self.strains
+        forces, efforts, none = list(self.joint_forces.values()), list(self.efforts().values()), (len(axial), 0)
+        force = np.stack(forces, axis=1) if forces else np.zeros((*none, 2))
+        effort = np.stack(efforts, axis=1) if efforts else np.zeros(none)
+        return Quantities(axial, bending, self.deflection, force, effort)
 
     def members(self) -> Variables:
         """Give strains, stresses, section forces and deflections at the stations of all members."""

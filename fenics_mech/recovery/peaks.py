@@ -30,7 +30,6 @@ class PeakLimits:
     few: int = 16  # positions that may not see it either: with fewer, peaks are doubted twice as much
     doubtful: float = 0.01  # share of the largest peak by which others are uncertain, that is reported
     near: float = 0.01  # share of a peak by which a vector may be shorter between positions than at them
-    beside: float = 1e-9  # share of a member, by which a place is beside a load under which a moment jumps
 
 
 PEAK = PeakLimits()

@@ -288,15 +288,10 @@ def missed_peaks(
 
 def _values(found: OfPoses, bent: bool) -> Values:
     """Give the quantities whose peaks are compared ``(instants, owners, curves of each)``."""
-    axial, bending = found.strains
-    strain, forces, efforts = axial[..., None] + bending, found.joint_forces, found.efforts()
-    none = np.zeros((len(axial), 0))
-    values = {
-        "strain": strain.reshape(*strain.shape[:2], -1),
-        "deflection": found.deflection,
-        "joint_force": np.stack(list(forces.values()), axis=1)[:, :, None] if forces else none[..., None, None],
-        "torque": np.stack(list(efforts.values()), axis=1)[..., None] if efforts else none[..., None],
-    }
+    axial, bending, deflection, force, effort = found.quantities
+    strain = axial[..., None] + bending
+    values = {"strain": strain.reshape(*strain.shape[:2], -1), "deflection": deflection}
+    values |= {"joint_force": force[:, :, None], "torque": effort[..., None]}
     ways = (found.motion.chart.of_end, found.moved) if bent else (found.motion.chart.of_end,)
     for name, moved in zip(ACCELERATIONS, ways):
         values[name] = np.stack([moved(end)[2] for end in found.traced.values()], axis=1)[:, :, None]

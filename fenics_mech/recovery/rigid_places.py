@@ -33,6 +33,13 @@ def between_ends(ends: Array, s: Array) -> Array:
     return np.asarray((1 - s) * ends[:, :, None, 0] + s * ends[:, :, None, 1])
 
 
+def bent_axes(data: xr.Dataset) -> Array:
+    """Give the places of the members' bent axes in a result (m), ``(angles, members, stations, 2)``."""
+    ends = data["position"].transpose("theta", "member", "end", "component").to_numpy()
+    bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
+    return between_ends(ends, data["s"].to_numpy()) + bent
+
+
 def ends_in(scene: Scene, motion: Motion) -> Array:
     """Give the members' two ends in a motion of the links (m), ``(angles, members, 2, 2)``."""
     members = [

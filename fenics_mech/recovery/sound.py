@@ -21,7 +21,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ResultError
 from fenics_mech.joints.link_states import quarter
 from fenics_mech.recovery.result import Result
-from fenics_mech.recovery.rigid_places import between_ends
+from fenics_mech.recovery.rigid_places import bent_axes
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.scene import PolygonSection, Scene, TaperSection
 
@@ -119,12 +119,11 @@ def _path(result: Result) -> tuple[Array, float]:
     part = last_cycle(scene.analysis, scene.drives, data)
     if part is None or "deflection" not in data:
         raise ResultError("sound needs a periodic motion of links that bend, with a drive that turns")
-    ends = data["position"].isel(theta=part).transpose("theta", "member", "end", "component").to_numpy()
-    bent = data["deflection"].isel(theta=part).transpose("theta", "member", "s", "component").to_numpy()
+    path = bent_axes(data.isel(theta=part))
     steps = np.diff(data["time"].to_numpy()[part])
     if np.ptp(steps) > EVEN * steps.mean():
         raise ResultError("sound needs positions in equal steps of time: a drive of constant speed")
-    return between_ends(ends, data["s"].to_numpy()) + bent, float(steps.mean() * len(bent))
+    return path, float(steps.mean() * len(path))
 
 
 def _accelerated(place: Array, speed: Array) -> Array:
