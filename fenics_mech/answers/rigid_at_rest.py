@@ -34,7 +34,7 @@ def rigid_at_rest(scene: Scene, placed: bool = True) -> Result:
             except SolverError:
                 pass
             else:
-                scene = _started(scene, place)
+                scene = scene.changed({f"freedoms.{name}.start": float(x) for name, x in zip(scene.freedoms, place)})
         rubbing = Resting.of(scene)
         friction = _friction(rubbing)
         start = float(rubbing.start[0])
@@ -51,11 +51,6 @@ def _found(resting: Resting) -> tuple[Array, SmallMotions]:
     """Give the places of the freedoms at rest ``(freedoms,)``, and small motions about them."""
     place, here = resting.search.found_from(resting.start)
     return place, resting.small_motions(place, here, 2 * len(place))
-
-
-def _started(scene: Scene, places: Array) -> Scene:
-    """Give a scene whose freedoms start at other places ``(freedoms,)``."""
-    return scene.changed({f"freedoms.{name}.start": float(x) for name, x in zip(scene.freedoms, places)})
 
 
 def _friction(resting: Resting) -> FrictionAtRest:

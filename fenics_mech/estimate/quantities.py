@@ -85,8 +85,13 @@ def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
     lengths = [math.dist(*scene.member_ends(label)) for label in scene.members()]
     bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest.get("strain", ()))
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
+    of_members: dict[str, Array] = {  # none of rigid links
+        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
+        for name in ("strain", "deflection")
+        if name in largest
+    }
     return {
-        **measures_of_members(largest),
+        **of_members,
         "joint_force": np.full_like(largest["joint_force"], force),
         "torque": measures_of_efforts(scene, largest["torque"], force),
     }
@@ -103,16 +108,6 @@ def measures_of_efforts(scene: Scene, largest: Array, force: float) -> Array:
     for same in (sliding, ~sliding):
         efforts[same] = largest[same].max(initial=0.0)
     return np.maximum(efforts, np.maximum(MEASURE.small_effort * force * np.where(sliding, 1.0, arms), TINY))
-
-
-def measures_of_members(largest: Mapping[str, Array]) -> dict[str, Array]:
-    """Give the values that errors of strains and deflections are relative to; see `measures`."""
-    # largest: the largest of each member, ``(members,)``: "strain" and "deflection"; none of rigid links
-    return {
-        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
-        for name in ("strain", "deflection")
-        if name in largest
-    }
 
 
 def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strain: Iterable[float]) -> float:

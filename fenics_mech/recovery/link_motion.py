@@ -27,7 +27,9 @@ def motion_of_links(scene: Scene, motion: Motion) -> xr.Dataset:
     if motion.omega.any() or motion.velocity.any():
         found["link_omega"] = (("theta", "link"), motion.omega)
         found["link_alpha"] = (("theta", "link"), motion.alpha)
-        found["instant_centre"] = (("theta", "link", "component"), instant_centres(motion))
+        turns = np.abs(motion.omega) > PARALLEL * np.abs(motion.omega).max(initial=0.0)
+        rate = np.where(turns, motion.omega, np.nan)[..., None]
+        found["instant_centre"] = (("theta", "link", "component"), motion.position + quarter(motion.velocity) / rate)
     slides = dict(_slide_places(scene, motion))
     if slides:
         found["slide_place"] = (("theta", "slide"), np.stack(list(slides.values()), axis=1))
@@ -38,13 +40,6 @@ def motion_of_links(scene: Scene, motion: Motion) -> xr.Dataset:
         found["transmission_angle"] = (("theta", "pair"), np.stack(list(angles.values()), axis=1))
         labels["pair"] = [f"{joint} ({', '.join(links)})" for joint, links in angles]
     return xr.Dataset(found, labels)
-
-
-def instant_centres(motion: Motion) -> Array:
-    """Points of the links that are at rest (m), ``(angles, links, 2)``; NaN where a link does not turn."""
-    turns = np.abs(motion.omega) > PARALLEL * np.abs(motion.omega).max(initial=0.0)
-    rate = np.where(turns, motion.omega, np.nan)[..., None]
-    return motion.position + quarter(motion.velocity) / rate
 
 
 def followed(scene: Scene) -> dict[str, tuple[str, tuple[float, float]]]:

@@ -27,7 +27,7 @@ from fenics_mech.machine.motion import Motion
 from fenics_mech.machine.section_forces import EndForces, InnerForces, Sections
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.recovery.strains import elastic_strain, stress_over_modulus, without_modes, young_modulus
-from fenics_mech.scene import Bushing, Friction, JointEffort, Scene
+from fenics_mech.scene import Bushing, Friction, JointEffort
 from fenics_mech.scene.applied_loads import Load
 from fenics_mech.scene.joints import Joint, Prismatic, Slot, Weld
 from fenics_mech.scene.springs_dampers import Line
@@ -450,7 +450,9 @@ class OfPoses:
         by_cause = {cause_of_efforts(self.made.scene): given}
         causes = {id(term): CAUSES.get(place.split(".")[0]) for place, term in self.made.acting.items()}
         causes |= {id(term): None for term in self.made.acting.values() if type(term).energy is not Term.energy}
-        causes |= {id(term): _cause_of(self.made.scene, name, term) for name, term in self._laws.items()}
+        for key, law in self._laws.items():
+            of_law = law.law.cause if isinstance(law, LawTerm) else LAWS[type(self.made.scene.joint_laws[key])]
+            causes[id(law)] = of_law
         taken: list[tuple[str | None, Array]] = []
         if self.made.links is not None:
             taken += _of_beams(machine.beams, self.measured[0])
@@ -546,11 +548,6 @@ CAUSES = {
     "damping": Cause.AIR_DRAG,
     "effects": Cause.LOADS,
 }  # by table; springs store
-
-
-def _cause_of(scene: Scene, name: str, term: Term) -> Cause:
-    """Give under which cause the power of a law's term is listed."""
-    return term.law.cause if isinstance(term, LawTerm) else LAWS[type(scene.joint_laws[name])]
 
 
 def _of_beams(beams: Beams, here: Measured) -> Iterator[tuple[str, Array]]:

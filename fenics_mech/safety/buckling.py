@@ -33,8 +33,10 @@ def across(of: Loaded) -> Check:
         return unknown(mode, f"sections.{of.member.section} does not tell its width: state its shape")
     _, free = of.between_joints
     factor = FREE if free else CLAMPED if of.member.across == "clamped" else PINNED
-    told = "" if of.member.across or free else "K = 1 across the plane"
-    return _strut(of, mode, stiffness, factor).also_assumed(told, _shape_told(of))
+    clamped = "" if of.member.across or free else "K = 1 across the plane"
+    stated = of.section is of.scene.sections[of.member.section]
+    shape = "" if stated else f"section {of.member.section} is the rectangle of its numbers"
+    return _strut(of, mode, stiffness, factor).also_assumed(clamped, shape)
 
 
 def lateral_torsion(of: Loaded) -> Check:
@@ -79,10 +81,3 @@ def _across(of: Loaded) -> Array | None:
     stock = Stock(of.scene.materials.get(of.member.material or ""), of.scene.materials, of.scene.sections)
     found = of.section.bending_across(PLACES, stock)
     return None if found is None else found * of.enlarged.across
-
-
-def _shape_told(of: Loaded) -> str:
-    """Say that the shape of a section is taken from its numbers, where it is."""
-    if of.section is of.scene.sections[of.member.section]:
-        return ""
-    return f"section {of.member.section} is the rectangle of its numbers"
