@@ -24,7 +24,8 @@ def quasi_static():
 
 
 def test_laws_along_slides_exert_forces_and_those_at_pins_moments():
-    laws = {joint: {"kind": "friction", "joint": joint, "coefficient": 0.0, "viscous": 0.1} for joint in "AB"}
+    rubbing = {"kind": "friction", "coefficient": 0.1}
+    laws = {"A": {**rubbing, "joint": "A", "radius": 0.01}, "B": {**rubbing, "joint": "B"}}
     scene = load(DEMOS / "slider_crank.toml").changed({"joint_laws": laws, "analysis.method": "transient"})
     for name, unit in (("A", "N m"), ("B", "N")):
         data = xr.Dataset({"law_effort": (("theta", "law"), [[1.0]])}, {"theta": [0.0], "law": [name], "time": 0.0})
