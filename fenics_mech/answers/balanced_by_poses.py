@@ -15,7 +15,6 @@ from fenics_mech.answers.solved_by_poses import (
     left_out_by_linear,
     stiffening,
 )
-from fenics_mech.errors import SceneError
 from fenics_mech.estimate import finer_mesh
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.planning.cycle_steps import Steps
@@ -23,16 +22,6 @@ from fenics_mech.recovery.of_poses import OfPoses
 from fenics_mech.scene import Scene
 from fenics_mech.solve import Cycle, Iteration, Path, periodic
 from fenics_mech.solve.harmonic_balance import Balance, Series, balanced
-
-
-def refuse_impulses(scene: Scene) -> None:
-    """Raise `SceneError` where a scene's motion has no series."""
-    if scene.impulses:
-        raise SceneError(
-            "impulses make velocities jump, which harmonics do not follow",
-            place="analysis.solver",
-            hint="Write solver = 'poses'",
-        )
 
 
 @dataclass(frozen=True)
@@ -45,7 +34,6 @@ class Balanced(Solved):
     def of(cls, scene: Scene, run: Run | None = None) -> Balanced:
         """Build the machine of a scene, and find its periodic motion."""
         # A series begins from the rigid motion, whatever motions were before it.
-        refuse_impulses(scene)
         made, analysis = built(scene), scene.analysis
         series, changes = balanced(made.machine, scene.period, analysis.harmonics, analysis.sub_intervals)
         path = series.path(Steps.of(scene).times, analysis.stages)
@@ -72,7 +60,6 @@ class LinearBalanced(LinearCycle):
     @classmethod
     def of(cls, scene: Scene, run: Run | None = None) -> LinearBalanced:
         """Build the machine of a scene, and find its periodic motion in the linear theory of its effects."""
-        refuse_impulses(scene)
         return cls._balanced(scene, built(scene))
 
     @classmethod

@@ -142,6 +142,12 @@ def solution(scene: Scene, run: Run | None = None) -> Solved | AtRest:
             return FreelyAtRest.of(scene)
         return AtRest.of(scene)
     refuse_undersampled(scene, analysis.sub_intervals * analysis.stages, by_collocation=not series)
+    if series and scene.impulses:
+        raise SceneError(
+            "impulses make velocities jump, which harmonics do not follow",
+            place="analysis.solver",
+            hint="Write solver = 'poses'",
+        )
     if EXACT_STRAINS not in scene.named_effects:
         return LinearBalanced.of(scene) if series else LinearCycle.of(scene)
     found = Balanced.of(scene) if series else Solved.of(scene, run)

@@ -62,12 +62,9 @@ class Errors:
         return float(self.of(list(self.errors[what]), what).max(initial=0.0))
 
     def judge(self, scene: Scene) -> None:
-        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass.
-
-        Strains are what a mesh and steps are chosen for, and have the narrower limits. Deflections and joint forces
-        are refused only where they have not one right digit. Efforts of drives are not: where a mechanism is balanced
-        they are small differences, of which the summary says that they are wrong.
-        """
+        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass."""
+        # Strains are what a mesh and steps are chosen for. Deflections and joint forces are refused only where they
+        # have not one right digit. Efforts of drives of a balanced mechanism are small differences, and are told.
         if not scene.analysis.allow_coarse and (refusal := self.refusal(scene)) is not None:
             raise refusal
 
