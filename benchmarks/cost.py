@@ -30,7 +30,7 @@ from benchmarks.timing import TIMES, bare_seconds, machine, timed
 from fenics_mech._constants import TINY
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, SolverError
-from fenics_mech.estimate.errors import NUMERICAL
+from fenics_mech.estimate.error_sources import NUMERICAL
 from fenics_mech.estimate.quantities import MEASURE
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import stamp

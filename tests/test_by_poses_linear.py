@@ -108,7 +108,7 @@ def test_the_next_correction_is_the_error_of_a_linear_theory(kind, effects):
     exact = strict.positions.quantities
     size = measures(scene, here.largest)
     for what in size:
-        told, true = (float(((x - here).largest[what] / size[what]).max()) for x in (next_one, exact))
+        told, true = (float((x.minus(here).largest[what] / size[what]).max()) for x in (next_one, exact))
         assert told == pytest.approx(true, rel=0.03), what
 
 

@@ -29,7 +29,7 @@ from fenics_mech.effects import EFFECTS, active
 from fenics_mech.effects.effect import Choice
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, STIFFENING
 from fenics_mech.errors import SceneError, SolverError, UnstableError
-from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.error_sources import Errors
 from fenics_mech.estimate.missed_peaks import BETWEEN, MissedPeaks, between_stations
 from fenics_mech.estimate.quantities import MEASURE, Quantities, measures
 from fenics_mech.estimate.remarks import between_points

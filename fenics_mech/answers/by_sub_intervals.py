@@ -30,7 +30,7 @@ from fenics_mech.classical.strains import deflection, end_forces, section_forces
 from fenics_mech.effects.known import COUPLING, EXACT_STRAINS, VIBRATION
 from fenics_mech.errors import MechanismError, SceneError, SolverError
 from fenics_mech.estimate.accepted_errors import VALIDITY
-from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.error_sources import Errors
 from fenics_mech.estimate.missed_peaks import BETWEEN
 from fenics_mech.estimate.quantities import MEASURE, Quantities
 from fenics_mech.estimate.remarks import between_points

@@ -21,7 +21,7 @@ from fenics_mech._progress import reached
 from fenics_mech.answers.by_poses import judged_errors, planned, read_off, with_assumed_shear
 from fenics_mech.answers.mode_speeds import mode_speeds
 from fenics_mech.errors import AssemblyError, SceneError, SolverError, shortened
-from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.error_sources import Errors
 from fenics_mech.estimate.quantities import MEASURE
 from fenics_mech.estimate.remarks import after_contacts
 from fenics_mech.geometry import PLANE, Given, PoseMotion, Rest

@@ -15,7 +15,7 @@ import xarray as xr
 from fenics_mech._arrays import Array
 from fenics_mech.answers.by_poses import read_off
 from fenics_mech.errors import SceneError
-from fenics_mech.estimate.errors import BY_POSITIONS, Errors
+from fenics_mech.estimate.error_sources import BY_POSITIONS, Errors
 from fenics_mech.estimate.missed_peaks import ACCELERATIONS, BETWEEN
 from fenics_mech.estimate.quantities import measures
 from fenics_mech.geometry import Given, PoseMotion

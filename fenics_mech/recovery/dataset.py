@@ -11,7 +11,7 @@ import xarray as xr
 
 from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.effect import Choice
-from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.error_sources import Errors
 from fenics_mech.estimate.quantities import ERROR_VARIABLES
 
 

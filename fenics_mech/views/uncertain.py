@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fenics_mech.estimate.accepted_errors import ACCEPTED
-from fenics_mech.estimate.errors import NUMERICAL
+from fenics_mech.estimate.error_sources import NUMERICAL
 from fenics_mech.estimate.missed_peaks import BETWEEN
 from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from fenics_mech.recovery import Result

@@ -9,7 +9,7 @@ import pytest
 from fenics_mech import load
 from fenics_mech.errors import UnresolvedError
 from fenics_mech.estimate.accepted_errors import advice
-from fenics_mech.estimate.errors import Errors
+from fenics_mech.estimate.error_sources import Errors
 from fenics_mech.estimate.missed_peaks import between_stations
 from fenics_mech.estimate.quantities import places_of
 from fenics_mech.scene import Scene

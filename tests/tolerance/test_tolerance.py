@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import fenics_mech.analysis
-import fenics_mech.estimate.errors
+import fenics_mech.estimate.error_sources
 import fenics_mech.planning.discretisation
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
