@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection
 from typing import overload
 
 from fenics_mech._guard import guarded
-from fenics_mech.answers.by_poses import RefinedByPoses, by_poses
+from fenics_mech.answers.by_poses import by_poses
 from fenics_mech.answers.by_sub_intervals import by_sub_intervals
 from fenics_mech.answers.in_space import in_space
 from fenics_mech.answers.in_time_by_poses import in_time_by_poses
@@ -129,7 +129,7 @@ def analyse(
     elif scene.tolerance is None:
         result = fine_enough(scene, lambda finer: by_poses(finer, run, names))
     else:
-        result = within(scene, RefinedByPoses())
+        result = within(scene)
     if scene.analysis.out_of_plane:
         result.data.update(across_the_plane(stated))
     said = [*of_start, *wound_at_start(stated, scene), *creeping(scene)]
@@ -139,7 +139,7 @@ def analyse(
 
 def _of_rigid_links(scene: Scene, stated: Scene) -> Result:
     """Analyse a scene of which no link bends; `stated` may leave open where its freedoms are."""
-    start = state_to_go_on_from(scene, 0)
+    start = state_to_go_on_from(scene)
     if not scene.freedoms:
         return rigid_by_poses(scene)
     if scene.analysis.method == "static":

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
-from fenics_mech.accuracy.frequencies import FREQUENCY, highest_felt
 from fenics_mech.beams.element_dofs import in_member_axes
 from fenics_mech.classical.mechanism import Mechanism
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.response import SubIntervals, ratios_of
+from fenics_mech.estimate.frequencies import FREQUENCY, highest_felt
 
 Mask = NDArray[np.bool_]
 

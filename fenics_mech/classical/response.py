@@ -10,11 +10,11 @@ import numpy as np
 from fenics_mech._arrays import Array, Index, times
 from fenics_mech._constants import TINY
 from fenics_mech._guard import require_memory
-from fenics_mech.accuracy.frequencies import highest_felt
 from fenics_mech.classical.joining import Closed, flat, forced, free, joins, marched, refuse_ringing, steady, whole
 from fenics_mech.classical.mechanism import Mechanism, Transformation
 from fenics_mech.classical.modes import Modes, slowest
 from fenics_mech.classical.resonance import blaming, magnification, of_modes, refuse_magnified
+from fenics_mech.estimate.frequencies import highest_felt
 from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.scene import Scene
 

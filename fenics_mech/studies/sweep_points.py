@@ -16,13 +16,13 @@ import xarray as xr
 
 from fenics_mech._arrays import Array
 from fenics_mech._files import read_bounded, write_whole
-from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.answers.modes_by_poses import HeldMachine, over_cycle
 from fenics_mech.answers.solved_by_poses import Run
 from fenics_mech.errors import SceneError, SolverError, UnstableError
+from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.recovery import Result
-from fenics_mech.recovery.peaks import angles_at, doubts, peak_of, told_doubts
+from fenics_mech.recovery.peaks import angles_at, doubts, estimated_doubts, peak_of
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.signal import harmonics, last_cycle
 from fenics_mech.safety.verdict import without_cure
@@ -195,7 +195,7 @@ def reduced(result: Result, gauge: Gauge) -> Record:
 def _of_errors(data: xr.Dataset) -> dict[str, Array]:
     """Give what a dataset tells of errors."""
     values = {name: np.array(data.attrs[name]) for name in KEPT if name in data.attrs}
-    if told := told_doubts(data):
+    if told := estimated_doubts(data):
         values["peak_doubt"] = np.array(max(told.values()))
     if "source" in data and "theory" in data["source"]:
         for prefix in ("", "deflection_"):

@@ -12,8 +12,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._constants import MILLI
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from fenics_mech.planning.answer_remarks import made_finer
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions

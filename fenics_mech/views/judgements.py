@@ -9,11 +9,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fenics_mech.accuracy.accepted_errors import ACCEPTED
-from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.effects.known import GRAVITY
 from fenics_mech.errors import percent
+from fenics_mech.estimate.accepted_errors import ACCEPTED, VALIDITY
 from fenics_mech.planning.answer_remarks import made_finer, unmet
 from fenics_mech.recovery.peaks import CYCLIC, PEAK, doubts
 from fenics_mech.recovery.result import Result, kept

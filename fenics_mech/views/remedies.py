@@ -9,7 +9,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.effects.known import EXACT_STRAINS
 from fenics_mech.errors import SceneError, percent
 from fenics_mech.planning.answer_remarks import leaves_vibration
-from fenics_mech.planning.tolerance_refusals import refuse_stated, refuse_unknown
+from fenics_mech.planning.discretisation import refuse_stated, refuse_unknown
 from fenics_mech.recovery import Result
 
 REMEDIES = {

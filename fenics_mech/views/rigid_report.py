@@ -8,8 +8,8 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech.accuracy.missed_peaks import BETWEEN
 from fenics_mech.errors import percent
+from fenics_mech.estimate.missed_peaks import BETWEEN
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.balance import mean_in_time
 from fenics_mech.recovery.peaks import between_positions

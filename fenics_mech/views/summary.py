@@ -13,9 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._console import text_of
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.effects.known import VIBRATION
 from fenics_mech.errors import percent, percent_of_error
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from fenics_mech.planning.answer_remarks import WORDS, unmet
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits

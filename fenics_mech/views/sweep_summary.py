@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from fenics_mech._arrays import Index
-from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.errors import percent
+from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.planning.answer_remarks import in_words
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.studies.sweep_peaks import RESOLVED

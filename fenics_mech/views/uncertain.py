@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fenics_mech.accuracy.accepted_errors import ACCEPTED
-from fenics_mech.accuracy.estimate import NUMERICAL
-from fenics_mech.accuracy.missed_peaks import BETWEEN
-from fenics_mech.accuracy.quantities import ERROR_VARIABLES
+from fenics_mech.estimate.accepted_errors import ACCEPTED
+from fenics_mech.estimate.error_sources import NUMERICAL
+from fenics_mech.estimate.missed_peaks import BETWEEN
+from fenics_mech.estimate.quantities import ERROR_VARIABLES
 from fenics_mech.recovery import Result
 from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.words import error_share

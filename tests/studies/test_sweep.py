@@ -11,9 +11,9 @@ import pytest
 from rich.table import Table
 
 from fenics_mech import load
-from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.analysis import analyse
 from fenics_mech.errors import MechanismError, ResultError, SceneError, ViewError
+from fenics_mech.estimate.remarks import NO_ESTIMATE
 from fenics_mech.recovery.peaks import between_positions, doubts, peak_of
 from fenics_mech.studies import sweep_peaks, sweep_points
 from fenics_mech.studies.gauge import Gauge

@@ -9,9 +9,9 @@ import pytest
 
 import fenics_mech.planning.meet_tolerance
 from fenics_mech import analyse, load
-from fenics_mech.accuracy.estimate import Errors
-from fenics_mech.accuracy.quantities import MEASURE, measures, measures_of_efforts, places_of
 from fenics_mech.errors import SceneError, SolverError, UnresolvedError
+from fenics_mech.estimate.error_sources import Errors
+from fenics_mech.estimate.quantities import MEASURE, measures, measures_of_efforts, places_of
 from fenics_mech.scene import Scene, schema, stated_tolerance
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.scene.meshing import with_elements

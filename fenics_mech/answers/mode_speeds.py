@@ -44,23 +44,11 @@ VEERS = np.pi / 4  # turn of two modes into each other, from which each is as mu
 
 
 def mode_speeds(scene: Scene, like: SceneMachine | None = None) -> xr.Dataset:
-    """Give the critical speeds of a driven machine, and what decides how strong they are.
-
-    Parameters
-    ----------
-    scene
-        The scene, with its effects chosen.
-    like
-        A machine of the scene, whose chart is its rigid motion; None where there is none.
-
-    Returns
-    -------
-    xarray.Dataset
-        Nothing where the drive does not lead the whole machine, or no link bends. Else by mode and order, the number
-        of the harmonic, `critical_speed` (rad/s), `critical_order` and `critical_share`. By mode `mode_damping` and
-        `mode_group`; `mode_share` by mode and link. `mode_frequency` (Hz) by mode and limit: "lowest", "mean" and
-        "highest" over the cycle, held at each position, and "running", the mean about the motion.
-    """
+    """Give the critical speeds of a driven machine, and what decides how strong they are."""
+    # Gives nothing where the drive does not lead the whole machine, or no link bends. Else by mode and order, the
+    # number of the harmonic, `critical_speed` (rad/s), `critical_order` and `critical_share`. By mode `mode_damping`
+    # and `mode_group`; `mode_share` by mode and link. `mode_frequency` (Hz) by mode and limit: "lowest", "mean" and
+    # "highest" over the cycle, held at each position, and "running", the mean about the motion.
     wanted = scene.analysis.critical_speeds and scene.drives and scene.analysis.method != "static"
     if not wanted or scene.freedoms or scene.open_joints:
         return xr.Dataset()
@@ -99,18 +87,10 @@ def _labelled(cycle: ModesOfCycle) -> xr.Dataset:
 
 @dataclass(frozen=True)
 class ModesOfCycle:
-    """The modes of a machine over the cycle of its drive.
+    """The modes of a machine over the cycle of its drive."""
 
-    Parameters
-    ----------
-    held
-        The machine at equal steps of the cycle, without damping.
-    scene
-        Its scene, with damping.
-    """
-
-    held: HeldMachine
-    scene: Scene
+    held: HeldMachine  # the machine at equal steps of the cycle, without damping
+    scene: Scene  # its scene, with damping
 
     @property
     def modes(self) -> FollowedModes:
@@ -154,11 +134,9 @@ class ModesOfCycle:
 
     @cached_property
     def groups(self) -> Index:
-        """The first mode of those that each turns into over the cycle, ``(modes,)``: assurance between positions falls.
-
-        The rate at which two modes turn into each other does not depend on the steps: a crossing that a step passes
-        over is none.
-        """
+        """The first mode of those that each turns into over the cycle, ``(modes,)``, as assurance falls."""
+        # The rate at which two modes turn into each other does not depend on the steps: a crossing that a step passes
+        # over is none.
         v, momenta = self.carried
         overlap = np.roll(v, -1, axis=0)[:-1] @ momenta[:-1].transpose(0, 2, 1)
         turned = np.ptp(np.cumsum((overlap - overlap.transpose(0, 2, 1)) / 2, axis=0), axis=0)
@@ -177,10 +155,8 @@ class ModesOfCycle:
 
     @cached_property
     def courses(self) -> list[list[tuple[int, float]]]:
-        """What each mode goes through until it comes back: the mode in each cycle, and its sign there.
-
-        Mostly it is itself after one cycle. The last entry is where it has come back, with the sign of that.
-        """
+        """What each mode goes through until it comes back: the mode in each cycle, and its sign there."""
+        # Mostly it is itself after one cycle. The last entry is where it has come back, with the sign of that.
         found = []
         for mode in range(self.modes.omega.shape[1]):
             course = [(mode, 1.0)]
@@ -193,11 +169,9 @@ class ModesOfCycle:
 
     @cached_property
     def orders(self) -> Array:
-        """Multiples of the drive, ``(modes, orders)``, NaN beyond the last: of most modes whole ones.
-
-        A mode that comes back from n cycles meets every n-th part of the drive's rate; where its sign is then the other
-        one, those in their middle.
-        """
+        """Multiples of the drive, ``(modes, orders)``, NaN beyond the last: of most modes whole ones."""
+        # A mode that comes back from n cycles meets every n-th part of the drive's rate; where its sign is then the
+        # other one, those in their middle.
         cycles = np.array([len(course) - 1 for course in self.courses])[:, None]
         middle = np.array([0.5 * (course[-1][1] < 0) for course in self.courses])[:, None]
         orders = (np.arange(1, ORDERS * cycles.max() + 1) - middle) / cycles
@@ -227,10 +201,8 @@ class ModesOfCycle:
         return np.where(left > 0, at_rest[:, None] / np.sqrt(np.where(left > 0, left, 1.0)), np.nan)
 
     def load_shares(self) -> Array:
-        """Amplitude of strain that a harmonic makes without vibration, over the peak of all, ``(modes, orders)``.
-
-        Both are those at the critical speed, where the inertia of the rigid motion is that of another rate.
-        """
+        """Amplitude of strain that a harmonic makes without vibration, over the peak of all, ``(modes, orders)``."""
+        # Both are those at the critical speed, where the inertia of the rigid motion is that of another rate.
         whole, applied = (self._strains(self._static(moving)) for moving in (True, False))
         machine, omegas = self.held.made.machine, self.modes.omega
         t, zero = self.held.t, np.zeros((len(self.held.t), machine.size))

@@ -21,17 +21,8 @@ FREQUENCY = FrequencyLimits()
 
 
 def highest_felt(load: Array, static: Array, loss: float, enough: float) -> int:
-    """Give the number of the highest harmonic of a load that would be felt on a mode; 0 where none would.
-
-    Parameters
-    ----------
-    load, static
-        The load and its static answer at equal steps of time, ``(angles, coordinates)`` each.
-    loss
-        Loss factor of the mode.
-    enough
-        Square root of an elastic energy, twice of it, that is felt.
-    """
+    """Give the number of the highest harmonic of a load that would be felt on a mode; 0 where none would."""
+    # load, static: the load and its static answer at equal steps of time, ``(angles, coordinates)`` each
     spectrum = np.fft.rfft(np.stack([load, static]), axis=1) * (2 / len(load))
     harmonics = np.sqrt(np.abs(np.einsum("hi,hi->h", spectrum[0], spectrum[1].conj())))
     least = loss * enough + np.finfo(float).tiny

@@ -1,4 +1,4 @@
-"""Peaks of a cycle that lie between its positions, and by how much these miss them."""
+"""Peaks between the positions of a cycle and between the stations of a result, and by how much these miss them."""
 
 from __future__ import annotations
 
@@ -19,40 +19,22 @@ Owner = tuple[str, int]  # a quantity, and the number of the member, joint, driv
 
 @dataclass(frozen=True, eq=False)
 class MissedPeaks:
-    """By how much the positions of a cycle miss the peaks between them.
+    """By how much the positions of a cycle miss the peaks between them."""
 
-    Parameters
-    ----------
-    count
-        Number of the positions.
-    points
-        The points that are followed.
-    errors
-        By quantity, how uncertain the peaks are that positions show, ``(members, joints, drives or points,)``.
-    known
-        The part of it that is surely missed: how far the peaks of loads and rigid motion are from those shown.
-    peaks, angles
-        By quantity, the largest values, and the drive angles (rad) at which they are.
-    enough
-        Gives a number of positions that show the peaks of quantities to errors of each owner; None where too many.
-    """
-
-    count: int
-    points: tuple[str, ...]
+    count: int  # number of the positions
+    points: tuple[str, ...]  # the points that are followed
+    # by quantity, how uncertain the peaks are that positions show, ``(members, joints, drives or points,)``
     errors: Mapping[str, Array]
+    # the part of it that is surely missed: how far the peaks of loads and rigid motion are from those shown
     known: Mapping[str, Array]
+    # peaks, angles: by quantity, the largest values, and the drive angles (rad) at which they are
     peaks: Mapping[str, Array]
     angles: Mapping[str, Array]
+    # gives a number of positions that show the peaks of quantities to errors of each owner; None where too many
     enough: Callable[[Mapping[str, Array]], int | None]
 
     def of_points(self, sources: Sequence[str]) -> dict[str, tuple[tuple[str, ...], Array]]:
-        """Give the errors of the points' accelerations as variables; what other sources add to them is not known.
-
-        Parameters
-        ----------
-        sources
-            The sources of errors of a result.
-        """
+        """Give the errors of the points' accelerations as variables; what other sources add to them is not known."""
         found = dict[str, tuple[tuple[str, ...], Array]]()
         between = np.array([source == BETWEEN for source in sources])
         for name in ACCELERATIONS:
@@ -64,17 +46,7 @@ class MissedPeaks:
         return found
 
     def refusal(self, owner: Owner, what: str, enough: int | None) -> UnresolvedError:
-        """Say where a peak is that the positions miss, and how many of them show it.
-
-        Parameters
-        ----------
-        owner
-            What has the peak.
-        what
-            The same in words.
-        enough
-            Number of positions that are not refused; None where too many.
-        """
+        """Say where a peak is that the positions miss, and how many of them show it."""
         (name, which), unit = owner, {"joint_force": " N", "deflection": " m"}.get(owner[0], "")
         angle, peak, missed = (float(part[name][which]) for part in (self.angles, self.peaks, self.known))
         advice = (
@@ -87,3 +59,16 @@ class MissedPeaks:
             f"{math.degrees(angle):.6g} deg, and {self.count} positions show another peak by {missed:.3g}{unit}. "
             f"{advice}; analysis.allow_coarse lets it pass"
         ).finer_by(ANSWERED, **({} if enough is None else {"sub_intervals": enough}))
+
+
+def between_stations(strain: Array) -> Array:
+    """By how much parabolas through three stations surpass the largest strain at the stations, ``(members,)``."""
+    size = np.abs(strain)
+    highest = size.max(axis=(0, 2, 3))
+    if strain.shape[2] < 3:
+        return np.zeros_like(highest)
+    before, middle, after = strain[:, :, :-2], strain[:, :, 1:-1], strain[:, :, 2:]
+    bend, slope = after - 2 * middle + before, (after - before) / 2
+    inside = (np.abs(slope) < np.abs(bend)) & (bend != 0)
+    vertex = middle - np.where(inside, slope**2 / (2 * np.where(inside, bend, 1.0)), 0.0)
+    return np.maximum(np.abs(vertex).max(axis=(0, 2, 3)) - highest, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,6 @@ from fenics_mech.scene.sections import Rigidity
 class MeasureLimits:
     """What the errors of quantities are measured by, where their own largest values are small."""
 
-    stations: int = 5  # of each member at which quantities are compared
     small_member: float = 0.1  # of the mechanism's largest value: a member's own must be that to measure its error
     small_effort: float = 0.01  # of the largest joint force, at the link's size: an effort must be that to do the same
     small_force: float = 0.01  # of the force that bends members as they are bent: joints must carry that for the same
@@ -36,82 +36,35 @@ ERROR_VARIABLES = {  # by quantity: its variable, the prefix of its relative err
 }
 
 
-@dataclass(frozen=True)
-class Quantities:
-    """What is compared between two motions of a mechanism, or the difference of it.
+class Quantities(NamedTuple):
+    """What is compared between two motions of a mechanism, or the difference of it."""
 
-    Parameters
-    ----------
-    axial, bending
-        Strain of the axis, ``(angles, members, stations)``, and by bending of both fibres, with another axis of 2.
-    deflection
-        In the fixed frame (m), ``(angles, members, stations, 2)``.
-    force
-        In the joints (N), ``(angles, joints, 2)``.
-    effort
-        Of the drives (N m, or N along a slide), ``(angles, drives)``.
-    """
-
+    # axial, bending: strain of the axis, ``(angles, members, stations)``, and by bending of both fibres, with another
+    # axis of 2
     axial: Array
     bending: Array
-    deflection: Array
-    force: Array
-    effort: Array
+    deflection: Array  # in the fixed frame (m), ``(angles, members, stations, 2)``
+    force: Array  # in the joints (N), ``(angles, joints, 2)``
+    effort: Array  # of the drives (N m, or N along a slide), ``(angles, drives)``
 
-    def __sub__(self, other: Quantities) -> Quantities:
+    def minus(self, other: Quantities) -> Quantities:
         """Give the difference of two motions."""
-        return Quantities(
-            self.axial - other.axial,
-            self.bending - other.bending,
-            self.deflection - other.deflection,
-            self.force - other.force,
-            self.effort - other.effort,
-        )
-
-    def times(self, factor: float) -> Quantities:
-        """Multiply all of them.
-
-        Parameters
-        ----------
-        factor
-            The factor.
-        """
-        parts = self.axial, self.bending, self.deflection, self.force, self.effort
-        return Quantities(*(factor * part for part in parts))
+        return Quantities(*(mine - theirs for mine, theirs in zip(self, other)))
 
     @property
-    def sizes(self) -> dict[str, Array]:
-        """Magnitude over the drive angles of each quantity, ``(angles, members, joints or drives)``."""
-        return {
+    def largest(self) -> dict[str, Array]:
+        """Largest magnitude of each quantity over the drive angles, ``(members, joints or drives,)``."""
+        sizes = {
             "strain": (np.abs(self.axial) + np.abs(self.bending).max(axis=-1)).max(axis=2),
             "deflection": norms(self.deflection).max(axis=2),
             "joint_force": norms(self.force),
             "torque": np.abs(self.effort),
         }
-
-    @property
-    def largest(self) -> dict[str, Array]:
-        """Largest magnitude of each quantity, ``(members, joints or drives,)``."""
-        return {name: size.max(axis=0, initial=0.0) for name, size in self.sizes.items()}
+        return {name: size.max(axis=0, initial=0.0) for name, size in sizes.items()}
 
 
 def places_of(members: Iterable[str], joints: Mapping[str, Joint], moved: Sequence[str]) -> dict[str, list[str]]:
-    """Give the members, joints or drives that each quantity belongs to.
-
-    Parameters
-    ----------
-    members
-        Labels of the members.
-    joints
-        The joints by name.
-    moved
-        Joints of the drives and the freedoms.
-
-    Returns
-    -------
-    dict
-        Names by quantity, in the order of the arrays of `Quantities`.
-    """
+    """Give the members, joints or drives that each quantity belongs to."""
     labels = list(members)
     return {
         "strain": labels,
@@ -122,43 +75,32 @@ def places_of(members: Iterable[str], joints: Mapping[str, Joint], moved: Sequen
 
 
 def measures(scene: Scene, largest: dict[str, Array]) -> dict[str, Array]:
-    """Give the values that errors are relative to, by quantity.
-
-    Strains and deflections are measured by the largest of their member, or by `MEASURE.small_member` of the mechanism's
-    where that is more. Joint forces are measured by the largest of all joints, or by `MEASURE.small_force` of the force
-    that bends members to their strains: joints may carry moments alone. Efforts of drives are measured by the largest
-    of the drives that have the same unit. Where the mechanism is balanced that is next to nothing, and the measure is
-    `MEASURE.small_effort` of the largest joint force, times the size of the driven link for a torque.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    largest
-        As `Quantities.largest`; of rigid links joint forces and efforts alone.
-    """
+    """Give the values that errors are relative to, by quantity."""
+    # Strains and deflections are measured by the largest of their member, or by `MEASURE.small_member` of the
+    # mechanism's where that is more. Joint forces are measured by the largest of all joints, or by
+    # `MEASURE.small_force` of the force that bends members to their strains: joints may carry moments alone. Efforts
+    # of drives are measured by the largest of the drives that have the same unit. Where the mechanism is balanced
+    # that is next to nothing, and the measure is `MEASURE.small_effort` of the largest joint force, times the size of
+    # the driven link for a torque.
     lengths = [math.dist(*scene.member_ends(label)) for label in scene.members()]
     bent = MEASURE.small_force * _bending_force(scene.rigidities(np.array([0.5])), lengths, largest.get("strain", ()))
     force = max(float(largest["joint_force"].max(initial=0.0)), bent, TINY)
+    of_members: dict[str, Array] = {  # none of rigid links
+        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
+        for name in ("strain", "deflection")
+        if name in largest
+    }
     return {
-        **measures_of_members(largest),
+        **of_members,
         "joint_force": np.full_like(largest["joint_force"], force),
         "torque": measures_of_efforts(scene, largest["torque"], force),
     }
 
 
 def measures_of_efforts(scene: Scene, largest: Array, force: float) -> Array:
-    """Give the values that errors of efforts are relative to; see `measures`.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    largest
-        The largest of each drive and freedom (N m, or N along a slide), ``(moved joints,)``.
-    force
-        The largest joint force (N).
-    """
+    """Give the values that errors of efforts are relative to; see `measures`."""
+    # largest: the largest of each drive and freedom (N m, or N along a slide), ``(moved joints,)``; force: the
+    # largest joint force (N)
     sliding = np.array([unit == "N" for unit in effort_units(scene.moved_joints, scene.joints)], dtype=bool)
     arms = np.array([size_at(scene, joint) for joint in scene.moved_joints])
     arms[arms == 0] = arms.max(initial=0.0) or 1.0  # of links that have one point alone (m)
@@ -166,21 +108,6 @@ def measures_of_efforts(scene: Scene, largest: Array, force: float) -> Array:
     for same in (sliding, ~sliding):
         efforts[same] = largest[same].max(initial=0.0)
     return np.maximum(efforts, np.maximum(MEASURE.small_effort * force * np.where(sliding, 1.0, arms), TINY))
-
-
-def measures_of_members(largest: Mapping[str, Array]) -> dict[str, Array]:
-    """Give the values that errors of strains and deflections are relative to; see `measures`.
-
-    Parameters
-    ----------
-    largest
-        The largest of each member, ``(members,)``: "strain" and "deflection"; none of rigid links.
-    """
-    return {
-        name: np.maximum(np.maximum(largest[name], MEASURE.small_member * largest[name].max()), TINY)
-        for name in ("strain", "deflection")
-        if name in largest
-    }
 
 
 def _bending_force(sections: Sequence[Rigidity], lengths: Sequence[float], strain: Iterable[float]) -> float:

@@ -11,10 +11,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from fenics_mech._arrays import Array
-from fenics_mech.accuracy.accepted_errors import ACCEPTED, refusal_by
-from fenics_mech.accuracy.missed_peaks import MissedPeaks
-from fenics_mech.accuracy.quantities import measures, places_of
 from fenics_mech.errors import UnresolvedError
+from fenics_mech.estimate.accepted_errors import ACCEPTED, refusal_by
+from fenics_mech.estimate.missed_peaks import MissedPeaks
+from fenics_mech.estimate.quantities import measures, places_of
 from fenics_mech.scene import Scene
 
 STEPS = ("time", "harmonics")
@@ -36,35 +36,21 @@ PLACES = {  # of an error, in words, and what it is relative to
 
 @dataclass(frozen=True)
 class Errors:
-    """Errors by their sources.
+    """Errors by their sources."""
 
-    These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory", "effects" and "joints".
-    Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
+    # These are "time" (steps), "mesh", "modes" (left out), "harmonics", "stations", "theory", "effects" and "joints".
+    # Quantities are "strain", "deflection", "joint_force" and "torque", see `places_of`.
 
-    Parameters
-    ----------
-    errors
-        By quantity, then by source: of each member's strain (1) and deflection (m), of the force in each joint (N) and
-        of the effort of each drive (N m or N), ``(members, joints or drives,)``.
-    order
-        With which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
-        it does not.
-    measure
-        By quantity, what errors are relative to; see `measures`.
-    remarks
-        What is wrong by more than the estimates say.
-    largest
-        By quantity, the largest values.
-    missed
-        What lies between the positions of a cycle.
-    """
-
+    # by quantity, then by source: of each member's strain (1) and deflection (m), of the force in each joint (N) and
+    # of the effort of each drive (N m or N), ``(members, joints or drives,)``
     errors: Mapping[str, dict[str, Array]]
+    # with which power of its number a source falls: of sub-intervals, elements, modes, harmonics, stations; 0 where
+    # it does not
     order: dict[str, float]
-    measure: Mapping[str, Array]
-    remarks: tuple[str, ...] = ()
-    largest: Mapping[str, Array] = field(default_factory=dict)
-    missed: MissedPeaks | None = None
+    measure: Mapping[str, Array]  # by quantity, what errors are relative to; see `measures`
+    remarks: tuple[str, ...] = ()  # what is wrong by more than the estimates say
+    largest: Mapping[str, Array] = field(default_factory=dict)  # by quantity, the largest values
+    missed: MissedPeaks | None = None  # what lies between the positions of a cycle
 
     def relative(self, what: str) -> dict[str, float]:
         """Largest error of a quantity by each source, relative to its measure."""
@@ -76,23 +62,14 @@ class Errors:
         return float(self.of(list(self.errors[what]), what).max(initial=0.0))
 
     def judge(self, scene: Scene) -> None:
-        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass.
-
-        Strains are what a mesh and steps are chosen for, and have the narrower limits. Deflections and joint forces
-        are refused only where they have not one right digit. Efforts of drives are not: where a mechanism is balanced
-        they are small differences, of which the summary says that they are wrong.
-        """
+        """Raise `UnresolvedError` where the numerical errors are too large, unless the scene lets them pass."""
+        # Strains are what a mesh and steps are chosen for. Deflections and joint forces are refused only where they
+        # have not one right digit. Efforts of drives of a balanced mechanism are small differences, and are told.
         if not scene.analysis.allow_coarse and (refusal := self.refusal(scene)) is not None:
             raise refusal
 
     def refusal(self, scene: Scene) -> UnresolvedError | None:
-        """Give the error that says where numerical errors are too large, and by what; None where they are not.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        """
+        """Give the error that says where numerical errors are too large, and by what; None where they are not."""
         enough = self._enough(scene)
         if enough is None:  # then no steps cure it
             return self.missing(scene)
@@ -113,13 +90,7 @@ class Errors:
             raise refusal
 
     def missing(self, scene: Scene) -> UnresolvedError | None:
-        """Give the error that says which peaks the positions surely miss by too much; None where they miss none.
-
-        Parameters
-        ----------
-        scene
-            The scene.
-        """
+        """Give the error that says which peaks the positions surely miss by too much; None where they miss none."""
         names = places_of(scene.members(), scene.joints, scene.moved_joints)
         for what, missed in self._missed().items():
             if self.missed is not None and missed.max(initial=0.0) > ACCEPTED.by_positions:
@@ -150,6 +121,11 @@ class Errors:
         """Error of a quantity by some sources together, relative to its measure, ``(members, joints or drives,)``."""
         found = [self.errors[what][source] for source in sources if source in self.errors[what]]
         return np.sum(found, axis=0) / self.measure[what] if found else np.zeros_like(self.measure[what])
+
+    def of_power(self, rates: Array) -> float:
+        """Give what the errors of efforts make of the mean power of drives with rates ``(angles, drives)`` (W)."""
+        uncertain = np.sum(list(self.errors["torque"].values()), axis=0)[: rates.shape[1]]
+        return float(uncertain @ np.abs(rates).mean(axis=0))
 
     @property
     def too_large(self) -> bool:

@@ -15,30 +15,12 @@ FINER_AFTER_CONTACT = (
 
 
 def after_contacts(analysis: Analysis, share: str = "half") -> str:
-    """Say what is not known of the time steps of a motion whose contacts opened.
-
-    Parameters
-    ----------
-    analysis
-        What the scene asks for.
-    share
-        Of their tolerance, that of the steps which tell of the error.
-    """
+    """Say what is not known of the time steps of a motion whose contacts opened."""
     return FINER_AFTER_CONTACT.format(share) if analysis.error_estimates == "contacts" else UNKNOWN_AFTER_CONTACT
 
 
 def between_points(scene: Scene, count: int, cut: bool = False) -> list[str]:
-    """Say what loads and drives do between the points of a cycle.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    count
-        Number of the points; 0 where steps are as short as they need be.
-    cut
-        Whether steps are cut at corners of the loads' factors.
-    """
+    """Say what loads and drives do between the points of a cycle."""
     if not count:
         return []
     loads = [
