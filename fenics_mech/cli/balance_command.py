@@ -31,8 +31,7 @@ def balance(
     moment: Annotated[float, typer.Option(min=0, help="Weight of the shaking moment; that of the force is 1.")] = 0.0,
     torque: Annotated[float, typer.Option(min=0, help="Weight of the torque of the drive.")] = 0.0,
     section: Annotated[
-        str | None,
-        typer.Option(help="Section of the bars that hold them.", show_default="that of the link"),
+        str | None, typer.Option(help="Section of the bars that hold them.", show_default="that of the link")
     ] = None,
     units: Units = None,
     strict: Strict = False,

@@ -34,8 +34,7 @@ def sweep(
     ],
     folder: OutFolder = Path("out"),
     refine_peaks: Annotated[
-        int,
-        typer.Option(min=0, max=100_000, help="Most points to add where the strain curve is not resolved."),
+        int, typer.Option(min=0, max=100_000, help="Most points to add where the strain curve is not resolved.")
     ] = 0,
     member: Annotated[
         str | None,

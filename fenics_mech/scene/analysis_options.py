@@ -148,13 +148,7 @@ class Analysis(Part):
 
 
 def refuse_rough(analysis: Analysis) -> None:
-    """Raise `SceneError` where a tolerance does not govern the steps in time.
-
-    Parameters
-    ----------
-    analysis
-        What the scene asks for.
-    """
+    """Raise `SceneError` where a tolerance does not govern the steps in time."""
     if analysis.time_tolerance > LARGEST_TOLERANCE:
         raise SceneError(
             f"{analysis.time_tolerance:g} is more than {LARGEST_TOLERANCE:g}, up to which it governs the steps in time",

@@ -24,106 +24,36 @@ MOST = 20  # units that may be asked for
 
 @dataclass(frozen=True)
 class AnswerUnits:
-    """The unit of each kind of answer.
+    """The unit of each kind of answer."""
 
-    Parameters
-    ----------
-    known
-        Name of the unit and its size in SI, by kind; see `KINDS`.
-    stated
-        Kinds whose unit a user asked for, which no prefix changes.
-    """
-
-    known: dict[str, tuple[str, float]] = field(default_factory=lambda: dict(USUAL))
-    stated: frozenset[str] = frozenset()
+    known: dict[str, tuple[str, float]] = field(default_factory=lambda: dict(USUAL))  # name and size in SI by kind
+    stated: frozenset[str] = frozenset()  # kinds whose unit a user asked for, which no prefix changes
 
     @classmethod
     def of(cls, names: Sequence[str], place: str = "units") -> AnswerUnits:
-        """Take units by their names; each is that of the kind of answer that it measures.
-
-        Parameters
-        ----------
-        names
-            Names of units, such as "in", "psi", "lbf", "lbf in", "rpm", "%".
-        place
-            Where they are stated, for the error.
-
-        Raises
-        ------
-        SceneError
-            When a name is no unit of an answer.
-
-        Examples
-        --------
-        >>> from fenics_mech.scene.answer_units import AnswerUnits
-        >>> round(AnswerUnits.of(["in"]).number(0.0127, "length"), 3)
-        0.5
-        """
+        """Take units by their names; each is that of the kind of answer that it measures."""
         stated = named_units(names, place)
         return cls(USUAL | stated, frozenset(stated))
 
     def label(self, kind: str) -> str:
-        """Name of the unit of a kind.
-
-        Parameters
-        ----------
-        kind
-            The kind, one of `KINDS`.
-        """
+        """Name of the unit of a kind."""
         return self.known[kind][0]
 
     def size(self, kind: str) -> float:
-        """Size of the unit of a kind in SI.
-
-        Parameters
-        ----------
-        kind
-            The kind, one of `KINDS`.
-        """
+        """Size of the unit of a kind in SI."""
         return self.known[kind][1]
 
     def number(self, value: float, kind: str) -> float:
-        """Give a value in SI as a number in the unit of its kind.
-
-        Parameters
-        ----------
-        value
-            The value in SI.
-        kind
-            The kind, one of `KINDS`.
-        """
+        """Give a value in SI as a number in the unit of its kind."""
         return value / self.known[kind][1]
 
     def text(self, value: float, kind: str, digits: int = 4) -> str:
-        """Write a value in SI as a number with the unit of its kind.
-
-        Parameters
-        ----------
-        value
-            The value in SI.
-        kind
-            The kind, one of `KINDS`.
-        digits
-            How many digits it has.
-        """
+        """Write a value in SI as a number with the unit of its kind."""
         return f"{self.number(value, kind):.{digits}g} {self.label(kind)}"
 
 
 def named_units(names: Sequence[str], place: str = "units") -> dict[str, tuple[str, float]]:
-    """Give name and size in SI of each unit that is named, by the kind of answer that it measures.
-
-    Parameters
-    ----------
-    names
-        Names of units.
-    place
-        Where they are stated, for the error.
-
-    Raises
-    ------
-    SceneError
-        When a name is no unit of an answer.
-    """
+    """Give name and size in SI of each unit that is named, by the kind of answer that it measures."""
     if len(names) > MOST:
         raise SceneError(f"{len(names)} units are too many: an answer has {len(KINDS)}", place=place)
     found = {}

@@ -176,13 +176,7 @@ def _over_a_cycle(factor: OverCycle) -> SampledFunction:
 
 
 def factor_pieces(factor: OverCycle) -> Array:
-    """Give angles (rad) from 0 to 2 pi, ascending, between which Gauss points integrate a factor, ``(pieces + 1,)``.
-
-    Parameters
-    ----------
-    factor
-        The factor of a load.
-    """
+    """Give angles (rad) from 0 to 2 pi, ascending, between which Gauss points integrate a factor, ``(pieces + 1,)``."""
     if isinstance(factor, FactorExpression):
         return pieces_of(factor.formula)
     return np.union1d([0.0, TURN], np.mod([*factor.corners, *factor.jumps], TURN))
@@ -204,13 +198,7 @@ class Varying(Part):
         return None if isinstance(self.factor, StateFactor) else self.factor
 
     def factor_at(self, theta: Array) -> Array:
-        """Factor at drive angles, ``(angles,)``; 1 of one that goes by time or by a joint, see `load_factor`.
-
-        Parameters
-        ----------
-        theta
-            Drive angles (rad), ``(angles,)``.
-        """
+        """Factor at drive angles, ``(angles,)``; 1 of one that goes by time or by a joint, see `load_factor`."""
         return np.ones_like(theta) if self.over_cycle is None else self.over_cycle.at(theta)
 
     def computed(self) -> dict[str, Any]:
@@ -237,18 +225,7 @@ class Varying(Part):
         return enough_angles(lambda count: _equally(factor, count), _over_a_cycle(factor), least, bool(self.jumps))
 
     def share_missed(self, count: int) -> float:
-        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees.
-
-        Parameters
-        ----------
-        count
-            Number of positions in a cycle.
-
-        Returns
-        -------
-        float
-            0 where the positions see all of the factor, 1 where they see nothing of it.
-        """
+        """Share of the factor's largest value that none of so many positions of a cycle, nor a middle between, sees."""
         if (factor := self.over_cycle) is None:
             return 0.0
         whole = max(map(abs, self.factor_range))

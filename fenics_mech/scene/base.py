@@ -59,18 +59,7 @@ class Part(BaseModel):
 
     @classmethod
     def read(cls, data: Any) -> Self:
-        """Make the part from plain data.
-
-        Parameters
-        ----------
-        data
-            What the table of a scene file holds: numbers in SI or texts with a unit, lists, and tables by key.
-
-        Raises
-        ------
-        SceneError
-            When a key is missing or unknown, or a value is not valid, with its place.
-        """
+        """Make the part from plain data."""
         try:
             return cls.model_validate(data)
         except ValidationError as error:
@@ -90,23 +79,13 @@ WITH_TEXTS = str, dict, list, tuple  # what may be, or hold, a text
 
 
 def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
-    """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey.
-
-    Parameters
-    ----------
-    part
-        Nested dictionaries and lists, as a scene file gives them.
-    place
-        Keys that lead to the part, for the error.
-    """
+    """Raise `SceneError` where a text or key of nested data has a control character, which a terminal would obey."""
     if isinstance(part, str):
         found = None if part.isprintable() else next((c for c in part if unicodedata.category(c) in CONTROL), None)
         if found is not None:
-            raise SceneError(
-                f"the text {shortened(part)} has the control character {found!a}",
-                place=".".join(place),
-                hint="Texts have letters, digits, signs and spaces",
-            )
+            what = f"the text {shortened(part)} has the control character {found!a}"
+            hint = "Texts have letters, digits, signs and spaces"
+            raise SceneError(what, place=".".join(place), hint=hint)
         return
     keyed = isinstance(part, dict)
     items = part.items() if keyed else enumerate(part) if isinstance(part, list | tuple) else ()
@@ -118,20 +97,6 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
 
 
 def check_known(name: str, things: Iterable[str], kind: str, place: str, of: str = "") -> None:
-    """Raise `SceneError` unless there is a thing of that name.
-
-    Parameters
-    ----------
-    name
-        The name that the scene states.
-    things
-        The names that exist.
-    kind
-        What is named, in words, for the error: "section".
-    place
-        Dotted place in the scene, for the error.
-    of
-        What the thing is a part of, in words, where its name is short: " of link crank".
-    """
+    """Raise `SceneError` unless there is a thing of that name."""
     if name not in things:
         raise SceneError(f"there is no {kind} {name!r}{of}", place=place, hint=f"Known: {', '.join(things) or 'none'}")

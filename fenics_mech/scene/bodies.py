@@ -273,13 +273,7 @@ class Link(Part):
         return self
 
     def end_at(self, point: str) -> str | None:
-        """Name of the member's end that is at the place of a point; None where none is.
-
-        Parameters
-        ----------
-        point
-            Name of a point of the link. An end of a member is itself.
-        """
+        """Name of the member's end at the place of a point of the link; itself where it is an end, None without one."""
         ends = [end for member in self.members.values() for end in member.ends]
         if point in ends:
             return point

@@ -22,13 +22,7 @@ if TYPE_CHECKING:
 
 
 def check_references(scene: Scene) -> None:
-    """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism."""
     _ = scene.answer_units  # which names the unit that is none
     if "ground" in scene.links:
         raise SceneError("'ground' is the fixed frame's name", place="links.ground", hint="Give the link another name")
@@ -40,11 +34,8 @@ def check_references(scene: Scene) -> None:
         if body == "ground":
             raise SceneError("a mass on the ground does not move", place=f"masses.{name}.at", hint="Put it on a link")
         if scene.links[body].rigid:
-            raise SceneError(
-                "its link is rigid, and its mass is stated there",
-                place=f"masses.{name}.at",
-                hint="Add it to the link's `rigid` mass",
-            )
+            hint = "Add it to the link's `rigid` mass"
+            raise SceneError("its link is rigid, and its mass is stated there", place=f"masses.{name}.at", hint=hint)
     for i, measurement in enumerate(scene.measurements):
         check_known(measurement.member, scene.members(), "member", f"measurements.{i}.member")
     for name, point in scene.points.items():
@@ -60,11 +51,9 @@ def check_references(scene: Scene) -> None:
         _check_motor(scene)
     check_freedoms(scene)
     if scene.tolerance is not None and not scene.analysis.error_estimates:
-        raise SceneError(
-            "a tolerance is met by the estimated errors, which are switched off",
-            place="analysis.error_estimates",
-            hint="Leave out one of the two",
-        )
+        what = "a tolerance is met by the estimated errors, which are switched off"
+        hint = "Leave out one of the two"
+        raise SceneError(what, place="analysis.error_estimates", hint=hint)
     for kind in ("springs", "dampers"):
         for name, part in getattr(scene, kind).items():
             (_check_hinge if isinstance(part, Hinge) else _check_line)(scene, part, f"{kind}.{name}")
@@ -113,11 +102,9 @@ def _check_loads(scene: Scene) -> None:
     for name, impulse in scene.impulses.items():
         _check_place(scene, impulse.at, f"impulses.{name}.at", turns=bool(impulse.angular_impulse))
     if scene.impulses and scene.analysis.method not in ("periodic", "transient"):
-        raise SceneError(
-            f"impulses act in motions, and the method is {scene.analysis.method!r}",
-            place="impulses",
-            hint="Write analysis.method = 'periodic' or 'transient', or leave the impulses out",
-        )
+        what = f"impulses act in motions, and the method is {scene.analysis.method!r}"
+        hint = "Write analysis.method = 'periodic' or 'transient', or leave the impulses out"
+        raise SceneError(what, place="impulses", hint=hint)
     for label, places in scene.loaded_places().items():
         closest = min((b - a for a, b in pairwise([0.0, *places, 1.0])), default=1.0)
         if closest < MESH.closest:
@@ -140,11 +127,8 @@ def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
     else:
         check_known(at, scene.joints, "joint", place)
         if scene.joints[at].kind in ("slot", "prismatic") or turns:
-            raise SceneError(
-                f"joint {at!r} does not say which of its bodies is acted on",
-                place=place,
-                hint="A force in the fixed frame may act at a pin or a weld; else write link.point",
-            )
+            hint = "A force in the fixed frame may act at a pin or a weld; else write link.point"
+            raise SceneError(f"joint {at!r} does not say which of its bodies is acted on", place=place, hint=hint)
 
 
 def _check_line(scene: Scene, line: Line, part: str) -> None:
@@ -155,11 +139,9 @@ def _check_line(scene: Scene, line: Line, part: str) -> None:
     (body, first), (other, second) = (scene.point(point) for point in line.between)
     pinned = (joint for joint in scene.joints.values() if joint.kind in ("revolute", "weld"))
     if (body == other and first == second) or any(set(line.between) <= set(joint.connect) for joint in pinned):
-        raise SceneError(
-            f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction",
-            place=place,
-            hint="Name points at different places, or give the `joint` of a torsional one",
-        )
+        what = f"{line.between[0]} and {line.between[1]} are at one place, and a line between them has no direction"
+        hint = "Name points at different places, or give the `joint` of a torsional one"
+        raise SceneError(what, place=place, hint=hint)
     if body == other and (body == "ground" or scene.links[body].rigid):
         raise SceneError(f"the two points are of one rigid body, {body}: it would do nothing", place=place)
 
@@ -171,18 +153,13 @@ def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
     if joint.kind in ("weld", "prismatic"):
         raise SceneError(f"a {joint.kind} joint does not turn", place=f"{part}.joint")
     if joint.kind == "slot" and joint.member is not None:
-        raise SceneError(
-            f"the pin of {hinge.joint!r} travels along a member that bends, where no spring or damper takes hold",
-            place=f"{part}.joint",
-        )
+        what = f"the pin of {hinge.joint!r} travels along a member that bends, where no spring or damper takes hold"
+        raise SceneError(what, place=f"{part}.joint")
     bodies = [point.split(".")[0] for point in joint.connect]
     if hinge.bodies is None:
         if len(bodies) > 2:
-            raise SceneError(
-                f"joint {hinge.joint!r} has the bodies {', '.join(bodies)}",
-                place=part,
-                hint='Say which two turn against each other: bodies = ["...", "..."]',
-            )
+            hint = 'Say which two turn against each other: bodies = ["...", "..."]'
+            raise SceneError(f"joint {hinge.joint!r} has the bodies {', '.join(bodies)}", place=part, hint=hint)
         return
     for body in hinge.bodies:
         check_known(body, bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
@@ -206,11 +183,8 @@ def _check_members(scene: Scene) -> None:
                 )
         unused = [point for point in sorted(link.points) if link.members and link.end_at(point) is None]
         if unused:
-            raise SceneError(
-                f"point {unused[0]!r} is on no member",
-                place=f"links.{label}.points",
-                hint="Every point of a link must be an end of one of its members, or at the place of such an end",
-            )
+            hint = "Every point of a link must be an end of one of its members, or at the place of such an end"
+            raise SceneError(f"point {unused[0]!r} is on no member", place=f"links.{label}.points", hint=hint)
         if link.members:
             _check_welded(label, [set(member.ends) for member in link.members.values()])
 
@@ -221,11 +195,9 @@ def _check_welded(label: str, groups: list[set[str]]) -> None:
     while any(grown := [group for group in groups if group & reached and not group <= reached]):
         reached = reached.union(*grown)
     if separate := [point for group in groups for point in group if point not in reached]:
-        raise SceneError(
-            f"point {separate[0]!r} is not connected with the rest of the link",
-            place=f"links.{label}.members",
-            hint="The members of one link must hang together",
-        )
+        what = f"point {separate[0]!r} is not connected with the rest of the link"
+        hint = "The members of one link must hang together"
+        raise SceneError(what, place=f"links.{label}.members", hint=hint)
 
 
 def _check_joints(scene: Scene) -> None:
@@ -286,27 +258,20 @@ def _check_drives(scene: Scene) -> None:
                 "a sliding joint cannot be driven at a constant speed", place=f"{place}.speed", hint="Give a law"
             )
         if drive.start and drive.law is not None:
-            raise SceneError(
-                "the start is that of a drive at constant speed, and this one has a law",
-                place=f"{place}.start",
-                hint="Put it into the law, such as its `mean`",
-            )
+            what = "the start is that of a drive at constant speed, and this one has a law"
+            hint = "Put it into the law, such as its `mean`"
+            raise SceneError(what, place=f"{place}.start", hint=hint)
         if i and drive.run_up is not None:
-            raise SceneError(
-                "the run-up is that of the first drive, which the others follow",
-                place=f"{place}.run_up",
-                hint="Give it to the first drive",
-            )
+            what = "the run-up is that of the first drive, which the others follow"
+            hint = "Give it to the first drive"
+            raise SceneError(what, place=f"{place}.run_up", hint=hint)
     if not scene.drives:
         return
     try:
         common_rate(scene.drives)
     except ValueError as error:
-        raise SceneError(
-            str(error),
-            place="drive",
-            hint="Give speeds and periods whose ratios are those of small whole numbers, to 9 digits",
-        ) from error
+        hint = "Give speeds and periods whose ratios are those of small whole numbers, to 9 digits"
+        raise SceneError(str(error), place="drive", hint=hint) from error
 
 
 def _check_motor(scene: Scene) -> None:
@@ -319,31 +284,20 @@ def _check_motor(scene: Scene) -> None:
     if joint.kind != "revolute" or not any(point.startswith("ground.") for point in joint.connect):
         raise SceneError("a motor must drive a link on a pin of the ground", place=place)
     if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation", "poses") or scene.impulses:
-        raise SceneError(
-            "the twist of a motor's shaft comes with the periodic response by collocation or poses, without impulses",
-            place=place,
-            hint="Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out",
-        )
+        what = "the twist of a motor's shaft comes with the periodic response by collocation or poses, without impulses"
+        hint = "Write analysis.method = 'periodic' and solver = 'collocation', or leave the motor out"
+        raise SceneError(what, place=place, hint=hint)
 
 
 def mobility(scene: Scene) -> int:
-    """Number of freedoms by Gruebler's count, 3 for each link less what the joints take.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Number of freedoms by Gruebler's count, 3 for each link less what the joints take."""
     lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
     held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.constraints.values())
     return 3 * len(scene.links) - held
 
 
 def _check_mobility(scene: Scene) -> None:
-    """Raise where there are more drives than freedoms; what is left free shows where the linkage is assembled.
-
-    What nothing drives may be held more often than it needs.
-    """
+    """Raise where there are more drives than freedoms; what nothing drives may be held more often than it needs."""
     left, drives = mobility(scene), len(scene.moved_joints)
     if drives and drives > left:
         raise SceneError(

@@ -52,30 +52,15 @@ class AirDrag(Part):
     width: Annotated[Length, Field(gt=0)] | None = None
 
     def width_of(self, scene: Scene, label: str) -> float:
-        """Width of a member, by label (m).
-
-        Parameters
-        ----------
-        scene
-            The scene, for the section of the member.
-        label
-            "link", or "link.member" where the link has several members.
-
-        Raises
-        ------
-        SceneError
-            When neither this table nor the member's section states one.
-        """
+        """Width of a member, by label (m)."""
         name = scene.members()[label][1].section
         for part in (self, scene.sections[name]):
             for quantity in ("width", "diameter"):
                 if value := getattr(part, quantity, None):
                     return float(value)
-        raise SceneError(
-            f"section {name!r} of member {label} has no width by which the air drags it",
-            place="damping.air",
-            hint="Give `width` here, that of the members across the plane",
-        )
+        what = f"section {name!r} of member {label} has no width by which the air drags it"
+        hint = "Give `width` here, that of the members across the plane"
+        raise SceneError(what, place="damping.air", hint=hint)
 
 
 class Damping(Part):

@@ -48,15 +48,7 @@ QUANTITY = ", or a string with a unit"  # ends what pydantic says of a quantity,
 
 
 def meaning_of(part: type, key: str) -> str:
-    """Give what a key of a table means, or nothing where neither the docstrings of its class nor `MEANINGS` say it.
-
-    Parameters
-    ----------
-    part
-        The class of the table.
-    key
-        The key, as a scene file has it.
-    """
+    """Give what a key of a table means, or nothing where neither the docstrings of its class nor `MEANINGS` say it."""
     name = f"{key}_" if keyword.iskeyword(key) else key  # as "from" and "yield"
     for kind in part.__mro__:
         if issubclass(kind, Part) and name in (said := _parameters(kind)):
@@ -80,13 +72,7 @@ def _parameters(kind: type) -> dict[str, str]:
 
 
 def described(schema: dict[str, Any]) -> dict[str, Any]:
-    """Put into a JSON Schema of scenes what each key means.
-
-    Parameters
-    ----------
-    schema
-        The schema, which is changed and given back.
-    """
+    """Put into a JSON Schema of scenes what each key means."""
     kinds = [Part]
     for kind in kinds:
         kinds += kind.__subclasses__()

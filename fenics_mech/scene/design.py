@@ -123,12 +123,6 @@ class Design(Part):
     cycles: Annotated[float, Field(ge=1, le=1e15)] | None = None
 
     def allowed_deflection(self, length: float) -> float:
-        """Give the largest deflection (m) of a member.
-
-        Parameters
-        ----------
-        length
-            Length of the member (m).
-        """
+        """Give the largest deflection (m) of a member."""
         limit = self.deflection or "L/200"
         return limit if isinstance(limit, float) else length / float(limit[2:])

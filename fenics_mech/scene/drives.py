@@ -105,15 +105,7 @@ class Harmonics(Part):
         return Jet(self.mean + value, first, second)
 
     def equally(self, count: int, derivative: int = 0) -> Array:
-        """Give a derivative, or the value, at equal steps of a cycle, ``(count,)``, by the fast Fourier transform.
-
-        Parameters
-        ----------
-        count
-            Number of steps, from 0 on.
-        derivative
-            Order of the derivative by theta; 0 is the value.
-        """
+        """Give a derivative, or the value, at equal steps of a cycle, ``(count,)``, by the fast Fourier transform."""
         n = self.orders
         spectrum = np.zeros(count, complex)
         np.add.at(spectrum, n.astype(np.int64) % count, self.amplitudes * (1j * n) ** derivative)
@@ -300,18 +292,7 @@ class Drive(Part):
         return self.speed if self.speed is not None else 2 * math.pi / (self.period or math.nan)
 
     def coordinate(self, time: Array) -> Jet:
-        """Coordinate (rad) of the drive's own cycle and its two derivatives by time, at times from 0 on.
-
-        Parameters
-        ----------
-        time
-            Times (s), 0 or more, ``(times,)``.
-
-        Returns
-        -------
-        Jet
-            Value (rad) and derivatives (rad/s, rad/s^2), ``(times,)`` each.
-        """
+        """Coordinate (rad) of the own cycle, its rate and acceleration, at times (s) from 0 on, ``(times,)``."""
         if self.run_up is None:
             return Jet(self.cycle_rate * time, np.full_like(time, self.cycle_rate), np.zeros_like(time))
         speed, end = self.cycle_rate, self.run_up
@@ -325,22 +306,12 @@ class Drive(Part):
         )
 
     def turns_in(self, cycle_rate: float) -> int:
-        """Own cycles of the drive in the common one, whose coordinate runs at `cycle_rate` (rad/s); see `common_rate`.
-
-        They are negative where the drive's sense is the opposite one.
-        """
+        """Own cycles in the common one, whose coordinate runs at `cycle_rate` (rad/s); negative in the opposite
+        sense."""
         return round(self.cycle_rate / cycle_rate)
 
     def enough_angles(self, least: int, cycle_rate: float) -> int:
-        """Number of equal parts of the common cycle, at least so many, that show the law's acceleration inside them.
-
-        Parameters
-        ----------
-        least
-            Number of parts to begin with.
-        cycle_rate
-            Rate of the common cycle (rad/s).
-        """
+        """Number of parts of the common cycle, at least so many, that show what the law's acceleration does."""
         law, turns = self.law, abs(self.turns_in(cycle_rate))
         if law is None:
             return least
@@ -349,20 +320,7 @@ class Drive(Part):
         return least if enough == own else turns * enough
 
     def jet(self, theta: Array, cycle_rate: float) -> Jet:
-        """Angle or stroke and two derivatives by theta, the common cycle's coordinate, which runs at `cycle_rate`.
-
-        Parameters
-        ----------
-        theta
-            Coordinate of the common cycle (rad), ``(angles,)``.
-        cycle_rate
-            Rate of the common coordinate (rad/s).
-
-        Returns
-        -------
-        Jet
-            Angle (rad) or stroke (m), and its derivatives by theta, ``(angles,)`` each.
-        """
+        """Angle (rad) or stroke (m) and two derivatives by theta (rad), ``(angles,)``, which runs at `cycle_rate`."""
         turns = self.turns_in(cycle_rate)
         if self.law is not None:
             own = self.law.jet(np.mod(turns * theta, 2 * np.pi))
@@ -371,21 +329,7 @@ class Drive(Part):
 
 
 def common_rate(drives: Sequence[Drive]) -> float:
-    """Rate (rad/s) of the coordinate theta of all drives, in whose cycle every drive makes a whole number of its own.
-
-    The common cycle is the shortest one. Each drive's rate over the first's is a fraction. The common rate is the first
-    drive's over the least common multiple of the denominators.
-
-    Parameters
-    ----------
-    drives
-        All drives of a scene.
-
-    Raises
-    ------
-    ValueError
-        When the drives have no common cycle of at most `LAW.most_turns` cycles of the first drive.
-    """
+    """Rate (rad/s) of theta, in whose cycle, the shortest one, every drive makes a whole number of its own."""
     first = drives[0].cycle_rate
     if len(drives) == 1:
         return first

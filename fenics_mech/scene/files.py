@@ -66,20 +66,7 @@ def load(path: str | Path) -> Scene:
 
 
 def text_of(path: Path, what: str = "scene file") -> str:
-    """Read the text of a file that a user wrote.
-
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        What it is, in words, for the error.
-
-    Raises
-    ------
-    SceneError
-        When it cannot be read, or is no text.
-    """
+    """Read the text of a file that a user wrote."""
     try:
         return read_bounded(path, FILE.largest).decode("utf-8-sig")
     except (OSError, ValueError) as error:
@@ -116,22 +103,7 @@ def parse(text: str, *, file: str = "scene", folder: Path = Path()) -> Scene:
 
 
 def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> Read:
-    """Make something from a text in TOML. Errors name the file and the line.
-
-    Parameters
-    ----------
-    text
-        The text.
-    file
-        Name of the file in errors.
-    read
-        Makes it from the tables of the text.
-
-    Raises
-    ------
-    SceneError
-        When the text is not TOML, or what `read` raises.
-    """
+    """Make something from a text in TOML. Errors name the file and the line."""
     try:
         if deep := DEEP_KEY.search(text):
             raise ValueError(f"the key {shortened(deep[0])} has more than {FILE.deepest} parts")
@@ -146,15 +118,7 @@ def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> R
 
 
 def located(error: SceneError, path: Path) -> SceneError:
-    """Give an error about a place in a scene with the file and the line that state it.
-
-    Parameters
-    ----------
-    error
-        The error.
-    path
-        The file of the scene.
-    """
+    """Give an error about a place in a scene with the file and the line that state it."""
     return _with_line(error, text_of(path), path.name)
 
 

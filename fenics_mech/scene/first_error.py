@@ -42,19 +42,7 @@ SENTENCES = {  # by pydantic's type of error, where its own words speak of Pytho
 def first_error(
     error: ValidationError, data: Any, part: type[BaseModel], keys: Callable[[], Collection[str]]
 ) -> SceneError:
-    """Turn pydantic's list of errors into one message about the first.
-
-    Parameters
-    ----------
-    error
-        What pydantic found.
-    data
-        What it looked at.
-    part
-        What it was to be.
-    keys
-        Gives the known keys of all tables; it is asked where a key is unknown.
-    """
+    """Turn pydantic's list of errors into one message about the first."""
     found = error.errors(include_url=False)
     first = _misspelled(found) or found[0]
     place = _place(first["loc"], data)

@@ -21,13 +21,7 @@ NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
 
 
 def check_freedoms(scene: Scene) -> None:
-    """Raise `SceneError` where a freedom is at a joint that has none, or a motion is asked for more than it has.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a freedom is at a joint that has none, or a motion is asked for more than it has."""
     _check_places(scene)
     if scene.freedoms or (scene.joint_laws and scene.members()):
         _check_free_motion(scene)
@@ -50,11 +44,8 @@ def _check_places(scene: Scene) -> None:
                 "a freedom is the angle or the stroke of a joint of two bodies, which is no weld", place=place
             )
         if freedom.inertia and joint.kind != "revolute":
-            raise SceneError(
-                "what slides has no moment of inertia",
-                place=f"{place}.inertia",
-                hint="Put a point mass on the second body",
-            )
+            hint = "Put a point mass on the second body"
+            raise SceneError("what slides has no moment of inertia", place=f"{place}.inertia", hint=hint)
         turns_only = getattr(freedom.effort, "kind", "") in ("dc-motor", "induction-motor")
         if turns_only and joint.kind != "revolute":
             raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
@@ -65,11 +56,9 @@ def _check_impulses(scene: Scene) -> None:
     free = bool(scene.freedoms) or bool(scene.joint_laws) or not scene.members()
     for name, impulse in scene.impulses.items():
         if impulse.time is not None and not (free and scene.analysis.method == "transient"):
-            raise SceneError(
-                "an impulse at a `time` is of motions in time with freedoms, joint laws or rigid links",
-                place=f"impulses.{name}.time",
-                hint="State the drive's `angle` at which it strikes, or the [freedoms] that move by themselves",
-            )
+            what = "an impulse at a `time` is of motions in time with freedoms, joint laws or rigid links"
+            hint = "State the drive's `angle` at which it strikes, or the [freedoms] that move by themselves"
+            raise SceneError(what, place=f"impulses.{name}.time", hint=hint)
         if impulse.angle is not None and not scene.drives:
             raise SceneError("nothing is driven", place=f"impulses.{name}.angle", hint="State the `time` of the blow")
     if scene.analysis.start in STATED_STARTS:
@@ -102,11 +91,9 @@ def _check_factors(scene: Scene) -> None:
         if not isinstance(load.factor, StateFactor):
             continue
         if not free:
-            raise SceneError(
-                "a factor over time or a joint acts in motions with freedoms and on rigid links",
-                place=place,
-                hint="Where drives lead links that bend, state it over theta: kind = 'expression'",
-            )
+            what = "a factor over time or a joint acts in motions with freedoms and on rigid links"
+            hint = "Where drives lead links that bend, state it over theta: kind = 'expression'"
+            raise SceneError(what, place=place, hint=hint)
         if load.factor.joint is not None:
             check_known(load.factor.joint, scene.joints, "joint", f"{place}.joint")
             joint = scene.joints[load.factor.joint]
@@ -115,25 +102,15 @@ def _check_factors(scene: Scene) -> None:
 
 
 def refuse_late_impulses(scene: Scene, start: float) -> None:
-    """Raise `SceneError` where an impulse would strike when the motion has ended.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    start
-        Time from which its motion goes on (s).
-    """
+    """Raise `SceneError` where an impulse strikes after the end of a motion that goes on from `start` (s)."""
     for name, impulse in scene.impulses.items():
         if impulse.time is None or not (scene.drives or scene.analysis.duration):
             continue
         end = start + scene.period * (scene.analysis.cycles if scene.drives else 1)
         if impulse.time >= end:
-            raise SceneError(
-                f"it would strike at {impulse.time:.6g} s, and the motion ends at {end:.6g} s",
-                place=f"impulses.{name}.time",
-                hint="Let the motion go on for longer, or leave the impulse out",
-            )
+            what = f"it would strike at {impulse.time:.6g} s, and the motion ends at {end:.6g} s"
+            hint = "Let the motion go on for longer, or leave the impulse out"
+            raise SceneError(what, place=f"impulses.{name}.time", hint=hint)
 
 
 def _check_cycles(scene: Scene) -> None:
@@ -146,42 +123,29 @@ def _check_cycles(scene: Scene) -> None:
         if wanted and analysis.method != "transient":
             raise SceneError(f"{name} is of motions in time", place=place, hint="Write method = 'transient'")
         if wanted and not scene.freedoms:
-            raise SceneError(
-                f"{name} is of motions with freedoms, and the scene states none",
-                place=place,
-                hint="State the joint that moves by itself under [freedoms]; drives alone have method = 'periodic'",
-            )
+            hint = "State the joint that moves by itself under [freedoms]; drives alone have method = 'periodic'"
+            raise SceneError(f"{name} is of motions with freedoms, and the scene states none", place=place, hint=hint)
     if cyclic and any(drive.run_up is not None for drive in scene.drives):
         raise SceneError("a motion that repeats has no run-up", place="drive.run_up")
     if cyclic and analysis.lyapunov:
-        raise SceneError(
-            "one cycle is too short for Lyapunov exponents",
-            place="analysis.lyapunov",
-            hint="Leave it out: the result of a motion that repeats has `growth_rate`, from its multipliers",
-        )
+        hint = "Leave it out: the result of a motion that repeats has `growth_rate`, from its multipliers"
+        raise SceneError("one cycle is too short for Lyapunov exponents", place="analysis.lyapunov", hint=hint)
     if analysis.start_time is not None and analysis.start in STATED_STARTS:
-        raise SceneError(
-            f"a motion with start = {analysis.start!r} begins at time 0",
-            place="analysis.start_time",
-            hint="Leave it out, or give the file of a result as `start`",
-        )
+        what = f"a motion with start = {analysis.start!r} begins at time 0"
+        hint = "Leave it out, or give the file of a result as `start`"
+        raise SceneError(what, place="analysis.start_time", hint=hint)
     if analysis.repeats > 1 and not cyclic:
-        raise SceneError(
-            "only a motion that repeats counts cycles until it does",
-            place="analysis.repeats",
-            hint="Write start = 'periodic', or leave it out",
-        )
+        hint = "Write start = 'periodic', or leave it out"
+        raise SceneError("only a motion that repeats counts cycles until it does", place="analysis.repeats", hint=hint)
     section = analysis.poincare
     if section is None:
         return
     if section.joint is not None:
         check_known(section.joint, scene.freedoms, "freedom", "analysis.poincare.joint")
     elif section.every is None and not scene.drives:
-        raise SceneError(
-            "nothing is driven, and the section has neither a period nor a place",
-            place="analysis.poincare",
-            hint="Give `every`, such as '2 s', or the `joint` of a freedom",
-        )
+        what = "nothing is driven, and the section has neither a period nor a place"
+        hint = "Give `every`, such as '2 s', or the `joint` of a freedom"
+        raise SceneError(what, place="analysis.poincare", hint=hint)
 
 
 def _check_free_motion(scene: Scene) -> None:

@@ -24,13 +24,7 @@ if TYPE_CHECKING:
 
 
 def check_joint_laws(scene: Scene) -> None:
-    """Raise `SceneError` where a joint law has no joint that it fits, or contradicts another.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a joint law has no joint that it fits, or contradicts another."""
     seen: dict[tuple[str, str], str] = {}
     for name, law in scene.joint_laws.items():
         place = f"joint_laws.{name}"
@@ -57,16 +51,12 @@ def check_joint_laws(scene: Scene) -> None:
         if law.joint in scene.open_joints and not isinstance(law, OPEN):
             _refuse_beside_open(law, place)
         if law.joint in scene.open_joints and law.joint in scene.moved_joints:
-            raise SceneError(
-                f"joint {law.joint!r} has no constraint: nothing drives it, and its angle states no freedom",
-                place=f"{place}.joint",
-            )
+            what = f"joint {law.joint!r} has no constraint: nothing drives it, and its angle states no freedom"
+            raise SceneError(what, place=f"{place}.joint")
         if joint.member is not None and not isinstance(law, SideContact):
-            raise SceneError(
-                f"where a pin travels along a member that bends, as at {law.joint!r}, a side-contact is known alone",
-                place=f"{place}.joint",
-                hint="Give the guide's link `rigid` instead of members",
-            )
+            what = f"where a pin travels along a member that bends, as at {law.joint!r}, a side-contact is known alone"
+            hint = "Give the guide's link `rigid` instead of members"
+            raise SceneError(what, place=f"{place}.joint", hint=hint)
 
 
 def _fitting(law: AnyJointLaw) -> tuple[str, ...]:
@@ -113,33 +103,22 @@ def _check_gears(scene: Scene, law: GearPair, place: str) -> None:
     ends = [scene.joints[name].connect for name in (law.joint, law.drives)]
     carriers, gears = ({end[k].split(".")[0] for end in ends} for k in (0, 1))
     if len(carriers) > 1 or "ground" in gears or scene.point(ends[0][0])[1] == scene.point(ends[1][0])[1]:
-        raise SceneError(
-            "gears with a pressure angle turn on pins of one body at two places, and are the second bodies there",
-            place=f"{place}.pressure_angle",
-            hint="Order `connect` of both pins so that the body that bears the gears comes first",
-        )
+        what = "gears with a pressure angle turn on pins of one body at two places, and are the second bodies there"
+        hint = "Order `connect` of both pins so that the body that bears the gears comes first"
+        raise SceneError(what, place=f"{place}.pressure_angle", hint=hint)
 
 
 def _refuse_beside_open(law: AnyJointLaw, place: str) -> None:
     """Raise where a law needs the constraint that a clearance or a bushing has replaced."""
     if isinstance(law, Friction):
-        raise SceneError(
-            f"joint {law.joint!r} has no constraint whose force could rub",
-            place=place,
-            hint="A clearance has a `friction` of its own",
-        )
+        hint = "A clearance has a `friction` of its own"
+        raise SceneError(f"joint {law.joint!r} has no constraint whose force could rub", place=place, hint=hint)
     if isinstance(law, Stop):
         raise SceneError(f"joint {law.joint!r} has no constraint, and a stop beside it is not known", place=place)
 
 
 def check_rigid(scene: Scene) -> None:
-    """Raise `SceneError` where a scene in which no link bends asks for what bends.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a scene in which no link bends asks for what bends."""
     led, method = bool(scene.drives), scene.analysis.method
     touching = [name for name, law in scene.joint_laws.items() if isinstance(law, TOUCHING)]
     refused = (

@@ -143,19 +143,7 @@ class Stop(AtJoint):
 
 
 class LooseJoint(AtJoint):
-    """A joint whose bodies touch with clearance, instead of its constraint.
-
-    Parameters
-    ----------
-    joint
-        The joint.
-    contact
-        How they push each other.
-    friction
-        Coefficient of dry friction between them.
-    width
-        Sliding speed at which 76 % of the friction act (m/s).
-    """
+    """A joint whose bodies touch with clearance, instead of its constraint."""
 
     contact: Contact
     friction: Coefficient = 0.0
@@ -302,15 +290,7 @@ class JointEffort(AtJoint):
         return self
 
     def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
-        """Effort on the second body (N m or N), ``(states,)``.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(states,)``.
-        place, rate
-            Angle (rad) or stroke (m) of the joint there, and its rate, ``(states,)`` each.
-        """
+        """Effort on the second body (N m or N) at times (s), by place and rate of the joint, ``(states,)`` each."""
         return effort_of(self.effort, time, (place, rate), 0.0)
 
 
@@ -328,13 +308,7 @@ class PluggedEffort(AtJoint, ABC):
 
     @abstractmethod
     def effort_at(self, time: Array, place: Array, rate: Array) -> Array:
-        """Effort on the second body (N m or N), ``(states,)``.
-
-        Parameters
-        ----------
-        time, place, rate
-            As of `JointEffort`.
-        """
+        """Effort on the second body (N m or N) at times (s), by place and rate of the joint, ``(states,)`` each."""
 
 
 OneJointLaw = Friction | Stop | Clearance | GuideClearance | SideContact | Bushing | JointEffort

@@ -15,13 +15,7 @@ if TYPE_CHECKING:
 
 
 def check_units_of_joints(scene: Scene) -> None:
-    """Raise `SceneError` where a quantity of a joint is written in a unit of the other kind of joints.
-
-    Parameters
-    ----------
-    scene
-        The scene, whose names are checked.
-    """
+    """Raise `SceneError` where a quantity of a joint is written in a unit of the other kind of joints."""
     for joint, part, place in _stated(scene):
         slides = scene.joints[joint].kind != "revolute"
         for at, value in with_units(part, place):
@@ -31,11 +25,9 @@ def check_units_of_joints(scene: Scene) -> None:
                     if slides
                     else ("turns", "slide", "an angle (rad), a rate of it (rad/s) or a torque (N m)")
                 )
-                raise SceneError(
-                    f"joint {joint!r} {does}, and the unit is one of joints that {other}",
-                    place=at,
-                    hint=f"Write the unit of {right}",
-                )
+                what = f"joint {joint!r} {does}, and the unit is one of joints that {other}"
+                hint = f"Write the unit of {right}"
+                raise SceneError(what, place=at, hint=hint)
 
 
 def _stated(scene: Scene) -> Iterator[tuple[str, Any, str]]:
@@ -52,15 +44,7 @@ def _stated(scene: Scene) -> Iterator[tuple[str, Any, str]]:
 
 
 def with_units(part: Any, place: str = "") -> Iterator[tuple[str, float]]:
-    """Give quantities in a part that are written in a unit of one kind of joints, with their places.
-
-    Parameters
-    ----------
-    part
-        A part of a scene.
-    place
-        Its place in the scene.
-    """
+    """Give quantities in a part that are written in a unit of one kind of joints, with their places."""
     if isinstance(part, OfTurning | OfSliding):
         yield place, part
     elif isinstance(part, Part):

@@ -119,54 +119,24 @@ Joint = Annotated[
 
 
 def members_under_pins(joints: Mapping[str, Joint], members: Container[str]) -> dict[str, str]:
-    """Give the label of the member along which the pin of a joint travels, by the joint's name.
-
-    Parameters
-    ----------
-    joints
-        The joints, by name; most have no such pin.
-    members
-        Labels of the members of all links.
-    """
+    """Give the labels of the members along which pins travel, by their joints; `members` are all labels."""
     links = {name: joint.connect[0].split(".")[0] for name, joint in joints.items() if joint.member is not None}
     return {name: link if link in members else f"{link}.{joints[name].member}" for name, link in links.items()}
 
 
 def size_at(scene: Scene, joint: str) -> float:
-    """Largest distance between two points of the links at a joint (m).
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    joint
-        Name of the joint.
-    """
+    """Largest distance between two points of the links at a joint (m)."""
     bodies = (point.split(".")[0] for point in scene.joints[joint].connect)
     found = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
     return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
 
 def joint_names(joints: Mapping[str, Joint]) -> list[str]:
-    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first.
-
-    Parameters
-    ----------
-    joints
-        The joints, by name.
-    """
+    """Give the names of joint forces: one to a joint, or "joint:body" for every body on a pin but the first."""
     bodies = {name: [point.split(".")[0] for point in joint.connect[1:]] for name, joint in joints.items()}
     return [name if len(there) == 1 else f"{name}:{body}" for name, there in bodies.items() for body in there]
 
 
 def effort_units(moved: Sequence[str], joints: Mapping[str, Joint]) -> list[str]:
-    """Give the unit of each drive's effort: N where it slides, N m where it turns.
-
-    Parameters
-    ----------
-    moved
-        Joints of the drives and the freedoms.
-    joints
-        The joints, by name.
-    """
+    """Give the unit of each drive's effort: N where it slides, N m where it turns."""
     return ["N" if isinstance(joints[name], Slot | Prismatic) else "N m" for name in moved]

@@ -134,13 +134,7 @@ def in_case(scene: Scene, name: str) -> Scene:
 
 @contextmanager
 def told_of_case(name: str) -> Iterator[None]:
-    """Name a load case in errors about it.
-
-    Parameters
-    ----------
-    name
-        The name of the case.
-    """
+    """Name a load case in errors about it."""
     try:
         yield
     except SceneError as error:
@@ -151,15 +145,7 @@ def told_of_case(name: str) -> Iterator[None]:
 
 
 def refuse_cases(scene: Scene, what: str) -> None:
-    """Raise `SceneError` where a scene has load cases, and what is asked for is of one.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    what
-        What is asked for, in words.
-    """
+    """Raise `SceneError` where a scene has load cases, and what is asked for is of one."""
     if scene.cases:
         names = ", ".join(case.name for case in scene.cases)
         hint = f"Take it in one of {names}: by in_case(scene, name), or SCENE@CASE.toml as the name of the file"
@@ -167,37 +153,17 @@ def refuse_cases(scene: Scene, what: str) -> None:
 
 
 def title_of(scene: str, case: str) -> str:
-    """Name a scene in one of its cases.
-
-    Parameters
-    ----------
-    scene, case
-        Their names.
-    """
+    """Name a scene in one of its cases."""
     return f"{scene}, case {case}"
 
 
 def scenes_of(scene: Scene) -> dict[str, Scene]:
-    """Give the scene in each of its load cases, by their names.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the scene in each of its load cases, by their names."""
     return {case.name: in_case(scene, case.name) for case in scene.cases}
 
 
 def cycles_of(scene: Scene) -> dict[str, float]:
-    """Give the cycles that the machine runs in each load case in its life; none where the cases do not state them.
-
-    Shares are of time: a case at twice the speed has twice the cycles in it.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the cycles that the machine runs in each load case in its life; none where the cases do not state them."""
     if all(case.cycles is not None for case in scene.cases):
         return {case.name: float(case.cycles or 0.0) for case in scene.cases}
     if any(case.share is None for case in scene.cases):
@@ -216,13 +182,7 @@ def _speed(scene: Scene, case: LoadCase) -> float:
 
 
 def check_cases(scene: Scene) -> None:
-    """Raise `SceneError` where load cases have one name, count cycles in different ways, or are not valid.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where load cases have one name, count cycles in different ways, or are not valid."""
     names = [case.name for case in scene.cases]
     if twice := next((name for name in names if names.count(name) > 1), ""):
         raise SceneError(f"two load cases have the name {twice!r}", place="cases", hint="Give each its own")

@@ -176,15 +176,7 @@ class Scene(Part):
         return self.read(data)
 
     def stated_data(self, **options: Any) -> dict[str, Any]:
-        """Give the scene as plain data without the numbers of mesh and analysis that nobody stated.
-
-        These are the program's to choose, and stay so in a scene that is read from the data.
-
-        Parameters
-        ----------
-        **options
-            As of pydantic's `model_dump`.
-        """
+        """Give plain data, without numbers of mesh and analysis that nobody stated: they are the program's choice."""
         unset = {
             name: set(type(part).model_fields) - part.model_fields_set
             for name, part in (("mesh", self.mesh), ("analysis", self.analysis))
@@ -247,40 +239,18 @@ class Scene(Part):
         return 2 * math.pi / abs(self.cycle_rate)
 
     def coordinate(self, time: Array) -> Jet:
-        """Drive coordinate theta (rad) and its two derivatives by time, at times (s) from 0 on.
-
-        Parameters
-        ----------
-        time
-            Times (s), 0 or more, ``(times,)``.
-
-        Returns
-        -------
-        Jet
-            Value (rad) and derivatives (rad/s, rad/s^2), ``(times,)`` each.
-        """
+        """Drive coordinate theta (rad), its rate and acceleration, at times (s) from 0 on, ``(times,)``."""
         first = self.drives[0]
         own, share = first.coordinate(time), self.cycle_rate / first.cycle_rate
         return Jet(share * own.value, share * own.first, share * own.second)
 
     def drive_angles(self, count: int) -> Array:
-        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad), ``(count,)``.
-
-        Parameters
-        ----------
-        count
-            Number of steps.
-        """
+        """Values of the drive coordinate at equal steps over a cycle, from 0, in the order of time (rad),
+        ``(count,)``."""
         return math.copysign(2 * math.pi, self.cycle_rate) * np.arange(count) / count
 
     def guide_angle(self, joint: Slot | Prismatic) -> float:
-        """Direction of a slot or prismatic joint's guide in its first body's frame (rad).
-
-        Parameters
-        ----------
-        joint
-            The joint: its `angle`, or the direction of the `member` that its pin travels along.
-        """
+        """Direction (rad) of a guide in its first body's frame: the joint's `angle`, or that of its `member`."""
         if joint.member is None:
             return joint.angle
         link = self.links[joint.connect[0].split(".")[0]]
@@ -288,29 +258,12 @@ class Scene(Part):
         return math.atan2(y2 - y, x2 - x)
 
     def point(self, name: str) -> tuple[str, Point]:
-        """Find a point.
-
-        Parameters
-        ----------
-        name
-            Its name, "body.point".
-
-        Returns
-        -------
-        tuple
-            The body's name, and the point's coordinates in the body's frame (m).
-        """
+        """Give the body of a point "body.point", and its coordinates in the body's frame (m)."""
         body, point = name.split(".")
         return body, (self.ground if body == "ground" else self.links[body]).points[point]
 
     def place(self, at: str) -> tuple[str, Point]:
-        """Find a point of a link, or a place along a member.
-
-        Parameters
-        ----------
-        at
-            "body.point", or "member@0.3"; the answer is as that of `point`.
-        """
+        """Give body and coordinates (m) of a point "body.point", or of a place "member@0.3" along a member."""
         if "@" not in at:
             return self.point(at)
         label, s = at.split("@")
@@ -318,13 +271,7 @@ class Scene(Part):
         return self.members()[label][0], (x + float(s) * (x2 - x), y + float(s) * (y2 - y))
 
     def loaded_places(self, traced: bool = False) -> dict[str, list[float]]:
-        """Places 0 to 1 along members at which loads and impulses act, ascending, by the members' labels.
-
-        Parameters
-        ----------
-        traced
-            Whether points that are traced count too.
-        """
+        """Places 0 to 1 along members of loads and impulses, and of traced points, ascending, by label."""
         places: dict[str, set[float]] = {}
         for acting in (*self.loads.values(), *self.impulses.values(), *(self.points.values() if traced else ())):
             if not isinstance(acting, LineLoad) and "@" in acting.at:
@@ -333,18 +280,7 @@ class Scene(Part):
         return {label: sorted(found) for label, found in places.items()}
 
     def member_ends(self, label: str) -> tuple[Point, Point]:
-        """Give the two ends of a member in its link's frame (m).
-
-        Parameters
-        ----------
-        label
-            "link", or "link.member" where the link has several members.
-
-        Returns
-        -------
-        tuple
-            x and y (m) of the first and of the second end.
-        """
+        """Give both ends (x, y) of a member, by label, in its link's frame (m)."""
         link, member = self.members()[label]
         first, second = (self.links[link].points[end] for end in member.ends)
         return first, second
@@ -358,53 +294,16 @@ class Scene(Part):
         }
 
     def rigidity(self, label: str, s: Array) -> Rigidity:
-        """Stiffness, mass and fibres of a member.
-
-        Parameters
-        ----------
-        label
-            Its label, as `members` gives it.
-        s
-            Places along it, 0..1, ``(places,)``.
-
-        Returns
-        -------
-        Rigidity
-            EA (N), EI (N m^2), line density (kg/m) and more at these places.
-        """
+        """Stiffness, mass and fibres of a member, by label, at places ``(places,)``, 0..1 along it."""
         member = self.members()[label][1]
         return self.sections[member.section].rigidity(s, self._stock(member)).moved(member.offset)
 
     def rigidities(self, s: Array) -> list[Rigidity]:
-        """Stiffness, mass and fibres of every member at places ``(places,)``, 0..1 along it.
-
-        Parameters
-        ----------
-        s
-            Places along every member.
-        """
+        """Stiffness, mass and fibres of every member at places ``(places,)``, 0..1 along it."""
         return [self.rigidity(label, s) for label in self.members()]
 
     def shear_stiffness(self, label: str, s: Array) -> Array:
-        """G A_s of a member, by label, at places `s` (0..1) along it (N).
-
-        Parameters
-        ----------
-        label
-            "link", or "link.member" where the link has several members.
-        s
-            Places along the member, 0..1, ``(places,)``.
-
-        Returns
-        -------
-        numpy.ndarray
-            Shape ``(places,)``.
-
-        Raises
-        ------
-        SceneError
-            When its material or its section does not say enough for it.
-        """
+        """G A_s (N) of a member, by label, at places ``(places,)``, 0..1 along it; an error where it is not stated."""
         member = self.members()[label][1]
         return self.sections[member.section].shear_stiffness(s, self._stock(member), f"sections.{member.section}")
 

@@ -15,27 +15,13 @@ from fenics_mech.scene.units import Angle, Length, Speed, TorsionalDamping, Tors
 
 
 class AtJoint(Part):
-    """What acts at a joint.
-
-    Parameters
-    ----------
-    joint
-        Name of the joint.
-    """
+    """What acts at a joint."""
 
     joint: Name
 
 
 class PairedJoints(AtJoint):
-    """What couples a pin to another joint.
-
-    Parameters
-    ----------
-    joint
-        The pin of two bodies whose angle it takes.
-    drives
-        The joint of two bodies that it moves.
-    """
+    """What couples a pin to another joint."""
 
     drives: Name
 
@@ -131,11 +117,5 @@ class Cam(PairedJoints):
         return self
 
     def lift_at(self, angle: Array) -> Jet:
-        """Lift (m or rad) and two derivatives by the cam's angle (rad), of the shape of the angle.
-
-        Parameters
-        ----------
-        angle
-            Angles of the cam, over any number of turns.
-        """
+        """Lift (m or rad) and two derivatives by the cam's angle (rad), of the shape of the angle."""
         return self.lift.jet(np.mod(angle, 2 * np.pi))

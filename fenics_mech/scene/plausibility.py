@@ -26,18 +26,7 @@ STIFFENING = "geometric-stiffness"  # the effect whose axial forces may settle
 
 
 def implausible(scene: Scene) -> tuple[str, ...]:
-    """Find what a scene states and hardly means.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-
-    Returns
-    -------
-    tuple
-        One sentence for each: the place in the scene, the value in SI, and what is likely meant.
-    """
+    """Find what a scene states and hardly means: a sentence for each, with the place and the value in SI."""
     found: dict[str, str] = {}  # the first about each place
     groups = (ALONE, *IN_TURN) if scene.members() else ()  # numbers are compared with those of members
     for checks in groups:

@@ -17,13 +17,7 @@ from fenics_mech.scene.sections import Rigidity
 
 
 def motion(scene: Scene) -> Found:
-    """Estimate speeds, and strains by the inertia across members, whose links go as fast as those that are driven.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Estimate speeds, and strains by the inertia across members, whose links go as fast as those that are driven."""
     if scene.analysis.method == "static":  # held at one position
         return
     theta = TURN / 720 * np.arange(720, dtype=float)
@@ -56,12 +50,9 @@ def _of_turning(scene: Scene, place: str, drive: Drive, fastest: float, sharpest
 
 
 def _across(scene: Scene, label: str, drive: Drive, arm: float, fastest: float, sharpest: float) -> float:
-    """Acceleration across a member (m/s^2), at most.
-
-    A link that turns about the drive's joint is drawn to it: ``speed^2`` times the distance of the joint from the line
-    of a member is across it, and the angular acceleration times the distance along it. Other links turn against what
-    carries them, so that all the acceleration of its end is across them at some position.
-    """
+    """Acceleration across a member (m/s^2), at most."""
+    # A link that turns about the drive's joint is drawn to it. Others turn against what carries them, so that all the
+    # acceleration of its end is across them at some position.
     body = scene.members()[label][0]
     pivots = [point.split(".") for point in scene.joints[drive.joint].connect]
     here = [scene.links[body].points[name] for link, name in pivots if link == body]
@@ -92,15 +83,7 @@ def _bent_by(scene: Scene, label: str, acceleration: float) -> float:
 
 
 def bending_strain(rigid: Rigidity, moment: float) -> float:
-    """Strain of the outer fibres by a bending moment.
-
-    Parameters
-    ----------
-    rigid
-        Stiffness at one place.
-    moment
-        The moment (N m).
-    """
+    """Strain of the outer fibres by a bending moment (N m)."""
     return moment * float(np.abs(rigid.fibre).max()) / float(rigid.bending[0])
 
 
@@ -121,25 +104,11 @@ def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
 
 
 def drives_of(scene: Scene) -> Iterator[tuple[str, Drive]]:
-    """Give the drives of a scene with their places.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Give the drives of a scene with their places."""
     several = isinstance(scene.drive, tuple)
     return ((f"drive.{i}" if several else "drive", drive) for i, drive in enumerate(scene.drives))
 
 
 def turns(scene: Scene, drive: Drive) -> bool:
-    """Whether a drive turns its joint.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    drive
-        The drive.
-    """
+    """Whether a drive turns its joint."""
     return scene.joints[drive.joint].kind == "revolute"

@@ -20,13 +20,7 @@ METHODS = "rigidity", "shear_stiffness", "check"
 
 
 def sections() -> tuple[type[Section], ...]:
-    """Give the classes of sections of other packages.
-
-    Raises
-    ------
-    MechanismError
-        When one is no section, or its shape has a name that is taken.
-    """
+    """Give the classes of sections of other packages."""
     return tuple(_section(plugin) for plugin in plugins("sections"))
 
 
@@ -41,18 +35,7 @@ def _section(plugin: Plugin) -> type[Section]:
 
 
 def add_kinds(scene: type[Part]) -> None:
-    """Let scenes state the sections, loads and joint laws of other packages.
-
-    Parameters
-    ----------
-    scene
-        The class of scenes.
-
-    Raises
-    ------
-    MechanismError
-        When one is of another kind, or has a name that is taken.
-    """
+    """Let scenes state the sections, loads and joint laws of other packages."""
     of_key: dict[str, Any] = {
         "sections": any_section(*shapes) if (shapes := sections()) else None,
         "loads": _among(AnyLoad, {plugin: _kind(plugin, Load, LineLoad) for plugin in plugins("loads")}),

@@ -15,13 +15,7 @@ from fenics_mech.scene.units import Angle, OfTurning
 
 
 def in_rad(*angles: float) -> str:
-    """Recall the unit of numbers, where some angle other than 0 is one.
-
-    Parameters
-    ----------
-    *angles
-        Angles (rad), as a scene states them.
-    """
+    """Recall the unit of numbers, where some angle other than 0 is one."""
     return "; without a unit they are rad" * any(a and not isinstance(a, OfTurning) for a in angles)
 
 

@@ -47,15 +47,7 @@ class TimeTable(Part):
         return self
 
     def jet(self, time: Array, speed: float) -> Jet:
-        """Angle turned and two derivatives by time.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        speed
-            Speed of the steady motion (rad/s).
-        """
+        """Angle turned (rad) and two derivatives at times (s), ``(times,)``; `speed` (rad/s) is that at the end."""
         from scipy.interpolate import make_interp_spline  # noqa: PLC0415  (slow to import, and few run-ups have tables)
 
         ends = [(1, 0.0), (2, 0.0)], [(1, speed), (2, 0.0)]
@@ -87,15 +79,7 @@ class TimeExpression(Part):
         return text
 
     def jet(self, time: Array, speed: float) -> Jet:
-        """Angle turned and two derivatives by time; the formula has its own speed at its end.
-
-        Parameters
-        ----------
-        time
-            Times (s), ``(times,)``.
-        speed
-            Not used: `Drive` requires that the formula ends with it.
-        """
+        """Angle turned (rad) and two derivatives at times (s), ``(times,)``; the formula has its own speed."""
         return Formula(self.formula, ("t",)).jet(Jet.variable(time))
 
 
@@ -103,26 +87,8 @@ RunUpLaw = Annotated[TimeTable | TimeExpression, Field(discriminator="kind")]
 
 
 def smooth_start(duration: float, time: Array, speed: float) -> Jet:
-    """Angle turned from rest to `speed` (rad/s) and two derivatives by time; the jerk is continuous at both ends.
-
-    The speed is ``speed (10 x^3 - 15 x^4 + 6 x^5)`` with ``x = time / duration``, the lowest polynomial whose first two
-    derivatives vanish at both ends; half of ``speed * duration`` is turned.
-
-    Parameters
-    ----------
-    duration
-        How long the run-up takes (s).
-    time
-        Times (s), ``(times,)``.
-    speed
-        Speed at its end (rad/s).
-
-    Returns
-    -------
-    Jet
-        Angle (rad) and derivatives, ``(times,)`` each.
-    """
-    x = time / duration
+    """Angle turned (rad) from rest to `speed` (rad/s) within `duration` (s), and two derivatives, ``(times,)`` each."""
+    x = time / duration  # the lowest polynomial of the speed whose first two derivatives vanish at both ends
     return Jet(
         speed * duration * x**4 * (2.5 - 3 * x + x**2),
         speed * x**3 * (10 - 15 * x + 6 * x**2),

@@ -142,11 +142,7 @@ SHIFTED: dict[str, Kind] = {
     **_of("st_", FACTORISED),
 }
 MULTIPLIERS: dict[str, Kind] = EIGENVALUES | {"eps_nev": FEW}
-PARTS: dict[str, dict[str, Kind]] = {
-    "periodic_": CHECKED,
-    "modes_": EIGENVALUES | SHIFTED,
-    "stability_": MULTIPLIERS,
-}
+PARTS: dict[str, dict[str, Kind]] = {"periodic_": CHECKED, "modes_": EIGENVALUES | SHIFTED, "stability_": MULTIPLIERS}
 OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, kind in options.items()}
 
 
@@ -169,11 +165,7 @@ def _nearest(key: str) -> str:
     return f"Did you mean {near[0]!r}?" if near else f"{starts}. `fenics-mech schema` lists all options"
 
 
-OF_PARTS = {
-    "periodic_": "periodic motions",
-    "modes_": "natural frequencies",
-    "stability_": "stability",
-}
+OF_PARTS = {"periodic_": "periodic motions", "modes_": "natural frequencies", "stability_": "stability"}
 
 
 def _described(name: str) -> str:

@@ -42,20 +42,7 @@ class StressLife(Part):
     ultimate: Annotated[Modulus, Field(gt=0)] | None = None
 
     def damage(self, ranges: Array | float, mean: Array | float) -> Array:
-        """Damage of a cycle: 1 over the number of cycles that are borne.
-
-        Parameters
-        ----------
-        ranges
-            Stress ranges (Pa).
-        mean
-            Mean stresses (Pa).
-
-        Returns
-        -------
-        numpy.ndarray
-            Of their shape; infinite where the mean stress reaches the tensile strength.
-        """
+        """Damage of cycles by stress range and mean (Pa), 1 over the number borne; infinite at the strength."""
         ranges, mean = np.asarray(ranges, dtype=float), np.asarray(mean, dtype=float)
         if self.ultimate is not None:
             left = 1 - np.clip(mean, 0, None) / self.ultimate

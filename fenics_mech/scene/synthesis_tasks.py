@@ -195,18 +195,7 @@ def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
 
 
 def read_task(data: dict[str, Any]) -> FunctionTask | MotionTask | PathTask:
-    """Make a task from plain data.
-
-    Parameters
-    ----------
-    data
-        Its keys.
-
-    Raises
-    ------
-    SceneError
-        When it is no task, with the place of what is wrong.
-    """
+    """Make a task from plain data."""
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in TASKS:
         found = "a task needs its kind" if kind is None else f"there is no task {shortened(kind)}"

@@ -9,15 +9,7 @@ from pydantic import BaseModel
 
 
 def table_keys(top: type[BaseModel], location: Sequence[int | str]) -> list[str]:
-    """Give the keys of the table at a location of pydantic; of all tables that may stand there.
-
-    Parameters
-    ----------
-    top
-        What the location begins in.
-    location
-        Keys and numbers that lead to the table. Names of entries and of branches of unions lead nowhere further.
-    """
+    """Give the keys of the table at a location of pydantic; of all tables that may stand there."""
     tables = [top]
     for part in location:
         fields = [

@@ -69,28 +69,14 @@ WORD = re.compile(r"(?<![A-Za-z])[A-Za-z]+")
 
 
 def spelled(text: str) -> str:
-    """Write the units of a quantity as they are read: mm2 as mm^2, Nm as N m, RPM as rpm.
-
-    Parameters
-    ----------
-    text
-        The quantity.
-    """
+    """Write the units of a quantity as they are read: mm2 as mm^2, Nm as N m, RPM as rpm."""
     for pattern, to in READ:
         text = pattern.sub(to, text)
     return text
 
 
 def meant(text: str, reads: Callable[[str], float]) -> str:
-    """Give the quantity that is likely meant by one that is not read; empty where none is.
-
-    Parameters
-    ----------
-    text
-        The quantity, as "210 Gpa".
-    reads
-        Reads a quantity, or raises `ValueError`.
-    """
+    """Give the quantity that is likely meant by one that is not read; empty where none is."""
     changed = text
     for sign, name in SIGNS.items():
         changed = changed.replace(sign, name)

@@ -222,13 +222,7 @@ def _of_pounds(text: str, unit: str) -> str:
 
 
 def in_unit(unit: str) -> Callable[[Any], Any]:
-    """Give the validator that turns a number or a string into a finite float in `unit`.
-
-    Parameters
-    ----------
-    unit
-        Name of a unit, as "m^2".
-    """
+    """Give the validator that turns a number or a string into a finite float in `unit`."""
 
     def convert(value: Any) -> Any:
         number = _parse(value, unit) if isinstance(value, str) else value
@@ -244,15 +238,7 @@ def in_unit(unit: str) -> Callable[[Any], Any]:
 
 
 def unit_written(texts: Sequence[str], values: Sequence[float]) -> tuple[str, float] | None:
-    """Give the unit in which numbers are written and how much of SI it is; None where they have none.
-
-    Parameters
-    ----------
-    texts
-        The numbers as they are written.
-    values
-        The same in SI.
-    """
+    """Give the unit in which numbers are written and how much of SI it is; None where they have none."""
     for match, end in zip(map(NUMBER_AND_UNIT.fullmatch, texts), values):
         if match and float(match[1]):
             return match[2], end / float(match[1])
@@ -272,10 +258,7 @@ class OfSliding(float):
 
 
 def _either(turning: str, sliding: str, named: str) -> Any:
-    """Give the type of a quantity in one of two units: its joint says which of them it is.
-
-    What is written in a unit of one of the two only is an `OfTurning` or an `OfSliding`, which the scene checks.
-    """
+    """Give the type of a quantity in one of two units: what is of one only is an `OfTurning` or an `OfSliding`."""
 
     def read(value: Any) -> Any:
         if not isinstance(value, str):

@@ -50,90 +50,37 @@ DRAWING = ReaderLimits()
 
 @dataclass(frozen=True)
 class Drawing:
-    """A mechanism as it is drawn.
+    """A mechanism as it is drawn."""
 
-    Parameters
-    ----------
-    file
-        Name of the file, for errors.
-    nodes
-        Places (m), ``(nodes, 2)``.
-    lines
-        Nodes of the straight lines that belong to a group, ``(lines, 2)``.
-    line_group
-        Name of each line's group.
-    line_groups
-        Names of all groups of lines in the order of the drawing.
-    point_groups
-        Nodes of the named points by group, in the order of the drawing.
-    """
-
-    file: str
-    nodes: Array
-    lines: Index
-    line_group: tuple[str, ...]
-    line_groups: tuple[str, ...]
-    point_groups: dict[str, tuple[int, ...]]
+    file: str  # its name, for errors
+    nodes: Array  # places (m), ``(nodes, 2)``
+    lines: Index  # nodes of the straight lines that belong to a group, ``(lines, 2)``
+    line_group: tuple[str, ...]  # name of each line's group
+    line_groups: tuple[str, ...]  # names of all groups of lines in the order of the drawing
+    point_groups: dict[str, tuple[int, ...]]  # nodes of the named points by group, in the order of the drawing
 
     def error(self, message: str, hint: str = "") -> SceneError:
-        """Make an error about this drawing.
-
-        Parameters
-        ----------
-        message
-            What is wrong.
-        hint
-            What to do about it.
-        """
+        """Make an error about this drawing."""
         return SceneError(f"{self.file}: {message}", place="drawing", hint=hint)
 
     def at(self, node: int) -> str:
-        """Say where a node lies.
-
-        Parameters
-        ----------
-        node
-            Number of the node.
-        """
+        """Say where a node lies."""
         x, y = self.nodes[node]
         return f"({x:.6g}, {y:.6g}) m"
 
 
 @dataclass(frozen=True)
 class Groups:
-    """The contents of a file.
+    """The contents of a file."""
 
-    Parameters
-    ----------
-    nodes
-        Places in the drawing's unit, ``(nodes, 3)``.
-    lines, points
-        Nodes of the lines, ``(lines, 2)``, and points, ``(points,)``, of each group by name.
-    others
-        Names of groups of something else than points and straight lines.
-    """
-
-    nodes: Array
-    lines: dict[str, Index]
-    points: dict[str, Index]
-    others: tuple[str, ...] = ()
+    nodes: Array  # places in the drawing's unit, ``(nodes, 3)``
+    lines: dict[str, Index]  # nodes of each group's lines, ``(lines, 2)``
+    points: dict[str, Index]  # nodes of each group's points, ``(points,)``
+    others: tuple[str, ...] = ()  # names of groups of something else than points and straight lines
 
 
 def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
-    """Read a drawing.
-
-    Parameters
-    ----------
-    path
-        A gmsh script (.geo), a gmsh mesh (.msh), an Abaqus file (.inp), or a sketch (.svg, .dxf).
-    unit
-        Length of the drawing's unit (m).
-
-    Raises
-    ------
-    SceneError
-        When the file cannot be read, or holds no lines in named groups.
-    """
+    """Read a drawing (.geo, .msh, .inp, .svg, .dxf), whose unit is of a length (m)."""
     groups = _read(path)
     if not groups.lines and not groups.points:
         raise SceneError(f"{path.name} has no named physical groups", place="drawing", hint=NAME_GROUPS)
@@ -208,13 +155,7 @@ def _read(path: Path) -> Groups:
 
 
 def _read_in_own_process(content: bytes, ending: str) -> Groups:
-    """Let `fenics_mech.scene.drawing.reader` read a copy: gmsh runs a script NAME.opt that lies beside a file NAME.
-
-    Raises
-    ------
-    ValueError
-        When it fails, or takes too much time or memory.
-    """
+    """Let `fenics_mech.scene.drawing.reader` read a copy: gmsh runs a script NAME.opt that lies beside a file NAME."""
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / f"drawing{ending}"
         copy.write_bytes(content)

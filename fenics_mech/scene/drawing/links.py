@@ -46,18 +46,7 @@ class Pin:
 
 
 def trace(drawing: Drawing) -> tuple[dict[str, DrawnLink], dict[str, Pin]]:
-    """Find the links and pins of a drawing, each by name.
-
-    Parameters
-    ----------
-    drawing
-        Nodes, lines and named groups that gmsh found.
-
-    Raises
-    ------
-    SceneError
-        When a group's name says nothing, the lines of a link make several pieces, or a pin joins nothing.
-    """
+    """Find the links and pins of a drawing, each by name."""
     cells: dict[str, list[int]] = {}
     for group in drawing.line_groups:
         if not re.fullmatch(rf"{NAME}(\.{NAME})?", group):

@@ -39,22 +39,9 @@ FORMULA = FormulaLimits()
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula of named variables.
+    """A formula of named variables; `ValueError` where the text is anything else."""
 
-    Parameters
-    ----------
-    text
-        Python-like arithmetic: + - * / **, numbers, pi, the variables, and the functions in `FUNCTIONS`.
-    variables
-        The names that may stand in it.
-
-    Raises
-    ------
-    ValueError
-        When the text is anything else.
-    """
-
-    text: str
+    text: str  # Python-like arithmetic: + - * / **, numbers, pi, the variables, and `FUNCTIONS`
     variables: tuple[str, ...]
 
     def __post_init__(self) -> None:
@@ -71,15 +58,7 @@ class Formula:
         return self._value(self._tree(), functions, values | {"pi": np.float64(math.pi)})
 
     def jet(self, variable: Jet, **parameters: float) -> Jet:
-        """Value and two derivatives by the one variable that is not among the parameters.
-
-        Parameters
-        ----------
-        variable
-            The variable with its derivatives, arrays of any shape.
-        **parameters
-            Numbers of the other variables, by name.
-        """
+        """Value and two derivatives by the one variable that is not among the parameters, of any shape."""
         (name,) = set(self.variables) - set(parameters)
         found = self(
             JET_FUNCTIONS, **{name: variable}, **{key: Jet.constant(p, variable) for key, p in parameters.items()}
@@ -171,26 +150,12 @@ class Jet(Arithmetic):
 
     @classmethod
     def variable(cls, value: Array) -> Jet:
-        """Give the variable itself.
-
-        Parameters
-        ----------
-        value
-            Values of the variable, of any shape.
-        """
+        """Give the variable itself."""
         return cls(value, np.ones_like(value), np.zeros_like(value))
 
     @classmethod
     def constant(cls, value: float, like: Jet) -> Jet:
-        """Give a constant of the shape of another jet.
-
-        Parameters
-        ----------
-        value
-            The constant.
-        like
-            A jet of the shape wanted.
-        """
+        """Give a constant of the shape of another jet."""
         zero = np.zeros_like(like.value)
         return cls(zero + value, zero, zero)
 
@@ -224,13 +189,7 @@ class Jet(Arithmetic):
 
 
 def jet_functions(functions: Mapping[str, Callable[[Any], Any]]) -> dict[str, Callable[[Any], Any]]:
-    """Extend functions to jets of what they take; what is no jet they take as before.
-
-    Parameters
-    ----------
-    functions
-        Functions of the names in `FUNCTIONS`.
-    """
+    """Extend functions to jets of what they take; what is no jet they take as before."""
     sin, cos, tan, exp, tanh, sqrt = (functions[name] for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt"))
     derivatives: dict[str, tuple[Callable[[Any], Any], Callable[[Any], Any]]] = {
         "sin": (cos, lambda x: -sin(x)),

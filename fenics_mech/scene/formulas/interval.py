@@ -121,25 +121,8 @@ INTERVAL_JET_FUNCTIONS = jet_functions(INTERVAL_FUNCTIONS)
 
 
 def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.inf) -> float | None:
-    """Find where a formula has no bounds between two values of its variable; None where it is finite everywhere.
-
-    The range is cut into cells, and those in which interval arithmetic gives no bounds, or none above a given number,
-    are halved until it does. At a pole it never does.
-
-    Parameters
-    ----------
-    formula
-        A formula of one variable.
-    low, high
-        Ends of the range.
-    above
-        Lower bounds up to this number count as none.
-
-    Returns
-    -------
-    float or None
-        A place at which no bounds were found.
-    """
+    """Find where a formula of one variable has no bounds, or none above a number; None where it has all."""
+    # cells without bounds, or without a lower one above a number, are halved until they have: at a pole they never do
     (name,) = formula.variables
     edges = np.linspace(low, high, INTERVAL.cells + 1)
     left, right = edges[:-1], edges[1:]
@@ -160,19 +143,7 @@ def unbounded_at(formula: Formula, low: float, high: float, above: float = -np.i
 
 
 def bounds_over(formula: Formula, left: Array, right: Array, *, of_second: bool = False) -> tuple[Array, Array]:
-    """Give lower and upper bounds of a formula, or of its second derivative, between values of its variable.
-
-    They are of the shape of these values.
-
-    Parameters
-    ----------
-    formula
-        A formula of one variable.
-    left, right
-        Ends of the ranges, of one shape.
-    of_second
-        Whether the second derivative is asked for.
-    """
+    """Give bounds of a formula of one variable, or of its second derivative, over ranges, of their shape."""
     (name,) = formula.variables
     inside, like = Interval(left, right), np.zeros_like(left)
     with np.errstate(all="ignore"):

@@ -52,13 +52,7 @@ def _tag(value: Any) -> Any:
 
 
 def any_section(*more: type[Section]) -> Any:
-    """Give the type of all sections, by their `shape`.
-
-    Parameters
-    ----------
-    *more
-        Classes of other packages.
-    """
+    """Give the type of all sections, by their `shape`."""
     kinds: tuple[type[Section], ...] = (*OWN, *more)
     tagged = tuple(Annotated[kind, Tag(f"{BRANCH}{_shape_of(kind)}")] for kind in kinds)  # type: ignore[valid-type]
     union = Union[tagged]  # type: ignore[valid-type]  # noqa: UP007
@@ -74,13 +68,7 @@ else:
 
 
 def check_sections(scene: Scene) -> None:
-    """Raise `SceneError` where a section names what the scene does not have, or a member has no material.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Raise `SceneError` where a section names what the scene does not have, or a member has no material."""
     stock = Stock(None, scene.materials, scene.sections)
     for name, section in scene.sections.items():
         section.check(f"sections.{name}", stock)
@@ -88,11 +76,9 @@ def check_sections(scene: Scene) -> None:
         for name, member in body.members.items():
             unnamed = member.material is None and member.section in scene.sections
             if unnamed and not scene.sections[member.section].complete:
-                raise SceneError(
-                    f"a member of section {member.section!r} needs a material",
-                    place=f"links.{link}.members.{name}.material",
-                    hint="Only sections that name the materials of their parts do without",
-                )
+                what = f"a member of section {member.section!r} needs a material"
+                hint = "Only sections that name the materials of their parts do without"
+                raise SceneError(what, place=f"links.{link}.members.{name}.material", hint=hint)
 
 
 __all__ = [

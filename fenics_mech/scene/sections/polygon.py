@@ -10,14 +10,7 @@ from pydantic import Field, model_validator
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, check_known
 from fenics_mech.scene.sections.plain import ShearFactor
-from fenics_mech.scene.sections.rigidity import (
-    SECTION,
-    Rigidity,
-    Section,
-    Stock,
-    lines_from,
-    stated_factor,
-)
+from fenics_mech.scene.sections.rigidity import SECTION, Rigidity, Section, Stock, lines_from, stated_factor
 from fenics_mech.scene.units import Length
 
 if TYPE_CHECKING:
@@ -186,13 +179,7 @@ def _second_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float)
 
 
 def _polygon(outline: Outline, holes: tuple[Outline, ...], scale: float = 1.0) -> Any:
-    """Make shapely's polygon, scaled.
-
-    Raises
-    ------
-    ValueError
-        When it is none, or the extra that brings shapely is not installed.
-    """
+    """Make shapely's polygon, scaled; `ValueError` where it is none, or shapely is not installed."""
     try:
         import sectionproperties.pre  # noqa: F401, PLC0415  (an extra, and slow to import)
         from shapely import Polygon, is_valid_reason  # noqa: PLC0415
