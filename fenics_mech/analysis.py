@@ -28,7 +28,7 @@ from fenics_mech.planning.start_state import state_to_go_on_from
 from fenics_mech.recovery import Result
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
-from fenics_mech.scene.load_cases import scenes_of, told_of_case
+from fenics_mech.scene.load_cases import about_case, scenes_of
 
 logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
@@ -118,7 +118,7 @@ def _of_cases(scene: Scene, progress: Progress, run: Run | None, names: Collecti
     """Analyse a scene in each of its load cases, and give the result of the governing one with all of them."""
     found = {}
     for name, case in scenes_of(scene).items():
-        with told_of_case(name):
+        with about_case(name):
             found[name] = analyse(case, progress, run, names)
     return of_cases(scene, found)
 

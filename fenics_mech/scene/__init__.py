@@ -29,7 +29,8 @@ from fenics_mech.scene.joint_laws import (
     Stop,
 )
 from fenics_mech.scene.joints import Prismatic, Revolute, Slot, Weld
-from fenics_mech.scene.load_cases import LoadCase, in_case
+from fenics_mech.scene.load_case import LoadCase
+from fenics_mech.scene.load_cases import in_case
 from fenics_mech.scene.meshing import refined
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.observations import Measurement, TracedPoint

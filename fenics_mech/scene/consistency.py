@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
@@ -14,15 +13,15 @@ from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.free_motion_checks import check_freedoms
 from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid
 from fenics_mech.scene.joint_units import check_units_of_joints
+from fenics_mech.scene.joints import Prismatic, Slot
+from fenics_mech.scene.scene_data import SceneData
+from fenics_mech.scene.sections import Stock
 from fenics_mech.scene.springs_dampers import Hinge, Line
 
-if TYPE_CHECKING:
-    from fenics_mech.scene.joints import Prismatic, Slot
-    from fenics_mech.scene.models import Scene
 
-
-def check_references(scene: Scene) -> None:
+def check_references(scene: SceneData) -> None:
     """Raise `SceneError` where a part of the scene names another that is not there or makes no mechanism."""
+    _check_sections(scene)
     _ = scene.answer_units  # which names the unit that is none
     if "ground" in scene.links:
         raise SceneError("'ground' is the fixed frame's name", place="links.ground", hint="Give the link another name")
@@ -64,14 +63,28 @@ def check_references(scene: Scene) -> None:
         check_rigid(scene)
 
 
-def _check_point(scene: Scene, name: str, place: str) -> None:
+def _check_sections(scene: SceneData) -> None:
+    """Raise `SceneError` where a section names what the scene does not have, or a member has no material."""
+    stock = Stock(None, scene.materials, scene.sections)
+    for name, section in scene.sections.items():
+        section.check(f"sections.{name}", stock)
+    for link, body in scene.links.items():
+        for name, member in body.members.items():
+            unnamed = member.material is None and member.section in scene.sections
+            if unnamed and not scene.sections[member.section].complete:
+                what = f"a member of section {member.section!r} needs a material"
+                hint = "Only sections that name the materials of their parts do without"
+                raise SceneError(what, place=f"links.{link}.members.{name}.material", hint=hint)
+
+
+def _check_point(scene: SceneData, name: str, place: str) -> None:
     body = name.split(".", maxsplit=1)[0]
     check_known(body, ("ground", *scene.links), "link", place)
     points = scene.ground.points if body == "ground" else scene.links[body].points
     check_known(name, [f"{body}.{known}" for known in points], "point", place)
 
 
-def _check_mesh(scene: Scene) -> None:
+def _check_mesh(scene: SceneData) -> None:
     """Raise where a member has more elements, or graded more steeply, than rounding lets be."""
     for label, (_, member) in scene.members().items():
         mesh = member.mesh or scene.mesh
@@ -92,7 +105,7 @@ def _check_mesh(scene: Scene) -> None:
             )
 
 
-def _check_loads(scene: Scene) -> None:
+def _check_loads(scene: SceneData) -> None:
     """Raise where a load or an impulse has no place of its own, or does not say what its moment turns."""
     for name, load in scene.loads.items():
         if isinstance(load, LineLoad):
@@ -116,7 +129,7 @@ def _check_loads(scene: Scene) -> None:
             )
 
 
-def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
+def _check_place(scene: SceneData, at: str, place: str, *, turns: bool) -> None:
     """Raise unless `at` is a point of a link, a pin, or a place along a member."""
     if "@" in at:
         check_known(at.partition("@")[0], scene.members(), "member", place)
@@ -131,7 +144,7 @@ def _check_place(scene: Scene, at: str, place: str, *, turns: bool) -> None:
             raise SceneError(f"joint {at!r} does not say which of its bodies is acted on", place=place, hint=hint)
 
 
-def _check_line(scene: Scene, line: Line, part: str) -> None:
+def _check_line(scene: SceneData, line: Line, part: str) -> None:
     """Raise where the two ends of a spring or a damper are one, or can never move against each other."""
     place = f"{part}.between"
     for point in line.between:
@@ -146,7 +159,7 @@ def _check_line(scene: Scene, line: Line, part: str) -> None:
         raise SceneError(f"the two points are of one rigid body, {body}: it would do nothing", place=place)
 
 
-def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
+def _check_hinge(scene: SceneData, hinge: Hinge, part: str) -> None:
     """Raise unless two bodies turn against each other at the joint of a torsional spring or damper."""
     check_known(hinge.joint, scene.joints, "joint", f"{part}.joint")
     joint = scene.joints[hinge.joint]
@@ -167,7 +180,7 @@ def _check_hinge(scene: Scene, hinge: Hinge, part: str) -> None:
         raise SceneError("a body does not turn against itself", place=f"{part}.bodies")
 
 
-def _check_members(scene: Scene) -> None:
+def _check_members(scene: SceneData) -> None:
     for label, link in scene.links.items():
         for name, member in link.members.items():
             place = f"links.{label}.members.{name}"
@@ -200,7 +213,7 @@ def _check_welded(label: str, groups: list[set[str]]) -> None:
         raise SceneError(what, place=f"links.{label}.members", hint=hint)
 
 
-def _check_joints(scene: Scene) -> None:
+def _check_joints(scene: SceneData) -> None:
     seen: dict[str, str] = {}
     for name, joint in scene.joints.items():
         place = f"joints.{name}.connect"
@@ -228,7 +241,7 @@ def _check_joints(scene: Scene) -> None:
             raise SceneError("no joint connects this link with the linkage", place=place, hint="Add it to a joint")
 
 
-def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) -> None:
+def _check_guide(scene: SceneData, name: str, joint: Slot | Prismatic, member: str) -> None:
     """Raise unless the guide's point is an end of the member that the pin travels along."""
     body, point = joint.connect[0].split(".")
     place = f"joints.{name}.member"
@@ -239,7 +252,7 @@ def _check_guide(scene: Scene, name: str, joint: Slot | Prismatic, member: str) 
         raise SceneError(f"the guide's point {point!r} is no end of {member!r}", place=f"joints.{name}.connect")
 
 
-def _check_drives(scene: Scene) -> None:
+def _check_drives(scene: SceneData) -> None:
     """Raise where a drive has no joint of its own, or the drives have no common cycle."""
     seen = set()
     for i, drive in enumerate(scene.drives):
@@ -274,7 +287,7 @@ def _check_drives(scene: Scene) -> None:
         raise SceneError(str(error), place="drive", hint=hint) from error
 
 
-def _check_motor(scene: Scene) -> None:
+def _check_motor(scene: SceneData) -> None:
     """Raise unless the one drive with its motor turns a crank on the ground, in steady vibration."""
     place = "drive.0.motor" if isinstance(scene.drive, tuple) else "drive.motor"
     drive, analysis = scene.drives[0], scene.analysis
@@ -289,14 +302,14 @@ def _check_motor(scene: Scene) -> None:
         raise SceneError(what, place=place, hint=hint)
 
 
-def mobility(scene: Scene) -> int:
+def mobility(scene: SceneData) -> int:
     """Number of freedoms by Gruebler's count, 3 for each link less what the joints take."""
     lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
     held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.constraints.values())
     return 3 * len(scene.links) - held
 
 
-def _check_mobility(scene: Scene) -> None:
+def _check_mobility(scene: SceneData) -> None:
     """Raise where there are more drives than freedoms; what nothing drives may be held more often than it needs."""
     left, drives = mobility(scene), len(scene.moved_joints)
     if drives and drives > left:

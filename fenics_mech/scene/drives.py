@@ -306,8 +306,7 @@ class Drive(Part):
         )
 
     def turns_in(self, cycle_rate: float) -> int:
-        """Own cycles in the common one, whose coordinate runs at `cycle_rate` (rad/s); negative in the opposite
-        sense."""
+        """Own cycles in the common one, which runs at `cycle_rate` (rad/s); negative in the opposite sense."""
         return round(self.cycle_rate / cycle_rate)
 
     def enough_angles(self, least: int, cycle_rate: float) -> int:

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import STATED_STARTS
 from fenics_mech.scene.base import check_known
+from fenics_mech.scene.scene_data import SceneData
 from fenics_mech.scene.state_factors import StateFactor
-
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
-
 
 MOVE_IN_TIME = (
     "move in time: write method = 'transient', with start = 'periodic' for a motion that repeats, or 'static' for an "
@@ -20,7 +15,7 @@ MOVE_IN_TIME = (
 NO_DURATION = "a motion that nothing drives needs its duration, such as '2 s'"
 
 
-def check_freedoms(scene: Scene) -> None:
+def check_freedoms(scene: SceneData) -> None:
     """Raise `SceneError` where a freedom is at a joint that has none, or a motion is asked for more than it has."""
     _check_places(scene)
     if scene.freedoms or (scene.joint_laws and scene.members()):
@@ -30,7 +25,7 @@ def check_freedoms(scene: Scene) -> None:
     _check_factors(scene)
 
 
-def _check_places(scene: Scene) -> None:
+def _check_places(scene: SceneData) -> None:
     """Raise where a freedom is at a joint that has none."""
     driven = {drive.joint for drive in scene.drives}
     for name, freedom in scene.freedoms.items():
@@ -51,7 +46,7 @@ def _check_places(scene: Scene) -> None:
             raise SceneError("a motor's torque acts at a revolute joint", place=f"{place}.effort")
 
 
-def _check_impulses(scene: Scene) -> None:
+def _check_impulses(scene: SceneData) -> None:
     """Raise where impulses strike at a time that the motion does not have, or beside what does not know them."""
     free = bool(scene.freedoms) or bool(scene.joint_laws) or not scene.members()
     for name, impulse in scene.impulses.items():
@@ -76,7 +71,7 @@ def _check_impulses(scene: Scene) -> None:
             raise SceneError(why, place=place)
 
 
-def _check_factors(scene: Scene) -> None:
+def _check_factors(scene: SceneData) -> None:
     """Raise where the factor of a load goes by what the motion does not have."""
     free = bool(scene.freedoms) or not scene.members()
     for name, load in scene.loads.items():
@@ -101,7 +96,7 @@ def _check_factors(scene: Scene) -> None:
                 raise SceneError("a place and a rate are those of a joint of two bodies", place=f"{place}.joint")
 
 
-def refuse_late_impulses(scene: Scene, start: float) -> None:
+def refuse_late_impulses(scene: SceneData, start: float) -> None:
     """Raise `SceneError` where an impulse strikes after the end of a motion that goes on from `start` (s)."""
     for name, impulse in scene.impulses.items():
         if impulse.time is None or not (scene.drives or scene.analysis.duration):
@@ -113,7 +108,7 @@ def refuse_late_impulses(scene: Scene, start: float) -> None:
             raise SceneError(what, place=f"impulses.{name}.time", hint=hint)
 
 
-def _check_cycles(scene: Scene) -> None:
+def _check_cycles(scene: SceneData) -> None:
     """Raise where what only a motion of freedoms has is asked of another."""
     analysis = scene.analysis
     cyclic = analysis.start == "periodic"
@@ -148,7 +143,7 @@ def _check_cycles(scene: Scene) -> None:
         raise SceneError(what, place="analysis.poincare", hint=hint)
 
 
-def _check_free_motion(scene: Scene) -> None:
+def _check_free_motion(scene: SceneData) -> None:
     """Raise where a scene asks for more than a motion with freedoms, or with joint laws of links that bend, has."""
     what = "freedoms" if scene.freedoms else "joint laws of links that bend"
     in_time, rests = scene.analysis.method == "transient", scene.analysis.method == "static" and bool(scene.freedoms)

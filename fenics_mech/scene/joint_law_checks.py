@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import check_known
 from fenics_mech.scene.joint_laws import (
@@ -18,12 +16,10 @@ from fenics_mech.scene.joint_laws import (
     Stop,
 )
 from fenics_mech.scene.paired_joints import Cam, GearPair, PairedJoints
-
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
+from fenics_mech.scene.scene_data import SceneData
 
 
-def check_joint_laws(scene: Scene) -> None:
+def check_joint_laws(scene: SceneData) -> None:
     """Raise `SceneError` where a joint law has no joint that it fits, or contradicts another."""
     seen: dict[tuple[str, str], str] = {}
     for name, law in scene.joint_laws.items():
@@ -82,7 +78,7 @@ def _check_friction(law: Friction, place: str, *, turns: bool) -> None:
         raise SceneError("a pin has no belt that runs along it", place=f"{place}.belt_speed")
 
 
-def _check_driven(scene: Scene, law: PairedJoints, place: str) -> None:
+def _check_driven(scene: SceneData, law: PairedJoints, place: str) -> None:
     """Raise where gears drive no other pin of two bodies, or a cam no other joint."""
     check_known(law.drives, scene.joints, "joint", f"{place}.drives")
     other = scene.joints[law.drives]
@@ -98,7 +94,7 @@ def _check_driven(scene: Scene, law: PairedJoints, place: str) -> None:
         raise SceneError(f"joint {law.drives!r} has no constraint: its place says nothing", place=f"{place}.drives")
 
 
-def _check_gears(scene: Scene, law: GearPair, place: str) -> None:
+def _check_gears(scene: SceneData, law: GearPair, place: str) -> None:
     """Raise where gears whose teeth push each other are not borne by one body, side by side."""
     ends = [scene.joints[name].connect for name in (law.joint, law.drives)]
     carriers, gears = ({end[k].split(".")[0] for end in ends} for k in (0, 1))
@@ -117,7 +113,7 @@ def _refuse_beside_open(law: AnyJointLaw, place: str) -> None:
         raise SceneError(f"joint {law.joint!r} has no constraint, and a stop beside it is not known", place=place)
 
 
-def check_rigid(scene: Scene) -> None:
+def check_rigid(scene: SceneData) -> None:
     """Raise `SceneError` where a scene in which no link bends asks for what bends."""
     led, method = bool(scene.drives), scene.analysis.method
     touching = [name for name, law in scene.joint_laws.items() if isinstance(law, TOUCHING)]

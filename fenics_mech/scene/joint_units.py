@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.paired_joints import Cam
+from fenics_mech.scene.scene_data import SceneData
 from fenics_mech.scene.units import OfSliding, OfTurning
 
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
 
-
-def check_units_of_joints(scene: Scene) -> None:
+def check_units_of_joints(scene: SceneData) -> None:
     """Raise `SceneError` where a quantity of a joint is written in a unit of the other kind of joints."""
     for joint, part, place in _stated(scene):
         slides = scene.joints[joint].kind != "revolute"
@@ -30,7 +28,7 @@ def check_units_of_joints(scene: Scene) -> None:
                 raise SceneError(what, place=at, hint=hint)
 
 
-def _stated(scene: Scene) -> Iterator[tuple[str, Any, str]]:
+def _stated(scene: SceneData) -> Iterator[tuple[str, Any, str]]:
     """Give every part that states quantities of a joint, with the joint before it and its place behind."""
     for i, drive in enumerate(scene.drives):
         yield drive.joint, drive, f"drive.{i}" if isinstance(scene.drive, tuple) else "drive"

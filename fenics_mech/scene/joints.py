@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Container, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from fenics_mech.scene.base import Name, Part, PointName
 from fenics_mech.scene.design import Pin
 from fenics_mech.scene.units import Angle
-
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
 
 
 class Revolute(Part):
@@ -122,13 +118,6 @@ def members_under_pins(joints: Mapping[str, Joint], members: Container[str]) -> 
     """Give the labels of the members along which pins travel, by their joints; `members` are all labels."""
     links = {name: joint.connect[0].split(".")[0] for name, joint in joints.items() if joint.member is not None}
     return {name: link if link in members else f"{link}.{joints[name].member}" for name, link in links.items()}
-
-
-def size_at(scene: Scene, joint: str) -> float:
-    """Largest distance between two points of the links at a joint (m)."""
-    bodies = (point.split(".")[0] for point in scene.joints[joint].connect)
-    found = [list(scene.links[body].points.values()) for body in bodies if body != "ground"]
-    return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
 
 def joint_names(joints: Mapping[str, Joint]) -> list[str]:

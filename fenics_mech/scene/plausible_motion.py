@@ -10,7 +10,6 @@ import numpy as np
 from fenics_mech._constants import TURN
 from fenics_mech.scene.drives import Drive
 from fenics_mech.scene.joint_units import with_units
-from fenics_mech.scene.joints import size_at
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
 from fenics_mech.scene.sections import Rigidity
@@ -38,7 +37,7 @@ def motion(scene: Scene) -> Found:
 
 def _of_turning(scene: Scene, place: str, drive: Drive, fastest: float, sharpest: float) -> Found:
     """Look at a drive that turns, by its largest speed (rad/s) and angular acceleration (rad/s^2)."""
-    what, arm = f"{fastest:.6g} rad/s", size_at(scene, drive.joint)
+    what, arm = f"{fastest:.6g} rad/s", scene.size_at(drive.joint)
     rpm = f": {fastest:.6g} rpm = {fastest * TURN / 60:.4g} rad/s may be meant" * (drive.speed is not None)
     across = {label: _across(scene, label, drive, arm, fastest, sharpest) for label in scene.members()}
     yield from _of_inertia(scene, place, what, across, rpm)

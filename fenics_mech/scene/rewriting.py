@@ -17,10 +17,10 @@ from typing import Any
 
 from fenics_mech._files import write_whole
 from fenics_mech.errors import SceneError
+from fenics_mech.scene.base import place_in
 from fenics_mech.scene.files import parse
 from fenics_mech.scene.files import text_of as text_in
 from fenics_mech.scene.models import Scene
-from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.units import unit_written
 from fenics_mech.scene.writing import literal, text_of, write_scene
 

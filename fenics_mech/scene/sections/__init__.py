@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Discriminator, Tag
 
-from fenics_mech.errors import SceneError
 from fenics_mech.scene.first_error import BRANCH
 from fenics_mech.scene.sections.laminate import LaminateSection, Ply
 from fenics_mech.scene.sections.plain import (
@@ -20,10 +19,6 @@ from fenics_mech.scene.sections.plain import (
 from fenics_mech.scene.sections.polygon import PolygonPart, PolygonSection
 from fenics_mech.scene.sections.rigidity import Rigidity, Section, Stock
 from fenics_mech.scene.sections.variable import TaperSection, VariableSection
-
-if TYPE_CHECKING:
-    from fenics_mech.scene.models import Scene
-
 
 OWN: tuple[type[Section], ...] = (
     CustomSection,
@@ -67,20 +62,6 @@ else:
     AnySection = any_section()
 
 
-def check_sections(scene: Scene) -> None:
-    """Raise `SceneError` where a section names what the scene does not have, or a member has no material."""
-    stock = Stock(None, scene.materials, scene.sections)
-    for name, section in scene.sections.items():
-        section.check(f"sections.{name}", stock)
-    for link, body in scene.links.items():
-        for name, member in body.members.items():
-            unnamed = member.material is None and member.section in scene.sections
-            if unnamed and not scene.sections[member.section].complete:
-                what = f"a member of section {member.section!r} needs a material"
-                hint = "Only sections that name the materials of their parts do without"
-                raise SceneError(what, place=f"links.{link}.members.{name}.material", hint=hint)
-
-
 __all__ = [
     "SHAPES",
     "AnySection",
@@ -100,5 +81,4 @@ __all__ = [
     "TubeSection",
     "VariableSection",
     "any_section",
-    "check_sections",
 ]
