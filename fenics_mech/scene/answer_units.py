@@ -11,14 +11,7 @@ from fenics_mech.scene.units import POUND, QUANTITY, in_unit
 
 KINDS = {"strain": "1", "length": "m", "stress": "Pa", "force": "N", "moment": "N*m", "speed": "rad/s"}  # and their SI
 MICROSTRAIN = "\N{MICRO SIGN}m/m"
-USUAL = {
-    "strain": (MICROSTRAIN, 1e-6),
-    "length": ("mm", 1e-3),
-    "stress": ("MPa", 1e6),
-    "force": ("N", 1.0),
-    "moment": ("N m", 1.0),
-    "speed": ("rad/s", 1.0),
-}
+USUAL = dict(zip(KINDS, [(MICROSTRAIN, 1e-6), ("mm", 1e-3), ("MPa", 1e6), ("N", 1.0), ("N m", 1.0), ("rad/s", 1.0)]))
 MOST = 20  # units that may be asked for
 
 

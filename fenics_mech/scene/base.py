@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from functools import cache
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -32,6 +31,7 @@ class SceneLimits:
 SCENE = SceneLimits()
 
 
+Thing = TypeVar("Thing")
 CONTROL = "Cc", "Cf", "Cs", "Zl", "Zp"  # Unicode's control characters, marks of direction, halves and ends of lines
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z_][A-Za-z0-9_\-]*$", max_length=100)]
@@ -53,7 +53,7 @@ class Part(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise first_error(error, values, type(self), _known_keys) from None
+            raise first_error(error, values, type(self), Part) from None
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # parts of a part are validated without it
 
@@ -63,16 +63,7 @@ class Part(BaseModel):
         try:
             return cls.model_validate(data)
         except ValidationError as error:
-            raise first_error(error, data, cls, _known_keys) from None
-
-
-@cache
-def _known_keys() -> frozenset[str]:
-    """All keys of all tables."""
-    tables: list[type[Part]] = [Part]
-    for table in tables:
-        tables += table.__subclasses__()
-    return frozenset(field.alias or name for table in tables for name, field in table.model_fields.items())
+            raise first_error(error, data, cls, Part) from None
 
 
 WITH_TEXTS = str, dict, list, tuple  # what may be, or hold, a text
@@ -94,6 +85,12 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
             check_texts(key, place)
         if isinstance(value, WITH_TEXTS):
             check_texts(value, (*place, str(key)))
+
+
+def known(things: Mapping[str, Thing], name: str, kind: str, place: str) -> Thing:
+    """Give the thing of a name; raise `SceneError` where there is none."""
+    check_known(name, things, kind, place)
+    return things[name]
 
 
 def check_known(name: str, things: Iterable[str], kind: str, place: str, of: str = "") -> None:

@@ -7,13 +7,12 @@ from itertools import pairwise
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.applied_loads import LineLoad
-from fenics_mech.scene.base import check_known
-from fenics_mech.scene.bodies import MESH
+from fenics_mech.scene.base import check_known, known
+from fenics_mech.scene.bodies import MESH, Ground, Link
 from fenics_mech.scene.drives import common_rate
 from fenics_mech.scene.free_motion_checks import check_freedoms
-from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid
-from fenics_mech.scene.joint_units import check_units_of_joints
-from fenics_mech.scene.joints import Prismatic, Slot
+from fenics_mech.scene.joint_law_checks import check_joint_laws, check_rigid, check_units_of_joints
+from fenics_mech.scene.joints import Joint
 from fenics_mech.scene.scene_data import SceneData
 from fenics_mech.scene.sections import Stock
 from fenics_mech.scene.springs_dampers import Hinge, Line
@@ -79,9 +78,9 @@ def _check_sections(scene: SceneData) -> None:
 
 def _check_point(scene: SceneData, name: str, place: str) -> None:
     body = name.split(".", maxsplit=1)[0]
-    check_known(body, ("ground", *scene.links), "link", place)
-    points = scene.ground.points if body == "ground" else scene.links[body].points
-    check_known(name, [f"{body}.{known}" for known in points], "point", place)
+    bodies: dict[str, Ground | Link] = {"ground": scene.ground, **scene.links}
+    points = known(bodies, body, "link", place).points
+    check_known(name, [f"{body}.{point}" for point in points], "point", place)
 
 
 def _check_mesh(scene: SceneData) -> None:
@@ -138,8 +137,7 @@ def _check_place(scene: SceneData, at: str, place: str, *, turns: bool) -> None:
         if at.startswith("ground."):
             raise SceneError("what acts on the ground has no effect", place=place, hint="Name a point of a link")
     else:
-        check_known(at, scene.joints, "joint", place)
-        if scene.joints[at].kind in ("slot", "prismatic") or turns:
+        if known(scene.joints, at, "joint", place).slides or turns:
             hint = "A force in the fixed frame may act at a pin or a weld; else write link.point"
             raise SceneError(f"joint {at!r} does not say which of its bodies is acted on", place=place, hint=hint)
 
@@ -161,21 +159,19 @@ def _check_line(scene: SceneData, line: Line, part: str) -> None:
 
 def _check_hinge(scene: SceneData, hinge: Hinge, part: str) -> None:
     """Raise unless two bodies turn against each other at the joint of a torsional spring or damper."""
-    check_known(hinge.joint, scene.joints, "joint", f"{part}.joint")
-    joint = scene.joints[hinge.joint]
+    joint = known(scene.joints, hinge.joint, "joint", f"{part}.joint")
     if joint.kind in ("weld", "prismatic"):
         raise SceneError(f"a {joint.kind} joint does not turn", place=f"{part}.joint")
     if joint.kind == "slot" and joint.member is not None:
         what = f"the pin of {hinge.joint!r} travels along a member that bends, where no spring or damper takes hold"
         raise SceneError(what, place=f"{part}.joint")
-    bodies = [point.split(".")[0] for point in joint.connect]
     if hinge.bodies is None:
-        if len(bodies) > 2:
+        if len(joint.bodies) > 2:
             hint = 'Say which two turn against each other: bodies = ["...", "..."]'
-            raise SceneError(f"joint {hinge.joint!r} has the bodies {', '.join(bodies)}", place=part, hint=hint)
+            raise SceneError(f"joint {hinge.joint!r} has the bodies {', '.join(joint.bodies)}", place=part, hint=hint)
         return
     for body in hinge.bodies:
-        check_known(body, bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
+        check_known(body, joint.bodies, f"body of joint {hinge.joint}", f"{part}.bodies")
     if hinge.bodies[0] == hinge.bodies[1]:
         raise SceneError("a body does not turn against itself", place=f"{part}.bodies")
 
@@ -191,9 +187,8 @@ def _check_members(scene: SceneData) -> None:
                 check_known(member.material, scene.materials, "material", f"{place}.material")
             first, second = (link.points[end] for end in member.ends)
             if math.dist(first, second) == 0:
-                raise SceneError(
-                    "the member has length 0", place=f"{place}.ends", hint="Its two ends must be at different places"
-                )
+                hint = "Its two ends must be at different places"
+                raise SceneError("the member has length 0", place=f"{place}.ends", hint=hint)
         unused = [point for point in sorted(link.points) if link.members and link.end_at(point) is None]
         if unused:
             hint = "Every point of a link must be an end of one of its members, or at the place of such an end"
@@ -219,7 +214,7 @@ def _check_joints(scene: SceneData) -> None:
         place = f"joints.{name}.connect"
         for point in joint.connect:
             _check_point(scene, point, place)
-            guide = joint.kind in ("slot", "prismatic") and point == joint.connect[0]
+            guide = joint.slides and point == joint.connect[0]
             if point in seen and not guide:
                 raise SceneError(
                     f"point {point!r} is already in joint {seen[point]!r}",
@@ -229,19 +224,18 @@ def _check_joints(scene: SceneData) -> None:
                 )
             if not guide:  # a point of a guide only says where the guide is: other joints may hold it
                 seen[point] = name
-        if joint.kind in ("slot", "prismatic") and joint.member is not None:
+        if joint.member is not None:
             _check_guide(scene, name, joint, joint.member)
-        bodies = [point.split(".")[0] for point in joint.connect]
-        if len(set(bodies)) < len(bodies):
+        if len(set(joint.bodies)) < len(joint.bodies):
             raise SceneError("the joint connects a link with itself", place=place, hint="Connect different links")
-    jointed = {point.split(".")[0] for joint in scene.joints.values() for point in joint.connect}
+    jointed = {body for joint in scene.joints.values() for body in joint.bodies}
     for body in ("ground", *scene.links) if scene.drives else ():  # at rest they may be afloat
         if body not in jointed:
             place = "ground" if body == "ground" else f"links.{body}"
             raise SceneError("no joint connects this link with the linkage", place=place, hint="Add it to a joint")
 
 
-def _check_guide(scene: SceneData, name: str, joint: Slot | Prismatic, member: str) -> None:
+def _check_guide(scene: SceneData, name: str, joint: Joint, member: str) -> None:
     """Raise unless the guide's point is an end of the member that the pin travels along."""
     body, point = joint.connect[0].split(".")
     place = f"joints.{name}.member"
@@ -257,8 +251,7 @@ def _check_drives(scene: SceneData) -> None:
     seen = set()
     for i, drive in enumerate(scene.drives):
         place = f"drive.{i}" if isinstance(scene.drive, tuple) else "drive"
-        check_known(drive.joint, scene.joints, "joint", f"{place}.joint")
-        joint = scene.joints[drive.joint]
+        joint = known(scene.joints, drive.joint, "joint", f"{place}.joint")
         if drive.joint in seen:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")
         seen.add(drive.joint)
@@ -267,9 +260,8 @@ def _check_drives(scene: SceneData) -> None:
         if len(joint.connect) != 2:
             raise SceneError("a driven joint must connect two bodies", place=f"joints.{drive.joint}.connect")
         if joint.kind != "revolute" and drive.speed is not None:
-            raise SceneError(
-                "a sliding joint cannot be driven at a constant speed", place=f"{place}.speed", hint="Give a law"
-            )
+            what = "a sliding joint cannot be driven at a constant speed"
+            raise SceneError(what, place=f"{place}.speed", hint="Give a law")
         if drive.start and drive.law is not None:
             what = "the start is that of a drive at constant speed, and this one has a law"
             hint = "Put it into the law, such as its `mean`"
@@ -294,7 +286,7 @@ def _check_motor(scene: SceneData) -> None:
     if len(scene.drives) > 1 or drive.speed is None:
         raise SceneError("a motor needs a single drive at constant speed", place=place)
     joint = scene.joints[drive.joint]
-    if joint.kind != "revolute" or not any(point.startswith("ground.") for point in joint.connect):
+    if joint.kind != "revolute" or "ground" not in joint.bodies:
         raise SceneError("a motor must drive a link on a pin of the ground", place=place)
     if analysis.method != "periodic" or analysis.solver not in ("auto", "collocation", "poses") or scene.impulses:
         what = "the twist of a motor's shaft comes with the periodic response by collocation or poses, without impulses"
@@ -304,9 +296,7 @@ def _check_motor(scene: SceneData) -> None:
 
 def mobility(scene: SceneData) -> int:
     """Number of freedoms by Gruebler's count, 3 for each link less what the joints take."""
-    lost = {"revolute": 2, "weld": 3, "slot": 1, "prismatic": 2}
-    held = sum(lost[joint.kind] * (len(joint.connect) - 1) for joint in scene.constraints.values())
-    return 3 * len(scene.links) - held
+    return 3 * len(scene.links) - sum(joint.takes * (len(joint.connect) - 1) for joint in scene.constraints.values())
 
 
 def _check_mobility(scene: SceneData) -> None:

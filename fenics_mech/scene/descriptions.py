@@ -8,6 +8,7 @@ from itertools import pairwise
 from typing import Any
 
 from fenics_mech.scene.base import Part
+from fenics_mech.scene.first_error import tables
 
 # What keys mean whose classes do not say it: by class and key, or by the key alone.
 MEANINGS = {
@@ -73,10 +74,7 @@ def _parameters(kind: type) -> dict[str, str]:
 
 def described(schema: dict[str, Any]) -> dict[str, Any]:
     """Put into a JSON Schema of scenes what each key means."""
-    kinds = [Part]
-    for kind in kinds:
-        kinds += kind.__subclasses__()
-    classes = {kind.__name__: kind for kind in kinds}
+    classes = {kind.__name__: kind for kind in tables(Part)}
     for table in _tables_in(schema):
         part = classes.get(table.get("title", ""), Part)
         for key, value in table["properties"].items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.analysis_options import STATED_STARTS
-from fenics_mech.scene.base import check_known
+from fenics_mech.scene.base import check_known, known
 from fenics_mech.scene.scene_data import SceneData
 from fenics_mech.scene.state_factors import StateFactor
 
@@ -30,8 +30,7 @@ def _check_places(scene: SceneData) -> None:
     driven = {drive.joint for drive in scene.drives}
     for name, freedom in scene.freedoms.items():
         place = f"freedoms.{name}"
-        check_known(name, scene.joints, "joint", place)
-        joint = scene.joints[name]
+        joint = known(scene.joints, name, "joint", place)
         if name in driven:
             raise SceneError(f"joint {name!r} is driven, and has no freedom left", place=place)
         if joint.kind == "weld" or len(joint.connect) != 2:
@@ -90,8 +89,7 @@ def _check_factors(scene: SceneData) -> None:
             hint = "Where drives lead links that bend, state it over theta: kind = 'expression'"
             raise SceneError(what, place=place, hint=hint)
         if load.factor.joint is not None:
-            check_known(load.factor.joint, scene.joints, "joint", f"{place}.joint")
-            joint = scene.joints[load.factor.joint]
+            joint = known(scene.joints, load.factor.joint, "joint", f"{place}.joint")
             if joint.kind == "weld" or len(joint.connect) != 2:
                 raise SceneError("a place and a rate are those of a joint of two bodies", place=f"{place}.joint")
 

@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Discriminator, Field, Tag, field_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet, slopes_of
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, RateOfJoint, Torque, TorqueOrForce
 
 
@@ -175,17 +175,10 @@ def effort_of(effort: Effort, time: Array, state: tuple[Array, Array], start: fl
 
 def with_slopes(effort: Effort, time: Array, state: tuple[Array, Array], start: float) -> tuple[Array, Array, Array]:
     """Effort on the second body of a joint, and its derivatives by place and rate, ``(times,)`` each."""
-    none, one = np.zeros_like(time), np.ones_like(time)
     if isinstance(effort, float):
-        return effort * one, none, none
+        return np.full_like(time, effort), np.zeros_like(time), np.zeros_like(time)
     law: Any = effort.at  # it takes jets as well
-
-    def moved(of_place: Array, of_rate: Array) -> Jet:
-        found: Jet = law(*(Jet(x, own, none) for x, own in zip((time, *state), (none, of_place, of_rate))), start)
-        return found
-
-    by_place, by_rate = moved(one, none), moved(none, one)
-    return by_place.value, by_place.first, by_rate.first
+    return slopes_of(lambda *moved: law(*moved, start), time, *state)
 
 
 class Freedom(Part):

@@ -9,7 +9,7 @@ import numpy as np
 
 from fenics_mech._constants import TURN
 from fenics_mech.scene.drives import Drive
-from fenics_mech.scene.joint_units import with_units
+from fenics_mech.scene.joint_law_checks import with_units
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
 from fenics_mech.scene.sections import Rigidity

@@ -12,7 +12,7 @@ from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.applied_loads import AnyLoad, LineLoad, Load
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.first_error import BRANCH, BRANCHES
+from fenics_mech.scene.first_error import BRANCH, MARKS, kind_of, tables
 from fenics_mech.scene.joint_laws import AnyJointLaw, PluggedEffort
 from fenics_mech.scene.sections import SHAPES, Section, any_section
 
@@ -55,8 +55,8 @@ def _kind(plugin: Plugin, *bases: type[Part]) -> type[Part]:
     names = " or ".join(base.__name__ for base in bases)
     if not issubclass(kind, bases):
         raise plugin.refused(f"gives {kind.__name__} where a class derived from {names} is expected")
-    stated = kind.model_fields["kind"].default if "kind" in kind.model_fields else None
-    if stated != plugin.name or stated in BRANCHES:
+    taken = {*MARKS, *(kind_of(other) for other in tables(Part) if other is not kind)}
+    if kind_of(kind) != plugin.name or plugin.name in taken:
         raise plugin.refused(f"needs a field `kind: Literal[{plugin.name!r}] = {plugin.name!r}`, a name not yet taken")
     for name in ("effort_at", "factor_at", "computed"):
         if hasattr(kind, name):

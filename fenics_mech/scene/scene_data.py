@@ -175,7 +175,7 @@ class SceneData(Part):
         """Direction (rad) of a guide in its first body's frame: the joint's `angle`, or that of its `member`."""
         if joint.member is None:
             return joint.angle
-        link = self.links[joint.connect[0].split(".")[0]]
+        link = self.links[joint.bodies[0]]
         (x, y), (x2, y2) = (link.points[end] for end in link.members[joint.member].ends)
         return math.atan2(y2 - y, x2 - x)
 
@@ -217,8 +217,8 @@ class SceneData(Part):
 
     def size_at(self, joint: str) -> float:
         """Largest distance between two points of the links at a joint (m)."""
-        bodies = (point.split(".")[0] for point in self.joints[joint].connect)
-        found = [list(self.links[body].points.values()) for body in bodies if body != "ground"]
+        bodies = (body for body in self.joints[joint].bodies if body != "ground")
+        found = [list(self.links[body].points.values()) for body in bodies]
         return max((math.dist(a, b) for points in found for a in points for b in points), default=0.0)
 
     def drag_width(self, label: str) -> float:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, slopes_of
 from fenics_mech.scene.units import Time
 
 VARIABLES = "t", "place", "rate"
@@ -59,19 +59,14 @@ class FactorFormula(StateFactor):
 
     def of_state(self, time: Array, place: Array, rate: Array) -> Array:
         """Factor at times (s), with the joint's place and rate there, ``(times,)`` each."""
-        found = Formula(self.formula, VARIABLES)(JET_FUNCTIONS, t=time, place=place, rate=rate)
-        return np.broadcast_to(found, time.shape)
+        return np.broadcast_to(self._value(time, place, rate), time.shape)
 
     def with_derivatives(self, time: Array, place: Array, rate: Array) -> tuple[Array, Array, Array]:
         """Factor, and its derivatives by place and rate, ``(times,)`` each; see `of_state`."""
-        none, one = np.zeros_like(time), np.ones_like(time)
+        return slopes_of(self._value, time, place, rate)
 
-        def slope(of_place: Array, of_rate: Array) -> Array:
-            values = Jet(time, none, none), Jet(place, of_place, none), Jet(rate, of_rate, none)
-            found = Formula(self.formula, VARIABLES)(JET_FUNCTIONS, **dict(zip(VARIABLES, values)))
-            return found.first if isinstance(found, Jet) else none
-
-        return self.of_state(time, place, rate), slope(one, none), slope(none, one)
+    def _value(self, *state: Any) -> Any:
+        return Formula(self.formula, VARIABLES)(JET_FUNCTIONS, **dict(zip(VARIABLES, state)))
 
 
 class FactorTimes(StateFactor):

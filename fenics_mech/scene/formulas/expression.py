@@ -188,6 +188,16 @@ class Jet(Arithmetic):
         raise ValueError("an exponent is a number")
 
 
+def slopes_of(law: Callable[..., Any], time: Array, place: Array, rate: Array) -> tuple[Array, Array, Array]:
+    """Give a law of time, place and rate, and its derivatives by place and rate, ``(times,)`` each."""
+    none, one = np.zeros_like(time), np.ones_like(time)
+    found = []
+    for by in ((one, none), (none, one)):
+        value = law(*(Jet(x, own, none) for x, own in zip((time, place, rate), (none, *by))))
+        found.append(value if isinstance(value, Jet) else Jet(none + value, none, none))
+    return found[0].value, found[0].first, found[1].first
+
+
 def jet_functions(functions: Mapping[str, Callable[[Any], Any]]) -> dict[str, Callable[[Any], Any]]:
     """Extend functions to jets of what they take; what is no jet they take as before."""
     sin, cos, tan, exp, tanh, sqrt = (functions[name] for name in ("sin", "cos", "tan", "exp", "tanh", "sqrt"))

@@ -63,22 +63,7 @@ else:
 
 
 __all__ = [
-    "SHAPES",
-    "AnySection",
-    "CustomSection",
-    "ISection",
-    "LaminateSection",
-    "PlainSection",
-    "Ply",
-    "PolygonPart",
-    "PolygonSection",
-    "RectangleSection",
-    "Rigidity",
-    "RoundSection",
-    "Section",
-    "Stock",
-    "TaperSection",
-    "TubeSection",
-    "VariableSection",
-    "any_section",
-]
+    "SHAPES", "AnySection", "CustomSection", "ISection", "LaminateSection", "PlainSection", "Ply", "PolygonPart",
+    "PolygonSection", "RectangleSection", "Rigidity", "RoundSection", "Section", "Stock", "TaperSection",
+    "TubeSection", "VariableSection", "any_section",
+]  # fmt: skip
