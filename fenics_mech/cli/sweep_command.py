@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import loading, one_voice, out, progress_bar, tell_written
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, refined_scene, unit_names
+from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Units, jobs_of, refined_scene, unit_names
 from fenics_mech.errors import MechanismError
 
 
@@ -43,9 +43,7 @@ def sweep(
     s: Annotated[float, typer.Option(min=0, max=1, help="Place on the members where harmonics are kept.")] = 0.5,
     fibre: Annotated[str, typer.Option(help="Side of the members for these harmonics, + or -.")] = "+",
     harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics that are kept.")] = 20,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share the points.")
-    ] = 1,
+    jobs: Annotated[int, jobs_of("the points")] = 1,
     estimates: Annotated[
         Where,
         typer.Option(

@@ -13,7 +13,7 @@ import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene import Scene
-from fenics_mech.scene.poincare import PoincareSection
+from fenics_mech.scene.analysis_options import PoincareSection
 from fenics_mech.solve import Step
 
 NODES = 24  # at which a step is looked at for passages, at least

@@ -18,14 +18,18 @@ from fenics_mech._constants import TURN
 from fenics_mech.scene.base import Part
 from fenics_mech.scene.drives import LAW, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
-from fenics_mech.scene.pulses import Pulse, in_rad
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.state_factors import FactorFormula, FactorTimes, StateFactor
-from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, Time, Torque
+from fenics_mech.scene.units import Angle, AngularMomentum, Force, LineForce, Momentum, OfTurning, Time, Torque
 
 NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 # "link.point", "joint", or "member@place" with a place 0 to 1 along the member, such as "coupler@0.3"
 Place = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
+
+
+def in_rad(*angles: float) -> str:
+    """Recall the unit of numbers, where some angle other than 0 is one."""
+    return "; without a unit they are rad" * any(a and not isinstance(a, OfTurning) for a in angles)
 
 
 class FactorHarmonics(Harmonics):
@@ -154,6 +158,64 @@ class FactorExpression(Part):
 
 def _evaluated(formula: str, theta: Array) -> Array:
     return Formula(formula, ("theta",)).jet(Jet.variable(theta)).value
+
+
+class Pulse(Part):
+    """Acts in a part of the cycle: 1 from one angle to another in the sense of theta, 0 in the rest.
+
+    Parameters
+    ----------
+    start, end
+        Angles (rad) at which the factor is 1/2, on its way up and down.
+    ramp
+        Width (rad) of each flank, a polynomial with two continuous derivatives; 0 is a jump.
+
+    Examples
+    --------
+    >>> fm.Pulse(start="30 deg", end="60 deg", ramp="5 deg").kind
+    'pulse'
+    """
+
+    kind: Literal["pulse"] = "pulse"
+    start: Angle
+    end: Angle
+    ramp: Annotated[Angle, Field(ge=0)] = 0.0
+
+    @model_validator(mode="after")
+    def _has_room(self) -> Self:
+        if self.start == self.end:
+            raise ValueError("the pulse starts and ends at the same angle")
+        if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
+            found = ", ".join(f"{key} {math.degrees(getattr(self, key)):.6g} deg" for key in ("start", "end", "ramp"))
+            raise ValueError(
+                f"the ramp is wider than the pulse, or than the pause between two of them, found {found}"
+                + in_rad(self.start, self.end, self.ramp)
+            )
+        return self
+
+    @property
+    def width(self) -> float:
+        """Part of the cycle in which the pulse acts (rad)."""
+        return (self.end - self.start) % TURN or TURN
+
+    @property
+    def jumps(self) -> tuple[float, ...]:
+        """Drive angles (rad) at which the value jumps."""
+        return () if self.ramp else (self.start, self.end)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Drive angles (rad) between which the value is a polynomial."""
+        return tuple(angle + side * self.ramp / 2 for angle in (self.start, self.end) for side in (-1, 1))
+
+    def at(self, theta: Array) -> Array:
+        """Values at drive angles (rad), of their shape."""
+        from_middle = np.mod(theta - self.start - self.width / 2 + math.pi, TURN) - math.pi
+        inside = self.width / 2 - np.abs(from_middle)
+        if self.ramp == 0:
+            return np.where(inside >= 0, 1.0, 0.0)
+        x = np.clip(inside / self.ramp + 0.5, 0, 1)
+        return x**3 * (10 - 15 * x + 6 * x**2)
 
 
 OverCycle = FactorHarmonics | FactorTable | FactorExpression | Pulse

@@ -7,15 +7,55 @@ from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Annotated, Self
 
+import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
+from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, PointName
 from fenics_mech.scene.design import Across, Notch, Surface
-from fenics_mech.scene.stress_life import StressLife
 from fenics_mech.scene.units import Angle, Density, Inertia, Length, Mass, Modulus
 
 Point = tuple[Length, Length]
 POISSON = 0.3  # of materials that state none: metals have 0.25 to 0.35, which changes G by 4 %
+
+
+class StressLife(Part):
+    """A stress-life (S-N) curve by Basquin: ``N = cycles (range / S)^slope`` for a stress range S.
+
+    Parameters
+    ----------
+    range
+        Stress range (Pa), from the least to the largest stress, that is borne `cycles` times.
+    cycles
+        Number of cycles at that range.
+    slope
+        Exponent of the curve.
+    limit
+        Stress range (Pa) up to which a cycle does no damage.
+    ultimate
+        Tensile strength (Pa). With it a tensile mean stress lowers what is borne, by Goodman's line.
+
+    Examples
+    --------
+    >>> curve = fm.StressLife(range="90 MPa", cycles=2e6, slope=5)
+    >>> float(curve.damage(180e6, 0.0)) * 2e6
+    32.0
+    """
+
+    range: Annotated[Modulus, Field(gt=0)]
+    cycles: Annotated[float, Field(gt=0, le=1e15)] = 2e6
+    slope: Annotated[float, Field(ge=1, le=50)] = 5.0
+    limit: Annotated[Modulus, Field(ge=0)] = 0.0
+    ultimate: Annotated[Modulus, Field(gt=0)] | None = None
+
+    def damage(self, ranges: Array | float, mean: Array | float) -> Array:
+        """Damage of cycles by stress range and mean (Pa), 1 over the number borne; infinite at the strength."""
+        ranges, mean = np.asarray(ranges, dtype=float), np.asarray(mean, dtype=float)
+        if self.ultimate is not None:
+            left = 1 - np.clip(mean, 0, None) / self.ultimate
+            with np.errstate(divide="ignore", invalid="ignore"):
+                ranges = np.where(left > 0, ranges / left, np.inf)
+        return np.where(ranges > self.limit, (ranges / self.range) ** self.slope / self.cycles, 0.0)
 
 
 class Material(Part):

@@ -48,14 +48,14 @@ def tables(root: type[BaseModel]) -> list[type[BaseModel]]:
     return found
 
 
-def kind_of(table: type[BaseModel]) -> Any:
-    """Give what the `kind` of a class of tables is; None where it has none."""
-    return table.model_fields["kind"].default if "kind" in table.model_fields else None
+def tag_of(table: type[BaseModel], tag: str = "kind") -> Any:
+    """Give the `kind` or `shape` of a class of tables; None where it has none."""
+    return table.model_fields[tag].default if tag in table.model_fields else None
 
 
 def first_error(error: ValidationError, data: Any, part: type[BaseModel], root: type[BaseModel]) -> SceneError:
     """Turn pydantic's errors about data, which were to be a part, into one; all parts derive from the root."""
-    branches = {*MARKS, *map(kind_of, tables(root))}
+    branches = {*MARKS, *map(tag_of, tables(root))}
     found = error.errors(include_url=False)
     first = _misspelled(found) or found[0]
     place = _place(first["loc"], data, branches)

@@ -9,11 +9,11 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Discriminator, Field, Tag, field_validator
+from pydantic import AfterValidator, Discriminator, Field, Tag
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet, slopes_of
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, Jet, formula_of, slopes_of
 from fenics_mech.scene.units import AngleOrLength, AngularSpeed, Inertia, RateOfJoint, Torque, TorqueOrForce
 
 
@@ -42,13 +42,7 @@ class FormulaEffort(Part):
     """
 
     kind: Literal["formula"] = "formula"
-    formula: str
-
-    @field_validator("formula")
-    @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, ("t", "theta", "omega"))
-        return text
+    formula: Annotated[str, formula_of("t", "theta", "omega")]
 
     def at(self, time: Array, place: Array, rate: Array, start: float) -> Array:
         """Effort (N m or N) at times (s), with the joint's angle or stroke and its rate there, ``(times,)`` each."""

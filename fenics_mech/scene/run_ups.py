@@ -5,11 +5,11 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Part
-from fenics_mech.scene.formulas.expression import Formula, Jet
+from fenics_mech.scene.formulas.expression import Formula, Jet, formula_of
 from fenics_mech.scene.units import Angle, Time
 
 
@@ -70,13 +70,7 @@ class TimeExpression(Part):
     """
 
     kind: Literal["expression"] = "expression"
-    formula: str
-
-    @field_validator("formula")
-    @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, ("t",))
-        return text
+    formula: Annotated[str, formula_of("t")]
 
     def jet(self, time: Array, speed: float) -> Jet:
         """Angle turned (rad) and two derivatives at times (s), ``(times,)``; the formula has its own speed."""

@@ -24,6 +24,5 @@ class StartState:
     @classmethod
     def stated(cls, scene: Scene) -> StartState:
         """Give the state at time 0: angles, strokes and rates that the freedoms of a scene state."""
-        names, freedoms = ("start", "rate_at_start"), scene.freedoms.values()
-        place, rate = (np.array([getattr(part, name) or 0.0 for part in freedoms]) for name in names)
-        return cls(0.0, place, rate)
+        states = [(freedom.start or 0.0, freedom.rate_at_start) for freedom in scene.freedoms.values()]
+        return cls(0.0, *np.array(states).reshape(-1, 2).T)

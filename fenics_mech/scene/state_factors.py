@@ -6,11 +6,11 @@ from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part
-from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, slopes_of
+from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, formula_of, slopes_of
 from fenics_mech.scene.units import Time
 
 VARIABLES = "t", "place", "rate"
@@ -42,13 +42,7 @@ class FactorFormula(StateFactor):
     """
 
     kind: Literal["formula"] = "formula"
-    formula: str
-
-    @field_validator("formula")
-    @classmethod
-    def _can_be_read(cls, text: str) -> str:
-        Formula(text, VARIABLES)
-        return text
+    formula: Annotated[str, formula_of(*VARIABLES)]
 
     @model_validator(mode="after")
     def _has_a_joint(self) -> Self:

@@ -246,7 +246,7 @@ def unit_written(texts: Sequence[str], values: Sequence[float]) -> tuple[str, fl
 
 
 def _quantity(unit: str) -> Any:
-    return _of_reader(in_unit(unit), unit)
+    return Annotated[float, BeforeValidator(in_unit(unit)), _schema(unit)]
 
 
 class OfTurning(float):
@@ -288,10 +288,6 @@ def _angle() -> Any:
         return OfTurning(number) if written or isinstance(value, OfTurning) else number
 
     return Annotated[float, WrapValidator(read), _schema("rad")]
-
-
-def _of_reader(read: Callable[[Any], Any], unit: str) -> Any:
-    return Annotated[float, BeforeValidator(read), _schema(unit)]
 
 
 def _schema(named: str) -> WithJsonSchema:

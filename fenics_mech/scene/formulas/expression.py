@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from pydantic import AfterValidator
 
 from fenics_mech._arrays import Array
 
@@ -110,6 +111,11 @@ class Formula:
             case ast.Call(func=ast.Name(id=name), args=[argument]):
                 return functions[name](self._value(argument, functions, values))
         raise AssertionError(ast.dump(node))  # `_check` has let nothing else pass
+
+
+def formula_of(*variables: str) -> AfterValidator:
+    """Give what refuses texts that are no formula of some variables."""
+    return AfterValidator(lambda text: Formula(text, variables).text)
 
 
 def _is_number(value: object) -> bool:

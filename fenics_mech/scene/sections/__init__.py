@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Union
 
 from pydantic import Discriminator, Tag
 
-from fenics_mech.scene.first_error import BRANCH
+from fenics_mech.scene.first_error import BRANCH, tag_of
 from fenics_mech.scene.sections.laminate import LaminateSection, Ply
 from fenics_mech.scene.sections.plain import (
     CustomSection,
@@ -33,13 +33,6 @@ OWN: tuple[type[Section], ...] = (
 )
 
 
-def _shape_of(kind: type[Section]) -> str:
-    return str(kind.model_fields["shape"].default)
-
-
-SHAPES = tuple(map(_shape_of, OWN))
-
-
 def _tag(value: Any) -> Any:
     """Give the branch of the union that reads a value: its shape with the mark of a branch."""
     shape = value.get("shape", "custom") if isinstance(value, dict) else getattr(value, "shape", None)
@@ -48,11 +41,10 @@ def _tag(value: Any) -> Any:
 
 def any_section(*more: type[Section]) -> Any:
     """Give the type of all sections, by their `shape`."""
-    kinds: tuple[type[Section], ...] = (*OWN, *more)
-    tagged = tuple(Annotated[kind, Tag(f"{BRANCH}{_shape_of(kind)}")] for kind in kinds)  # type: ignore[valid-type]
+    kinds = {tag_of(kind, "shape"): kind for kind in (*OWN, *more)}
+    tagged = tuple(Annotated[kind, Tag(f"{BRANCH}{shape}")] for shape, kind in kinds.items())  # type: ignore[valid-type]
     union = Union[tagged]  # type: ignore[valid-type]  # noqa: UP007
-    known = ", ".join(map(_shape_of, kinds))
-    message = f"there is no such shape of section; known are {known}"
+    message = f"there is no such shape of section; known are {', '.join(kinds)}"
     return Annotated[union, Discriminator(_tag, custom_error_type="unknown_shape", custom_error_message=message)]
 
 
@@ -63,7 +55,7 @@ else:
 
 
 __all__ = [
-    "SHAPES", "AnySection", "CustomSection", "ISection", "LaminateSection", "PlainSection", "Ply", "PolygonPart",
+    "AnySection", "CustomSection", "ISection", "LaminateSection", "PlainSection", "Ply", "PolygonPart",
     "PolygonSection", "RectangleSection", "Rigidity", "RoundSection", "Section", "Stock", "TaperSection",
     "TubeSection", "VariableSection", "any_section",
 ]  # fmt: skip
