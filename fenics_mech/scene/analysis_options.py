@@ -42,11 +42,9 @@ class PoincareSection(Part):
     at: AngleOrLength = 0.0
     direction: Literal["+", "-"] = "+"
 
-    @model_validator(mode="after")
-    def _has_one_rule(self) -> PoincareSection:
+    def _check_keys(self) -> None:
         if self.every is not None and self.joint is not None:
             raise ValueError("the section is taken `every` so often, or where a `joint` passes a place: give one")
-        return self
 
 
 class Analysis(Part):

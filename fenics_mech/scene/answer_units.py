@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.unit_spellings import meant
-from fenics_mech.scene.units import POUND, QUANTITY, in_unit
+from fenics_mech.scene.units import LONGEST, POUND, in_unit
 
 KINDS = {"strain": "1", "length": "m", "stress": "Pa", "force": "N", "moment": "N*m", "speed": "rad/s"}  # and their SI
 MICROSTRAIN = "\N{MICRO SIGN}m/m"
@@ -61,7 +61,7 @@ def _kind_of(name: str) -> tuple[str, float] | None:
     """Find what a unit measures, and its size in SI; None where it is no unit of an answer."""
     if name in (MICROSTRAIN, "um/m", "microstrain"):
         return "strain", 1e-6
-    for kind, unit in KINDS.items() if len(name) < QUANTITY.longest - 2 and name.strip() else ():
+    for kind, unit in KINDS.items() if len(name) < LONGEST - 2 and name.strip() else ():
         try:
             return kind, float(in_unit(unit)(f"1 {name}"))
         except ValueError:
@@ -77,6 +77,6 @@ def _hint(name: str) -> str:
     if POUND.fullmatch(name):
         return f"{name} is a mass. Write 'lbf' for forces"
     for unit in KINDS.values():
-        if len(name) < QUANTITY.longest and (likely := meant(f"1 {name}", in_unit(unit))):
+        if len(name) < LONGEST and (likely := meant(f"1 {name}", in_unit(unit))):
             return f"Did you mean '{likely.removeprefix('1 ')}'?"
     return "Known are units of strain, length, stress, force, moment and speed, such as 'mm', 'in', 'psi', 'lbf in'"

@@ -8,15 +8,15 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import Discriminator, Field, Tag, field_validator
 
 from fenics_mech._arrays import Array
 from fenics_mech._constants import TURN
-from fenics_mech.scene.base import Part
-from fenics_mech.scene.drives import LAW, Harmonics, check_finite
+from fenics_mech.scene.base import Part, check_paired
+from fenics_mech.scene.drives import MOST_HARMONICS, Harmonics, check_finite
 from fenics_mech.scene.formulas.expression import Formula, Jet
 from fenics_mech.scene.sampling import SAMPLING, SampledFunction, enough_angles, equal_steps, pieces_of
 from fenics_mech.scene.state_factors import FactorFormula, FactorTimes, StateFactor
@@ -49,8 +49,8 @@ class FactorHarmonics(Harmonics):
     """
 
     mean: float = 0.0
-    cosine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
-    sine: Annotated[tuple[float, ...], Field(max_length=LAW.most_harmonics)] = ()
+    cosine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
+    sine: Annotated[tuple[float, ...], Field(max_length=MOST_HARMONICS)] = ()
     jumps: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) at which the value jumps
     corners: ClassVar[tuple[float, ...]] = ()  # drive angles (rad) between which the value is a polynomial
 
@@ -87,12 +87,8 @@ class FactorTable(Part):
     angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
     values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
 
-    @model_validator(mode="after")
-    def _is_one_cycle(self) -> Self:
-        if len(self.angles) != len(self.values):
-            raise ValueError(
-                f"{len(self.angles)} angles and {len(self.values)} values: a table needs the same number of both"
-            )
+    def _check_keys(self) -> None:
+        check_paired(angles=self.angles, values=self.values)
         if any(b < a for a, b in pairwise(self.angles)) or self.angles[-1] - self.angles[0] > TURN * (1 + 1e-12):
             found = f"found {np.degrees(self.angles[0]):.6g} to {np.degrees(self.angles[-1]):.6g} deg"
             turns = (self.angles[-1] - self.angles[0]) / TURN
@@ -102,7 +98,6 @@ class FactorTable(Part):
                 f"the angles must increase, over at most one cycle, {found}{in_rad(*self.angles)}"
                 + (f". For a cycle of {n} turns, {_SLOWER.format(n=n)}" if several else "")
             )
-        return self
 
     @property
     def jumps(self) -> tuple[float, ...]:
@@ -181,8 +176,7 @@ class Pulse(Part):
     end: Angle
     ramp: Annotated[Angle, Field(ge=0)] = 0.0
 
-    @model_validator(mode="after")
-    def _has_room(self) -> Self:
+    def _check_keys(self) -> None:
         if self.start == self.end:
             raise ValueError("the pulse starts and ends at the same angle")
         if self.ramp > min(self.width, TURN - self.width) * (1 + 1e-9):
@@ -191,7 +185,6 @@ class Pulse(Part):
                 f"the ramp is wider than the pulse, or than the pause between two of them, found {found}"
                 + in_rad(self.start, self.end, self.ramp)
             )
-        return self
 
     @property
     def width(self) -> float:
@@ -395,8 +388,6 @@ class Impulse(Part):
     impulse: tuple[Momentum, Momentum] = (0.0, 0.0)
     angular_impulse: AngularMomentum = 0.0
 
-    @model_validator(mode="after")
-    def _strikes_once(self) -> Self:
+    def _check_keys(self) -> None:
         if (self.angle is None) == (self.time is None):
             raise ValueError("must state when it strikes, by the drive's `angle` or by the `time`, and not by both")
-        return self

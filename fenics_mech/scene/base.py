@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.first_error import first_error
@@ -57,6 +57,14 @@ class Part(BaseModel):
 
     __init__.__pydantic_base_init__ = True  # type: ignore[attr-defined]  # parts of a part are validated without it
 
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        self._check_keys()
+        return self
+
+    def _check_keys(self) -> None:
+        """Raise `ValueError` where keys, each of which is valid, contradict each other."""
+
     @classmethod
     def read(cls, data: Any) -> Self:
         """Make the part from plain data."""
@@ -85,6 +93,13 @@ def check_texts(part: Any, place: tuple[str, ...] = ()) -> None:
             check_texts(key, place)
         if isinstance(value, WITH_TEXTS):
             check_texts(value, (*place, str(key)))
+
+
+def check_paired(**columns: Sequence[float]) -> None:
+    """Raise `ValueError` unless two columns of a table, by name, have as many values."""
+    (one, first), (other, second) = columns.items()
+    if len(first) != len(second):
+        raise ValueError(f"{len(first)} {one} and {len(second)} {other}: a table needs the same number of both")
 
 
 def known(things: Mapping[str, Thing], name: str, kind: str, place: str) -> Thing:

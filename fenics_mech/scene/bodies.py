@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from typing import Annotated, Self
+from typing import Annotated
 
 import numpy as np
-from pydantic import ConfigDict, Field, model_validator
+from pydantic import ConfigDict, Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, PointName
@@ -98,14 +98,12 @@ class Material(Part):
     fatigue: StressLife | None = None
     surface: Surface | None = None
 
-    @model_validator(mode="after")
-    def _breaks_after_it_yields(self) -> Self:
+    def _check_keys(self) -> None:
         if self.yield_ is not None and self.ultimate is not None and self.ultimate < self.yield_:
             raise ValueError(
                 f"the tensile strength is not below the yield strength: expected ultimate >= {self.yield_:g} Pa, "
                 f"found {self.ultimate:g} Pa"
             )
-        return self
 
     @property
     def shear_unstated(self) -> bool:
@@ -164,8 +162,7 @@ class Mesh(Part):
     grading: Annotated[float, Field(gt=0)] = 1.0
     stations: tuple[float, ...] | None = None
 
-    @model_validator(mode="after")
-    def _stations_increase(self) -> Self:
+    def _check_keys(self) -> None:
         nodes = self.stations
         if self.count > MESH.most_elements:
             raise ValueError(f"{self.count} elements in one member, and at most {MESH.most_elements} are taken")
@@ -179,7 +176,6 @@ class Mesh(Part):
                 f"the longest element of a member is {self.ratio:.3g} times as long as the shortest: beyond "
                 f"{MESH.largest_ratio:g} the strains would be lost to rounding"
             )
-        return self
 
     @property
     def count(self) -> int:
@@ -306,11 +302,9 @@ class Link(Part):
     angle: Angle = 0.0
     position: Point | None = None
 
-    @model_validator(mode="after")
-    def _bends_or_is_rigid(self) -> Self:
+    def _check_keys(self) -> None:
         if bool(self.members) == (self.rigid is not None):
             raise ValueError("a link needs either members or `rigid`, not both")
-        return self
 
     def end_at(self, point: str) -> str | None:
         """Name of the member's end at the place of a point of the link; itself where it is an end, None without one."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -14,18 +13,10 @@ from fenics_mech.errors import SceneError, shortened
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.models import Scene
 
-
-@dataclass(frozen=True)
-class FileLimits:
-    """Limits of a scene file."""
-
-    largest: int = 5_000_000  # bytes; a scene file is a few kB
-    deepest: int = 30  # parts of a dotted key: the time that tomllib takes grows with their square
-
-
-FILE = FileLimits()
+LARGEST = 5_000_000  # bytes; a scene file is a few kB
+DEEPEST = 30  # parts of a dotted key: the time that tomllib takes grows with their square
 Read = TypeVar("Read")
-DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{FILE.deepest}}}")
+DEEP_KEY = re.compile(rf"(?<![\w\-\"'])(?:[\w\-\"']+[ \t]*\.[ \t]*){{{DEEPEST}}}")
 
 TOML_ADVICE = {  # by how tomllib's message starts
     "Invalid value": "Write texts, names and numbers with a unit in quotes",
@@ -68,7 +59,7 @@ def load(path: str | Path) -> Scene:
 def text_of(path: Path, what: str = "scene file") -> str:
     """Read the text of a file that a user wrote."""
     try:
-        return read_bounded(path, FILE.largest).decode("utf-8-sig")
+        return read_bounded(path, LARGEST).decode("utf-8-sig")
     except (OSError, ValueError) as error:
         reason = "it is not a UTF-8 text" if isinstance(error, UnicodeDecodeError) else reason_of(error)
         raise SceneError(f"cannot read the {what}: {reason}", place=str(path)) from error
@@ -106,7 +97,7 @@ def read_toml(text: str, file: str, read: Callable[[dict[str, Any]], Read]) -> R
     """Make something from a text in TOML. Errors name the file and the line."""
     try:
         if deep := DEEP_KEY.search(text):
-            raise ValueError(f"the key {shortened(deep[0])} has more than {FILE.deepest} parts")
+            raise ValueError(f"the key {shortened(deep[0])} has more than {DEEPEST} parts")
         data = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also of numbers with too many digits
         advice = next((advice for start, advice in TOML_ADVICE.items() if str(error).startswith(start)), "")

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech.scene.base import Name, Part
 from fenics_mech.scene.units import Share
@@ -46,11 +46,9 @@ class LoadCase(Part):
     cycles: Annotated[float, Field(ge=0, le=1e15)] | None = None
     share: Annotated[Share, Field(ge=0, le=1)] | None = None
 
-    @model_validator(mode="after")
-    def _counts_one_way(self) -> Self:
+    def _check_keys(self) -> None:
         if self.cycles is not None and self.share is not None:
             raise ValueError("give either `cycles` or `share`, not both")
-        return self
 
     @property
     def values(self) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import Any
 
 from pydantic import model_validator
 
@@ -85,8 +85,6 @@ class Scene(SceneData):
         check_texts(data)
         return data
 
-    @model_validator(mode="after")
-    def _is_consistent(self) -> Self:
+    def _check_keys(self) -> None:
         check_references(self)
         check_cases(self)
-        return self

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Part
+from fenics_mech.scene.base import Part, check_paired
 from fenics_mech.scene.formulas.expression import Formula, Jet, formula_of
 from fenics_mech.scene.units import Angle, Time
 
@@ -36,15 +36,10 @@ class TimeTable(Part):
     times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
     angles: Annotated[tuple[Angle, ...], Field(min_length=2, max_length=100_000)]
 
-    @model_validator(mode="after")
-    def _has_pairs(self) -> Self:
-        if len(self.times) != len(self.angles):
-            raise ValueError(
-                f"{len(self.times)} times and {len(self.angles)} angles: a table needs the same number of both"
-            )
+    def _check_keys(self) -> None:
+        check_paired(times=self.times, angles=self.angles)
         if self.times[0] != 0 or any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("the times must increase from 0 to the end of the run-up")
-        return self
 
     def jet(self, time: Array, speed: float) -> Jet:
         """Angle turned (rad) and two derivatives at times (s), ``(times,)``; `speed` (rad/s) is that at the end."""

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
-from fenics_mech.scene.base import Name, Part
+from fenics_mech.scene.base import Name, Part, check_paired
 from fenics_mech.scene.formulas.expression import JET_FUNCTIONS, Formula, formula_of, slopes_of
 from fenics_mech.scene.units import Time
 
@@ -44,12 +44,10 @@ class FactorFormula(StateFactor):
     kind: Literal["formula"] = "formula"
     formula: Annotated[str, formula_of(*VARIABLES)]
 
-    @model_validator(mode="after")
-    def _has_a_joint(self) -> Self:
+    def _check_keys(self) -> None:
         used = [name for name in ("place", "rate") if Formula(self.formula, VARIABLES).uses(name)]
         if used and self.joint is None:
             raise ValueError(f"the formula has the {' and the '.join(used)} of a joint: name it with `joint`")
-        return self
 
     def of_state(self, time: Array, place: Array, rate: Array) -> Array:
         """Factor at times (s), with the joint's place and rate there, ``(times,)`` each."""
@@ -86,15 +84,10 @@ class FactorTimes(StateFactor):
     times: Annotated[tuple[Time, ...], Field(min_length=2, max_length=100_000)]
     values: Annotated[tuple[float, ...], Field(min_length=2, max_length=100_000)]
 
-    @model_validator(mode="after")
-    def _is_a_table(self) -> Self:
-        if len(self.times) != len(self.values):
-            raise ValueError(
-                f"{len(self.times)} times and {len(self.values)} values: a table needs the same number of both"
-            )
+    def _check_keys(self) -> None:
+        check_paired(times=self.times, values=self.values)
         if any(b <= a for a, b in pairwise(self.times)):
             raise ValueError("the times must increase: where the load is to jump, let it rise in a short time")
-        return self
 
     def of_state(self, time: Array, place: Array, rate: Array) -> Array:
         """Factor at times (s), ``(times,)``; the place and the rate of a joint do not count."""

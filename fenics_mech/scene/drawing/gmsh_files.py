@@ -69,37 +69,31 @@ class Drawing:
         return f"({x:.6g}, {y:.6g}) m"
 
 
-@dataclass(frozen=True)
-class Groups:
-    """The contents of a file."""
-
-    nodes: Array  # places in the drawing's unit, ``(nodes, 3)``
-    lines: dict[str, Index]  # nodes of each group's lines, ``(lines, 2)``
-    points: dict[str, Index]  # nodes of each group's points, ``(points,)``
-    others: tuple[str, ...] = ()  # names of groups of something else than points and straight lines
+# nodes in the drawing's unit, ``(nodes, 3)``, nodes of lines, ``(lines, 2)``, and of points by group, other groups
+Groups = tuple[Array, dict[str, Index], dict[str, Index], tuple[str, ...]]
 
 
 def read_drawing(path: Path, unit: float = 1.0) -> Drawing:
     """Read a drawing (.geo, .msh, .inp, .svg, .dxf), whose unit is of a length (m)."""
-    groups = _read(path)
-    if not groups.lines and not groups.points:
+    places, lines_of, points_of, others = _read(path)
+    if not lines_of and not points_of:
         raise SceneError(f"{path.name} has no named physical groups", place="drawing", hint=NAME_GROUPS)
-    if groups.others:
-        message = f"{path.name}: the physical group {groups.others[0]!r} holds neither points nor straight lines"
+    if others:
+        message = f"{path.name}: the physical group {others[0]!r} holds neither points nor straight lines"
         hint = (
             "Links are drawn as lines (elements of first order, Mesh.ElementOrder = 1); a plate as a triangle of lines"
         )
         raise SceneError(message, place="drawing", hint=hint)
-    if not any(len(cells) for cells in groups.lines.values()):
+    if not any(len(cells) for cells in lines_of.values()):
         raise SceneError(f"{path.name} has no lines in a named physical group", place="drawing", hint=NAME_GROUPS)
-    lines = np.concatenate(list(groups.lines.values()))
+    lines = np.concatenate(list(lines_of.values()))
     if len(lines) > DRAWING.most_lines:
         message = f"{path.name} has {len(lines)} lines in named groups, and at most {DRAWING.most_lines} are taken"
         raise SceneError(message, place="drawing", hint="Mesh the curves with fewer elements")
-    names = tuple(name for name, cells in groups.lines.items() for _ in cells)
-    points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in groups.points.items()}
-    drawing = Drawing(path.name, unit * groups.nodes[:, :2], lines, names, tuple(groups.lines), points)
-    _check_lines(drawing, unit * groups.nodes[:, 2])
+    names = tuple(name for name, cells in lines_of.items() for _ in cells)
+    points = {name: tuple(dict.fromkeys(nodes.tolist())) for name, nodes in points_of.items()}
+    drawing = Drawing(path.name, unit * places[:, :2], lines, names, tuple(lines_of), points)
+    _check_lines(drawing, unit * places[:, 2])
     return drawing
 
 
@@ -180,9 +174,5 @@ def _read_in_own_process(content: bytes, ending: str) -> Groups:
             )
         with np.load(copy.with_name("groups.npz"), allow_pickle=False) as found:
             lines, points, others = json.loads(str(found["names"]))
-            return Groups(
-                found["nodes"],
-                {name: found[f"lines{i}"] for i, name in enumerate(lines)},
-                {name: found[f"points{i}"] for i, name in enumerate(points)},
-                tuple(others),
-            )
+            lines_of = {name: found[f"lines{i}"] for i, name in enumerate(lines)}
+            return found["nodes"], lines_of, {name: found[f"points{i}"] for i, name in enumerate(points)}, tuple(others)

@@ -26,16 +26,9 @@ OPERATORS: dict[type, Callable[[Any, Any], Any]] = {
 }
 
 
-@dataclass(frozen=True)
-class FormulaLimits:
-    """Limits of a formula."""
-
-    longest: int = 500  # characters
-    largest_power: int = 20  # beyond it derivatives and intervals soon leave the range of numbers
-    largest: float = 1e300  # number
-
-
-FORMULA = FormulaLimits()
+LONGEST = 500  # characters
+LARGEST_POWER = 20  # beyond it derivatives and intervals soon leave the range of numbers
+LARGEST = 1e300  # number
 
 
 @dataclass(frozen=True)
@@ -46,8 +39,8 @@ class Formula:
     variables: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        if len(self.text) > FORMULA.longest:
-            raise ValueError(f"a formula has at most {FORMULA.longest} characters, found {len(self.text)}")
+        if len(self.text) > LONGEST:
+            raise ValueError(f"a formula has at most {LONGEST} characters, found {len(self.text)}")
         self._check(self._tree())
 
     def uses(self, variable: str) -> bool:
@@ -93,8 +86,8 @@ class Formula:
 
     def _check_power(self, node: ast.expr) -> None:
         power = node.operand if isinstance(node, ast.UnaryOp) else node
-        if not isinstance(power, ast.Constant) or not abs(power.value) <= FORMULA.largest_power:  # type: ignore[arg-type,operator]
-            raise ValueError(f"{ast.unparse(node)!r}: an exponent is a number of at most {FORMULA.largest_power}")
+        if not isinstance(power, ast.Constant) or not abs(power.value) <= LARGEST_POWER:  # type: ignore[arg-type,operator]
+            raise ValueError(f"{ast.unparse(node)!r}: an exponent is a number of at most {LARGEST_POWER}")
 
     def _value(self, node: ast.expr, functions: Mapping[str, Callable[[Any], Any]], values: Mapping[str, Any]) -> Any:
         match node:
@@ -119,7 +112,7 @@ def formula_of(*variables: str) -> AfterValidator:
 
 
 def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= FORMULA.largest
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) <= LARGEST
 
 
 class Arithmetic:

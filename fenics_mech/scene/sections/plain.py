@@ -6,10 +6,10 @@ Their formulas hold for numbers and, in a taper, for arrays of dimensions.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.sections.rigidity import Positive, Rigidity, Section, Stock, stated_factor
@@ -228,14 +228,12 @@ class TubeSection(PlainSection):
     diameter: Annotated[Length, Positive]
     thickness: Annotated[Length, Positive]
 
-    @model_validator(mode="after")
-    def _has_a_wall(self) -> Self:
+    def _check_keys(self) -> None:
         if self.thickness > self.diameter / 2:
             raise ValueError(
                 f"the wall of a tube is at most half its diameter: expected thickness <= {self.diameter / 2:g} m, "
                 f"found {self.thickness:g} m"
             )
-        return self
 
     @property
     def area(self) -> float:
@@ -294,8 +292,7 @@ class ISection(PlainSection):
     flange: Annotated[Length, Positive]
     web: Annotated[Length, Positive]
 
-    @model_validator(mode="after")
-    def _has_a_web(self) -> Self:
+    def _check_keys(self) -> None:
         if 2 * self.flange > self.height:
             raise ValueError(
                 f"two flanges are at most as high as the I: expected flange <= {self.height / 2:g} m, "
@@ -303,7 +300,6 @@ class ISection(PlainSection):
             )
         if self.web > self.width:
             raise ValueError(f"the web is at most as wide as the I: expected <= {self.width:g} m, found {self.web:g} m")
-        return self
 
     @property
     def area(self) -> float:

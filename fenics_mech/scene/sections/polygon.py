@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from fenics_mech._arrays import Array
 from fenics_mech.scene.base import Name, Part, check_known
@@ -77,15 +77,13 @@ class PolygonSection(Section):
     shear_factor: ShearFactor | None = None
     axis: Literal["neutral", "middle", "origin"] = "neutral"
 
-    @model_validator(mode="after")
-    def _is_a_shape(self) -> Self:
+    def _check_keys(self) -> None:
         if bool(self.parts) == (self.outline is not None) or (self.parts and self.holes):
             raise ValueError("a polygon has either an outline, with holes, or parts")
         shapes = [_polygon(part.outline or (), part.holes) for part in self.parts or (self,)]
         for i, shape in enumerate(shapes):
             if any(shape.intersection(o).area > SECTION.touching * min(shape.area, o.area) for o in shapes[:i]):
                 raise ValueError(f"part {i} lies over another part; parts may share sides only")
-        return self
 
     def _polygons(self, stock: Stock) -> list[tuple[Outline, tuple[Outline, ...], Any]]:
         """Outline, holes and material of each polygon."""
