@@ -98,7 +98,7 @@ PARTS: dict[str, dict[str, Kind]] = {"periodic_": CHECKED, "modes_": EIGENVALUES
 OPTIONS = {prefix + name: kind for prefix, options in PARTS.items() for name, kind in options.items()}
 
 
-def _takes(kind: Kind, value: Any) -> bool:
+def takes(kind: Kind, value: Any) -> bool:
     """Whether a value is of a kind."""
     if "enum" in kind:
         return value in kind["enum"]
@@ -122,7 +122,7 @@ def _check_options(options: dict[str, Any]) -> dict[str, Any]:
     for key, value in options.items():
         if key not in OPTIONS:
             raise SceneError("unknown option of a solver", place=f"petsc.{shortened(key)[1:-1]}", hint=_nearest(key))
-        if not _takes(OPTIONS[key], value):
+        if not takes(OPTIONS[key], value):
             raise SceneError(f"must be {_in_words(OPTIONS[key])}, found {shortened(value)}", place=f"petsc.{key}")
     return options
 
