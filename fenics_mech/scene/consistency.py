@@ -249,8 +249,7 @@ def _check_guide(scene: SceneData, name: str, joint: Joint, member: str) -> None
 def _check_drives(scene: SceneData) -> None:
     """Raise where a drive has no joint of its own, or the drives have no common cycle."""
     seen = set()
-    for i, drive in enumerate(scene.drives):
-        place = f"drive.{i}" if isinstance(scene.drive, tuple) else "drive"
+    for i, (place, drive) in enumerate(scene.drives_by_place.items()):
         joint = known(scene.joints, drive.joint, "joint", f"{place}.joint")
         if drive.joint in seen:
             raise SceneError(f"joint {drive.joint!r} is driven twice", place=f"{place}.joint")
@@ -281,8 +280,8 @@ def _check_drives(scene: SceneData) -> None:
 
 def _check_motor(scene: SceneData) -> None:
     """Raise unless the one drive with its motor turns a crank on the ground, in steady vibration."""
-    place = "drive.0.motor" if isinstance(scene.drive, tuple) else "drive.motor"
-    drive, analysis = scene.drives[0], scene.analysis
+    analysis, (place, drive) = scene.analysis, next(iter(scene.drives_by_place.items()))
+    place += ".motor"
     if len(scene.drives) > 1 or drive.speed is None:
         raise SceneError("a motor needs a single drive at constant speed", place=place)
     joint = scene.joints[drive.joint]

@@ -154,8 +154,8 @@ def check_units_of_joints(scene: SceneData) -> None:
 
 def _stated(scene: SceneData) -> Iterator[tuple[str, Any, str]]:
     """Give every part that states quantities of a joint, with the joint before it and its place behind."""
-    for i, drive in enumerate(scene.drives):
-        yield drive.joint, drive, f"drive.{i}" if isinstance(scene.drive, tuple) else "drive"
+    for place, drive in scene.drives_by_place.items():
+        yield drive.joint, drive, place
     for name, freedom in scene.freedoms.items():
         yield name, freedom, f"freedoms.{name}"
     for name, law in scene.joint_laws.items():

@@ -17,7 +17,7 @@ from fenics_mech.scene.applied_loads import FactorExpression, FactorTable, LineL
 from fenics_mech.scene.bodies import Material
 from fenics_mech.scene.models import Scene
 from fenics_mech.scene.plausible_limits import USUAL, Found, likely
-from fenics_mech.scene.plausible_motion import bending_strain, drives_of, motion, turns
+from fenics_mech.scene.plausible_motion import bending_strain, motion
 from fenics_mech.scene.sections import CustomSection, Section
 from fenics_mech.scene.springs_dampers import HingeSpring, LineSpring
 from fenics_mech.scene.units import OfTurning
@@ -212,8 +212,8 @@ def _stated_angles(scene: Scene) -> Iterator[tuple[str, float]]:
     for name, spring in scene.springs.items():
         if isinstance(spring, HingeSpring) and spring.angle is not None:
             yield f"springs.{name}.angle", spring.angle
-    for place, drive in drives_of(scene):
-        if turns(scene, drive):
+    for place, drive in scene.drives_by_place.items():
+        if not scene.joints[drive.joint].slides:
             yield f"{place}.start", drive.start
     if scene.analysis.method == "static":
         yield "analysis.position", scene.analysis.position
@@ -303,7 +303,7 @@ def _numerics(scene: Scene) -> Found:
         if isinstance(spring, LineSpring) and (spring.length or 0.0) > USUAL.longest_spring * size:
             meant = likely(spring.length or 0.0, "m", (("mm", 1e-3),), 0, size)
             yield f"springs.{name}.length", f"{spring.length:.6g} m, and all members together have {size:.4g} m{meant}"
-    for place, drive in drives_of(scene):
+    for place, drive in scene.drives_by_place.items():
         if (drive.run_up or 0.0) > USUAL.longest_run_up * scene.period:
             meant = likely(drive.run_up or 0.0, "s", (("ms", 1e-3),), 0, USUAL.longest_run_up * scene.period)
             yield f"{place}.run_up", f"{drive.run_up:.6g} s are {(drive.run_up or 0) / scene.period:.4g} cycles{meant}"

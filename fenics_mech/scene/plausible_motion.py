@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -20,12 +19,12 @@ def motion(scene: Scene) -> Found:
     if scene.analysis.method == "static":  # held at one position
         return
     theta = TURN / 720 * np.arange(720, dtype=float)
-    for place, drive in drives_of(scene):
+    for place, drive in scene.drives_by_place.items():
         jet = drive.jet(theta, scene.cycle_rate)
         fastest = float(np.abs(jet.first).max()) * abs(scene.cycle_rate)
         sharpest = float(np.abs(jet.second).max()) * scene.cycle_rate**2
         key = "speed" if drive.speed is not None else "law"
-        if turns(scene, drive):
+        if not scene.joints[drive.joint].slides:
             yield from _of_swing(f"{place}.law", drive, jet.value)
             yield from _of_turning(scene, f"{place}.{key}", drive, fastest, sharpest)
         else:
@@ -100,14 +99,3 @@ def _of_stroke(place: str, stroke: np.ndarray, longest: float) -> Found:
     if (size := float(np.ptp(stroke))) > USUAL.longest_stroke * longest:
         meant = likely(size, "m", (("mm", 1e-3),), 0, longest)
         yield place, f"the stroke is {size:.4g} m, and no member is longer than {longest:.4g} m{meant}"
-
-
-def drives_of(scene: Scene) -> Iterator[tuple[str, Drive]]:
-    """Give the drives of a scene with their places."""
-    several = isinstance(scene.drive, tuple)
-    return ((f"drive.{i}" if several else "drive", drive) for i, drive in enumerate(scene.drives))
-
-
-def turns(scene: Scene, drive: Drive) -> bool:
-    """Whether a drive turns its joint."""
-    return scene.joints[drive.joint].kind == "revolute"

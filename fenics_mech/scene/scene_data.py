@@ -134,6 +134,13 @@ class SceneData(Part):
         return self.drive if isinstance(self.drive, tuple) else (self.drive,)
 
     @property
+    def drives_by_place(self) -> dict[str, Drive]:
+        """All drives by their place in the scene."""
+        return {
+            f"drive.{i}" if isinstance(self.drive, tuple) else "drive": drive for i, drive in enumerate(self.drives)
+        }
+
+    @property
     def moved_joints(self) -> tuple[str, ...]:
         """Joints whose angle or stroke says where the linkage is: those of the drives, then those of the freedoms."""
         return (*(drive.joint for drive in self.drives), *self.freedoms)

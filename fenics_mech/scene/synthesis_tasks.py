@@ -155,14 +155,11 @@ class PathTask(Task):
         return len(self.path) == FIVE
 
 
-TASKS: dict[str, type[FunctionTask | MotionTask | PathTask]] = {
-    "function": FunctionTask,
-    "motion": MotionTask,
-    "path": PathTask,
-}
+AnyTask = FunctionTask | MotionTask | PathTask
+TASKS: dict[str, type[AnyTask]] = {"function": FunctionTask, "motion": MotionTask, "path": PathTask}
 
 
-def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
+def load_task(path: str | Path) -> AnyTask:
     """Read the file of a task.
 
     Parameters
@@ -188,7 +185,7 @@ def load_task(path: str | Path) -> FunctionTask | MotionTask | PathTask:
     return read_toml(text_of(path, "task"), path.name, read_task)
 
 
-def read_task(data: dict[str, Any]) -> FunctionTask | MotionTask | PathTask:
+def read_task(data: dict[str, Any]) -> AnyTask:
     """Make a task from plain data."""
     kind = data.get("kind")
     if not isinstance(kind, str) or kind not in TASKS:

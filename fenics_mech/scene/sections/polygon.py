@@ -102,8 +102,7 @@ class PolygonSection(Section):
         corners = [(y, of.modulus) for outline, _, of in polygons for y, _ in outline]
         (top, e_top), (bottom, e_bottom) = max(corners), min(corners, key=lambda corner: (corner[0], -corner[1]))
         ea, ei, rho_a, neutral = _integrals(polygons, max(abs(top), abs(bottom)))
-        rho_i = sum(of.density * _second_moment(outline, holes, neutral) for outline, holes, of in polygons)
-        first = sum(of.density * _first_moment(outline, holes, neutral) for outline, holes, of in polygons)
+        first, rho_i = sum(of.density * _moments(outline, holes, neutral) for outline, holes, of in polygons)
         axis = {"neutral": neutral, "middle": (top + bottom) / 2, "origin": 0.0}[self.axis]
         lines = lines_from(axis, neutral, neutral + first / rho_a, top - bottom)
         return Rigidity.at(s, ea, ei, rho_a, rho_i, (e_top, e_bottom), (top - neutral, bottom - neutral), *lines)
@@ -112,9 +111,9 @@ class PolygonSection(Section):
         """EI about the line in the plane through the stiffness-weighted middle, as `Section.bending_across` says."""
         turned = [(_across(outline), tuple(map(_across, holes)), of) for outline, holes, of in self._polygons(stock)]
         areas = [_polygon(outline, holes).area for outline, holes, _ in turned]
-        first = sum(of.modulus * _first_moment(outline, holes, 0.0) for outline, holes, of in turned)
+        first = sum(of.modulus * _moments(outline, holes, 0.0)[0] for outline, holes, of in turned)
         middle = first / sum(of.modulus * area for area, (_, _, of) in zip(areas, turned))
-        ei = sum(of.modulus * _second_moment(outline, holes, middle) for outline, holes, of in turned)
+        ei = sum(of.modulus * _moments(outline, holes, middle)[1] for outline, holes, of in turned)
         return np.full_like(s, ei)
 
     def shear_stiffness(self, s: Array, stock: Stock, place: str) -> Array:
@@ -153,25 +152,15 @@ def _across(outline: Outline) -> Outline:
     return tuple((z, y) for y, z in outline)
 
 
-def _first_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:
-    """First moment of area of a polygon about the line y = neutral (m^3), by Green's theorem along its sides."""
+def _moments(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> Array:
+    """First (m^3) and second (m^4) moment of area of a polygon about y = neutral, by Green's theorem, ``(2,)``."""
 
-    def around(corners: Outline) -> float:
+    def around(corners: Outline) -> Array:
         (y, z), (y2, z2) = (np.roll(corners, -k, axis=0).T for k in (0, 1))
         a, b = y - neutral, y2 - neutral
         twice_area = a * z2 - b * z
-        return float(np.sum((a + b) * twice_area) / 6 * np.sign(np.sum(twice_area)))
-
-    return around(outline) - sum(around(hole) for hole in holes)
-
-
-def _second_moment(outline: Outline, holes: tuple[Outline, ...], neutral: float) -> float:
-    """Second moment of area of a polygon about the line y = neutral (m^4), by Green's theorem along its sides."""
-
-    def around(corners: Outline) -> float:
-        (y, z), (y2, z2) = (np.roll(corners, -k, axis=0).T for k in (0, 1))
-        a, b = y - neutral, y2 - neutral
-        return abs(float(np.sum((a**2 + a * b + b**2) * (a * z2 - b * z)))) / 12
+        both = np.array([np.sum((a + b) * twice_area) / 6, np.sum((a**2 + a * b + b**2) * twice_area) / 12])
+        return both * np.sign(np.sum(twice_area))
 
     return around(outline) - sum(around(hole) for hole in holes)
 
