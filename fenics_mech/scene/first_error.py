@@ -151,7 +151,11 @@ def _place(location: tuple[int | str, ...], data: Any, branches: Collection[Any]
         known = part in data if isinstance(data, dict) else isinstance(data, list | tuple) and part in range(len(data))
         if known:
             data = data[part]  # type: ignore[index]
-        elif not isinstance(data, dict) or part in branches or str(part).startswith((BRANCH, "literal[")):
+        elif (
+            not isinstance(data, dict)
+            or str(part).startswith((BRANCH, "literal["))
+            or (part in branches and data is not tagged)
+        ):
             continue  # a branch of a union, or a mark that the key itself is bad
         place.append(str(part))
     return place

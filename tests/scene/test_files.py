@@ -177,3 +177,5 @@ def test_places_in_errors_hold_no_kind_of_a_table(demo_text):
     text = demo_text + '[freedoms.B.effort]\nkind = "dc-motor"\nstall_torque = -1\nno_load_speed = 300\n'
     with pytest.raises(SceneError, match=r"freedoms\.B\.effort\.stall_torque .*must be greater than 0, found -1"):
         parse(text)
+    with pytest.raises(SceneError, match=r"freedoms\.B\.effort\.formula .*this key is missing"):
+        parse(demo_text + '[freedoms.B.effort]\nkind = "formula"\n')
