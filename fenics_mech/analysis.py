@@ -34,7 +34,7 @@ from fenics_mech.recovery.spatial_result import SpatialResult
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
 from fenics_mech.scene.in_space import SpatialScene
-from fenics_mech.scene.load_cases import scenes_of, told_of_case
+from fenics_mech.scene.load_cases import about_case, scenes_of
 
 logger = logging.getLogger(__name__)
 STEPS = ("effects", "kinematics", "beams", "modes", "response", "recovery", "errors")
@@ -101,7 +101,7 @@ def analyse(
     if scene.cases:
         found = {}
         for name, case in scenes_of(scene).items():
-            with told_of_case(name):
+            with about_case(name):
                 found[name] = analyse(case, progress, run, names)
         return of_cases(scene, found)
     if scene.analysis.method == "periodic" and not scene.drives:

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, progress_bar, tell
-from fenics_mech.cli.common import Refine, SceneFile, Units, loaded_result, refined_scene, with_units
+from fenics_mech.cli.common import Refine, SceneFile, Units, analysed
 from fenics_mech.errors import MechanismError
 
 
@@ -33,21 +33,8 @@ def animate(
     if colour not in animation.COLOURED:
         raise MechanismError(f"--colour is {' or '.join(animation.COLOURED)}, found {colour!r}")
     make_folder(file.parent)
-    if scene.suffix == ".nc":
-        if refine:
-            raise MechanismError("a result cannot be refined: analyse its scene file with --refine")
-        result = loaded_result(scene, units)
-    else:
-        with loading():
-            from fenics_mech.analysis import STEPS, analyse  # noqa: PLC0415
-        loaded = refined_scene(scene, refine, strict=False, cases=True)
-        with progress_bar(len(STEPS), alike=False) as step:
-            result = analyse(with_units(loaded, units), step)
+    result = analysed(scene, units, strict=False, refine=refine)
     with progress_bar(frames) as step:
-
-        def tell_frame(index: int, count: int) -> None:
-            step(f"frame {index + 1} of {count}")
-
         animation.animate(
             result,
             file,
@@ -56,6 +43,6 @@ def animate(
             colour=colour,
             names=names,
             true_width=true_width,
-            progress=tell_frame,
+            progress=lambda index, count: step(f"frame {index + 1} of {count}"),
         )
     tell(f"Wrote {file}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, out, progress_bar, tell, tell_written
-from fenics_mech.cli.common import OutFolder, Units, case_in, loaded_scene, of_case, with_units
+from fenics_mech.cli.common import OutFolder, Units, loaded_result, loaded_scene, with_units
 from fenics_mech.errors import MechanismError
 
 if TYPE_CHECKING:
@@ -49,7 +49,6 @@ def compare(
     """
     with loading():
         from fenics_mech.analysis import analyse  # noqa: PLC0415
-        from fenics_mech.recovery import Result  # noqa: PLC0415
         from fenics_mech.studies.compare import (  # noqa: PLC0415
             Quantity,
             by_theories,
@@ -67,8 +66,7 @@ def compare(
     with progress_bar(3 * sum(path.suffix == ".toml" for path in files) or 1) as step:
         for path in files:
             if path.suffix == ".nc":
-                file, case = case_in(path)
-                result = of_case(Result.load(file), case)
+                result = loaded_result(path)
                 scenes.append(result.scene)
                 with reading_of_a_file():
                     sources.append(curves_of_result(result, _with_case(_label(path, files), result), place))

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from fenics_mech._console import loading, make_folder, one_voice, out, print_json, progress_bar, tell, warn
-from fenics_mech.cli.common import OutFolder, Refine, SceneFile, Strict, Tolerance, Units, refined_scene, with_units
+from fenics_mech.cli.common import (
+    OutFolder,
+    Refine,
+    SceneFile,
+    Strict,
+    Tolerance,
+    Units,
+    jobs_of,
+    refined_scene,
+    with_units,
+)
 from fenics_mech.errors import MechanismError, printable
 
 if TYPE_CHECKING:
@@ -25,9 +35,7 @@ def run(
     refine: Refine = 0,
     tolerance: Tolerance = None,
     strict: Strict = False,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share load cases.")
-    ] = 1,
+    jobs: Annotated[int, jobs_of("load cases")] = 1,
     details: Annotated[bool, typer.Option("--details", help="Print all that is known, not a summary only.")] = False,
     units: Units = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the key figures as JSON in SI instead.")] = False,

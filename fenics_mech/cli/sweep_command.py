@@ -16,6 +16,7 @@ from fenics_mech.cli.common import (
     SceneFile,
     Strict,
     Units,
+    jobs_of,
     refined_scene,
     scene_in_space,
     unit_names,
@@ -46,8 +47,7 @@ def sweep(
     ],
     folder: OutFolder = Path("out"),
     refine_peaks: Annotated[
-        int,
-        typer.Option(min=0, max=100_000, help="Most points to add where the strain curve is not resolved."),
+        int, typer.Option(min=0, max=100_000, help="Most points to add where the strain curve is not resolved.")
     ] = 0,
     member: Annotated[
         str | None,
@@ -56,9 +56,7 @@ def sweep(
     s: Annotated[float, typer.Option(min=0, max=1, help="Place on the members where harmonics are kept.")] = 0.5,
     fibre: Annotated[str, typer.Option(help="Side of the members for these harmonics, + or -.")] = "+",
     harmonics: Annotated[int, typer.Option(min=1, max=10_000, help="Number of harmonics that are kept.")] = 20,
-    jobs: Annotated[
-        int, typer.Option("-j", "--jobs", min=1, max=1024, help="Processes of this machine that share the points.")
-    ] = 1,
+    jobs: Annotated[int, jobs_of("the points")] = 1,
     estimates: Annotated[
         Where,
         typer.Option(

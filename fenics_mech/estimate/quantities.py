@@ -12,7 +12,7 @@ import numpy as np
 from fenics_mech._arrays import Array, norms
 from fenics_mech._constants import TINY
 from fenics_mech.scene import Scene
-from fenics_mech.scene.joints import Joint, effort_units, joint_names, size_at
+from fenics_mech.scene.joints import Joint, effort_units, joint_names
 from fenics_mech.scene.sections import Rigidity
 
 
@@ -102,7 +102,7 @@ def measures_of_efforts(scene: Scene, largest: Array, force: float) -> Array:
     # largest: the largest of each drive and freedom (N m, or N along a slide), ``(moved joints,)``; force: the
     # largest joint force (N)
     sliding = np.array([unit == "N" for unit in effort_units(scene.moved_joints, scene.joints)], dtype=bool)
-    arms = np.array([size_at(scene, joint) for joint in scene.moved_joints])
+    arms = np.array([scene.size_at(joint) for joint in scene.moved_joints])
     arms[arms == 0] = arms.max(initial=0.0) or 1.0  # of links that have one point alone (m)
     efforts = np.zeros(len(sliding))
     for same in (sliding, ~sliding):

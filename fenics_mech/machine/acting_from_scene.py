@@ -63,7 +63,7 @@ def add_acting(scene: Scene, machine: Machine, at: Ends, bodies: Bodies, links: 
     machine.drag = Drag(damping.external, damping.relative)
     if damping.air is not None and links is not None:
         mesh = links.mesh
-        width = np.array([damping.air.width_of(scene, label) for label in mesh.members])
+        width = np.array([scene.drag_width(label) for label in mesh.members])
         factor = damping.air.density * damping.air.coefficient * width[mesh.cell_member] / 2
         _refuse_offsets(links, range(len(factor)), "damping.air")
         acting["damping.air"] = AlongBeams(machine.at_ground(), machine.beams, range(len(factor)), AirForce(factor))

@@ -20,7 +20,7 @@ from fenics_mech.machine.from_scene import SceneMachine
 from fenics_mech.machine.motion import coordinates
 from fenics_mech.machine.rigid_from_scene import near_links, rigid_motion
 from fenics_mech.scene import Scene
-from fenics_mech.scene.poincare import PoincareSection
+from fenics_mech.scene.analysis_options import PoincareSection
 from fenics_mech.solve import Step
 from fenics_mech.solve.disturbances import Growth, allowed, quarters_of
 from fenics_mech.solve.repeated import RepeatedMotion

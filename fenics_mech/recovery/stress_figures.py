@@ -15,7 +15,7 @@ from fenics_mech.recovery.peaks import curves_over_cycle
 from fenics_mech.recovery.result import Result
 from fenics_mech.recovery.signal import last_cycle
 from fenics_mech.scene import Scene
-from fenics_mech.scene.stress_life import StressLife
+from fenics_mech.scene.bodies import StressLife
 
 HOUR = 3600.0  # seconds
 SWINGS = "stress_range", "stress_mean", "stress_ratio"

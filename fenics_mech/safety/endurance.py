@@ -19,8 +19,8 @@ from fenics_mech.safety.check import Check, unknown, wanted
 from fenics_mech.safety.grades import grade_of, ultimate_of
 from fenics_mech.safety.loaded import Loaded
 from fenics_mech.scene import Material, RoundSection, TubeSection
+from fenics_mech.scene.bodies import StressLife
 from fenics_mech.scene.load_cases import CYCLES
-from fenics_mech.scene.stress_life import StressLife
 
 MODE = "fatigue"
 AXIAL = 0.85  # load factor kc of axial stress (Shigley's Mechanical Engineering Design, 9th ed., eq. (6-26))

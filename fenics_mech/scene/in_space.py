@@ -13,11 +13,10 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.applied_loads import OverCycle
-from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts
+from fenics_mech.scene.base import SCENE, Name, Part, PointName, check_known, check_texts, place_in
 from fenics_mech.scene.bodies import MESH, Material
 from fenics_mech.scene.damping_options import Ratios
 from fenics_mech.scene.drives import Drive, common_rate
-from fenics_mech.scene.paths import place_in
 from fenics_mech.scene.sections.plain import ISection, Positive, RectangleSection, RoundSection, TubeSection
 from fenics_mech.scene.springs_dampers import HingeDamper, HingeSpring, LineDamper, LineSpring
 from fenics_mech.scene.units import (

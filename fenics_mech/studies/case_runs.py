@@ -13,7 +13,7 @@ from fenics_mech.errors import SolverError
 from fenics_mech.recovery import Result
 from fenics_mech.safety.load_cases import of_cases
 from fenics_mech.scene import Scene
-from fenics_mech.scene.load_cases import scenes_of, told_of_case
+from fenics_mech.scene.load_cases import about_case, scenes_of
 from fenics_mech.studies.worker_processes import Workers
 
 
@@ -40,7 +40,7 @@ def analyse_cases(scene: Scene, jobs: int, progress: Callable[[str], None] = lam
 
 def analyse_case(task: CaseTask) -> None:
     """Analyse one load case, and save its result."""
-    with told_of_case(task.name):
+    with about_case(task.name):
         analyse(Scene.model_validate_json(task.data)).save(task.path)
 
 

@@ -7,7 +7,6 @@ import numpy as np
 from fenics_mech._constants import ROUNDING
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.result import kept
-from fenics_mech.scene.joints import size_at
 
 ROUNDED_POWER = 1e-13  # the same of powers, whose means are small parts of what passes: 3e-5 of one was 1e-9 of it
 FORCES = "joint_force", "axial_force", "shear_force"
@@ -51,4 +50,4 @@ def least_power(result: Result) -> float:
 
 def _size(result: Result) -> float:
     """Size of the largest link at a joint (m)."""
-    return max((size_at(result.scene, joint) for joint in result.scene.joints), default=0.0)
+    return max((result.scene.size_at(joint) for joint in result.scene.joints), default=0.0)
