@@ -42,8 +42,6 @@ def write_table(values: xr.DataArray, path: Path, units: Sequence[str] = ()) -> 
 
 def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
     """Write a time series for ParaView; see `Result.to_vtk`."""
-    import pyvista  # noqa: PLC0415  (slow to import)
-
     if path.suffix != ".pvd":
         raise ResultError(f"{path}: a time series for ParaView must end in .pvd")
     if every < 1:
@@ -55,7 +53,14 @@ def to_vtk(data: xr.Dataset, path: Path, every: int = 1) -> Path:
     if "position" not in data:
         raise ResultError("the result has no position of its members, as of an older version: analyse its scene again")
     data = data.isel(theta=slice(None, None, every))
-    places, fields, cells = _places(data), _fields(data), _cells(data)  # before anything is written
+    return write_series(data, path, _places(data), _fields(data))
+
+
+def write_series(data: xr.Dataset, path: Path, places: Array, fields: dict[str, Array]) -> Path:
+    """Write fields at the stations ``(instants, points, ...)``, which are at places ``(instants, points, 3)`` (m)."""
+    import pyvista  # noqa: PLC0415  (slow to import)
+
+    cells = _cells(data)
     folder = path.with_suffix("")
     try:
         folder.mkdir(parents=True, exist_ok=True)
