@@ -33,15 +33,7 @@ FROM, TO = -0.35 * np.pi, 0.85 * np.pi  # rad, of the arc of an arrow that turns
 
 
 class ActingDrawing:
-    """A drawing of what acts on a mechanism.
-
-    Parameters
-    ----------
-    skeleton
-        The mechanism.
-    axes
-        Where it is drawn, in mm.
-    """
+    """A drawing of what acts on a mechanism."""
 
     def __init__(self, skeleton: Skeleton, axes: Axes) -> None:
         self.skeleton, self.scene, self.axes = skeleton, skeleton.scene, axes
@@ -151,13 +143,8 @@ class ActingDrawing:
         self._arrow(kind, np.array([place + beside - arm, place + beside + arm]), both=True)
 
     def add_gravity(self, gravity: Array) -> None:
-        """Draw gravity in the upper right corner of the axes, whose limits are known.
-
-        Parameters
-        ----------
-        gravity
-            Its acceleration (m/s^2), ``(2,)``.
-        """
+        """Draw gravity in the upper right corner of the axes, whose limits are known."""
+        # gravity: its acceleration (m/s^2), ``(2,)``
         size = float(np.linalg.norm(gravity))
         high = np.array([self.axes.get_xlim()[1], self.axes.get_ylim()[1]]) / MILLI
         length = FORCE / 2 * self.skeleton.extent

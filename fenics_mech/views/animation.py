@@ -122,13 +122,7 @@ def animate(
 
 
 def check_ending(path: Path) -> str:
-    """Give the ending of an animation's file in small letters.
-
-    Raises
-    ------
-    ViewError
-        When no animation is written with this ending.
-    """
+    """Give the ending of an animation's file in small letters."""
     ending = path.suffix.lower()
     if ending not in WRITERS:
         raise ViewError(f"{path}: an animation's file must end in one of {', '.join(WRITERS)}, not in {path.suffix!r}")

@@ -16,17 +16,8 @@ Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`
 
 
 def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
-    """Give reasons why numbers of a result are wrong that its theory does not know of, beside what it knows.
-
-    Beside them nothing is called good by the theory alone.
-
-    Parameters
-    ----------
-    known
-        What the theory says.
-    result
-        The result.
-    """
+    """Give reasons why numbers of a result are wrong that its theory does not know of, beside what it knows."""
+    # Beside them nothing is called good by the theory alone.
     found = _sideways(result)
     beyond = [replace(known, level=level, title=title, text=text) for level, title, text in found]
     return beyond if beyond and known.level == "good" else [known, *beyond]

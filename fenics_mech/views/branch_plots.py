@@ -24,13 +24,7 @@ STABLE, UNSTABLE = "-", (0, (4, 2))
 
 
 def plot_branch(branch: Branch, folder: str | Path) -> list[Path]:
-    """Make the plots of a branch as PNG files in `folder`.
-
-    Raises
-    ------
-    ResultError
-        When a file cannot be written.
-    """
+    """Make the plots of a branch as PNG files in `folder`."""
     figures = {"response": branch_figure(branch)}
     if "multiplier" in branch.data:
         figures["stability"] = multiplier_figure(branch)

@@ -38,17 +38,10 @@ BOX: dict[str, Any] = {"facecolor": "white", "edgecolor": "#dddddd", "pad": 2.5}
 
 
 def campbell_figure(sweep: Sweep) -> Figure:
-    """Draw each mode's range of frequencies, multiples of the drive's rate as lines, and below it the peak strain.
-
-    Frequencies are those about the motion, where they are known. Dots, as large as the strain, show where a mode
-    raises a harmonic. The largest maxima are named with multiple, mode and speed. The diagram ends not
-    far above the lines, and shows the first mode.
-
-    Parameters
-    ----------
-    sweep
-        A sweep over one field, with frequencies and the drive's rate.
-    """
+    """Draw each mode's range of frequencies, multiples of the drive's rate as lines, and below it the peak strain."""
+    # Frequencies are those about the motion, where they are known. Dots, as large as the strain, show where a mode
+    # raises a harmonic. The largest maxima are named with multiple, mode and speed. The diagram ends not far above the
+    # lines, and shows the first mode.
     figure, (axes, lower) = empty_figure(rows=2, height=7.4, grid={"height_ratios": [1.9, 1]})
     x, data, units = along(sweep), sweep.data, units_of(sweep.data)
     low, high = ranges(data)

@@ -11,22 +11,7 @@ from fenics_mech.views.reading import ForceReading, reading_of
 
 
 def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str, levels: Sequence[str]) -> list[Judgement]:
-    """Give of all that is judged what the worst load case has; of equal ones the governing case.
-
-    Parameters
-    ----------
-    each
-        The judgements of every case, by its name.
-    governing
-        Name of the governing case.
-    levels
-        Levels of judgements, the worst first.
-
-    Returns
-    -------
-    list
-        The worst first. Where cases differ the text begins with the name of the case.
-    """
+    """Give of all that is judged what the worst load case has; of equal ones the governing case."""
     each, found = {governing: each[governing], **each}, list["Judgement"]()
     for about in dict.fromkeys(judged.about for every in each.values() for judged in every):
         of_case = {name: [one for one in judged if one.about == about] for name, judged in each.items()}
@@ -39,15 +24,7 @@ def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str, leve
 
 
 def of_most_stressed(reading: ForceReading, headline: Callable[[ForceReading], tuple[str, str]]) -> tuple[str, str]:
-    """Give the headline of the most stressed load case, with its name.
-
-    Parameters
-    ----------
-    reading
-        A result of several cases.
-    headline
-        Gives the headline of one.
-    """
+    """Give the headline of the most stressed load case, with its name."""
     case = most_stressed(reading.result)
     value, rest = headline(reading_of(reading.result.cases[case], reading.units))
     return value, f"in case {case}, {rest}"

@@ -21,18 +21,7 @@ WORDS = {  # what is told of load cases, and its kind of unit; that of an effort
 
 
 def case_sheets(reading: ForceReading) -> list[tuple[str, tuple[str, ...], list[Row]]]:
-    """Give a table of the load cases, the least safe first, and one of the largest of all cases, by what it is of.
-
-    Parameters
-    ----------
-    reading
-        A result of several load cases.
-
-    Returns
-    -------
-    list
-        Name, heads and rows of each table. A row has a number and its unit.
-    """
+    """Give a table of the load cases, the least safe first, and one of the largest of all cases, by what it is of."""
     data, most = reading.result.data, envelope(reading.result)
     each: list[Row] = []
     largest: list[Row] = []
@@ -55,17 +44,7 @@ def case_sheets(reading: ForceReading) -> list[tuple[str, tuple[str, ...], list[
 
 
 def told_of_case(reading: ForceReading, variable: str, n: int) -> tuple[str, float, str]:
-    """Give words for a number of a load case, the size of its unit in SI, and that unit.
-
-    Parameters
-    ----------
-    reading
-        A result of several load cases.
-    variable
-        One of `WORDS`.
-    n
-        Number of the member, joint or drive.
-    """
+    """Give words for a number of a load case, the size of its unit in SI, and that unit."""
     words, kind = WORDS[variable]
     if variable == "case_effort":
         units = effort_units(reading.scene.moved_joints, reading.scene.joints)

@@ -26,34 +26,18 @@ NONE = "\N{EN DASH}"
 
 @dataclass(frozen=True)
 class CaseLine:
-    """What is told of a load case.
+    """What is told of a load case."""
 
-    Parameters
-    ----------
-    name
-        Its name.
-    least
-        Its least factor of safety with the wanted one, and the mode and the member; what is not known is a dash.
-    numbers
-        Largest stress, deflection, joint force and effort of the first drive, with what each is of; of those that there
-        are.
-    """
-
-    name: str
+    name: str  # its name
+    # its least factor of safety with the wanted one, and the mode and the member; what is not known is a dash
     least: tuple[str, str]
+    # largest stress, deflection, joint force and effort of the first drive, with what each is of; of those that there
+    # are
     numbers: tuple[tuple[str, str], ...]
 
 
 def case_lines(result: Result, units: AnswerUnits) -> tuple[tuple[str, ...], list[CaseLine]]:
-    """Give a line for each load case, the least safe first, and the heads of its numbers with their units.
-
-    Parameters
-    ----------
-    result
-        A result of several cases.
-    units
-        Units of the numbers.
-    """
+    """Give a line for each load case, the least safe first, and the heads of its numbers with their units."""
     columns = _columns(result, units)
     lines = []
     for name in ranked_cases(result):
@@ -83,25 +67,13 @@ def _columns(result: Result, units: AnswerUnits) -> list[tuple[str, str, str]]:
 
 
 def governed(result: Result) -> str:
-    """Name a machine, how many load cases it has, and which governs.
-
-    Parameters
-    ----------
-    result
-        A result of several cases.
-    """
+    """Name a machine, how many load cases it has, and which governs."""
     count = len(result.cases)
     return f"{result.stated.name}: {f'{count} load cases; {result.case} governs' if count > 1 else 'one load case'}"
 
 
 def ranked_cases(result: Result) -> list[str]:
-    """Give the names of the load cases, the least safe first, or where none is judged the most stressed.
-
-    Parameters
-    ----------
-    result
-        A result of several cases.
-    """
+    """Give the names of the load cases, the least safe first, or where none is judged the most stressed."""
     names = [str(name) for name in result.data["case"].to_numpy()]
     for variable, sign in (("case_safety", 1), ("case_stress", -1), ("case_joint_force", -1)):
         if variable in result.data and result.data[variable].size and result.data[variable].notnull().any():
@@ -119,15 +91,7 @@ def _least(result: Result, name: str) -> tuple[str, str]:
 
 
 def cases_table(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate the load cases, the least safe first, for 80 columns: deflections are told by members.
-
-    Parameters
-    ----------
-    result
-        A result of several cases.
-    units
-        Units of the numbers.
-    """
+    """Tabulate the load cases, the least safe first, for 80 columns: deflections are told by members."""
     heads, lines = case_lines(result, units)
     shown = [n for n, head in enumerate(heads) if not head.startswith("deflection")]
     safe = any(line.least[0] != NONE for line in lines)
@@ -148,44 +112,22 @@ def cases_table(result: Result, units: AnswerUnits) -> Table:
 
 @dataclass(frozen=True)
 class MemberLine:
-    """The largest of a member over all load cases.
+    """The largest of a member over all load cases."""
 
-    Parameters
-    ----------
-    name
-        Its label.
-    stress, strain
-        Largest stress, and the strain there.
-    where
-        Place and side of it, and the drive angle.
-    case
-        The case that it is in.
-    deflection, bent_in
-        Largest deflection, and the case that it is in.
-    size
-        Size of the stress, by which members are ranked.
-    """
-
-    name: str
+    name: str  # its label
+    # stress, strain: largest stress, and the strain there
     stress: str
     strain: str
-    where: tuple[str, str]
-    case: str
+    where: tuple[str, str]  # place and side of it, and the drive angle
+    case: str  # the case that it is in
+    # deflection, bent_in: largest deflection, and the case that it is in
     deflection: str
     bent_in: str
-    size: float
+    size: float  # size of the stress, by which members are ranked
 
 
 def member_lines(result: Result, units: AnswerUnits) -> list[MemberLine]:
-    """Give the largest stress and deflection of each member over all load cases, the most stressed member first.
-
-    Parameters
-    ----------
-    result
-        A result of several cases, of links that bend.
-    units
-        Units of the numbers.
-    """
+    """Give the largest stress and deflection of each member over all load cases, the most stressed member first."""
     found, most, lines = readings(result, units), envelope(result), []
     for member in map(str, most["member"].to_numpy()):
         one = most.sel(member=member)
@@ -211,27 +153,13 @@ def member_lines(result: Result, units: AnswerUnits) -> list[MemberLine]:
 
 
 def readings(result: Result, units: AnswerUnits) -> dict[str, Reading]:
-    """Read every load case in the same units.
-
-    Parameters
-    ----------
-    result
-        A result of several cases, of links that bend.
-    units
-        The units.
-    """
+    """Read every load case in the same units."""
     found = {name: reading_of(one, units) for name, one in result.cases.items()}
     return {name: one for name, one in found.items() if isinstance(one, Reading)}
 
 
 def speeds_of_cases(result: Result) -> str:
-    """Name the speed to avoid that is nearest to that of any load case, with the case.
-
-    Parameters
-    ----------
-    result
-        A result of several cases.
-    """
+    """Name the speed to avoid that is nearest to that of any load case, with the case."""
     near = {
         name: min((abs(one.distance) for one in speeds_to_avoid(case, 1)), default=np.inf)
         for name, case in result.cases.items()

@@ -38,17 +38,7 @@ MEANING = (
 
 
 def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) -> Group:
-    """Tabulate what `compare` found, one or two tables for each source beside the reference, and how strains vibrate.
-
-    Parameters
-    ----------
-    sources
-        The reference and the others.
-    data
-        From `studies.compare.compare`.
-    scene
-        Scene of the reference, with the units of the numbers.
-    """
+    """Tabulate what `compare` found, up to two tables for each source beside the reference, and vibration."""
     tables: list[RenderableType] = []
     units = _units(sources, data, scene)
     known = {quantity.label: quantity for source in sources for quantity in source.known}
@@ -74,15 +64,7 @@ def comparison_table(sources: Sequence[Curves], data: xr.Dataset, scene: Scene) 
 
 
 def differing_speeds(scenes: Mapping[str, Scene], told: Scene) -> str:
-    """Say so where runs differ in speed, with the speed of each; nothing where they do not.
-
-    Parameters
-    ----------
-    scenes
-        Scenes of the runs, by their labels.
-    told
-        A scene with the units of the speeds.
-    """
+    """Say so where runs differ in speed, with the speed of each; nothing where they do not."""
     rates = np.array([scene.cycle_rate for scene in scenes.values()])
     if np.allclose(rates, rates[0], rtol=SAME_SPEED, atol=0):
         return ""
@@ -166,44 +148,15 @@ def _fill(table: Table, data: xr.Dataset, known: dict[str, Quantity], scene: Sce
 
 
 def write_comparison(data: xr.Dataset, path: Path) -> Path:
-    """Write the comparison as a CSV, one quantity and source a line, in SI.
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write the comparison as a CSV, one quantity and source a line, in SI."""
     table = data.to_dataframe().dropna(subset=["peak"]).reset_index()
     write_frame(path, table)
     return path
 
 
 def plot_comparison(sources: Sequence[Curves], data: xr.Dataset, folder: Path, scene: Scene) -> list[Path]:
-    """Draw the curves of all sources above one another, a figure for each kind of quantity and a panel for each part.
-
-    Of many parts those are drawn that differ most.
-
-    Parameters
-    ----------
-    sources
-        The reference and the others.
-    data
-        From `studies.compare.compare`.
-    folder
-        Where to write.
-    scene
-        Scene of the reference, with the units of the curves.
-
-    Returns
-    -------
-    list of Path
-        The files, "compare_strain.png" and so on.
-
-    Raises
-    ------
-    ViewError, ResultError
-        When a file cannot be written.
-    """
+    """Draw the curves of all sources, a figure for each kind of quantity and a panel for each part."""
+    # Of many parts those are drawn that differ most.
     asked = dict.fromkeys(quantity for source in sources for quantity in source.known)
     order = {str(label): i for i, label in enumerate(data["quantity"].to_numpy())}
     rms = np.nan_to_num(data["rms"].to_numpy()).max(axis=0)

@@ -18,16 +18,9 @@ from fenics_mech.views.words import share, short
 
 
 def frequency_ranges(result: Result) -> list[tuple[float, float]]:
-    """Give the lowest and the highest frequency of each mode over the cycle (Hz), 0 of rigid bodies; none if unknown.
-
-    They are those of the mechanism held at each position: of the response, or where it has no modes, of the few
-    positions at which critical speeds are sought.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the lowest and highest frequency of each mode over the cycle (Hz), 0 of rigid bodies."""
+    # They are those of the mechanism held at each position: of the response, or where it has no modes, of the few
+    # positions at which critical speeds are sought.
     data = result.data
     if "frequency" in data:
         frequency = data["frequency"].transpose("theta", "mode").to_numpy()
@@ -39,15 +32,7 @@ def frequency_ranges(result: Result) -> list[tuple[float, float]]:
 
 
 def speeds_in_words(result: Result, most: int = 2) -> str:
-    """Name the nearest speeds to avoid below and above the present one; "" where critical speeds are not sought.
-
-    Parameters
-    ----------
-    result
-        The result.
-    most
-        How many, the nearest first.
-    """
+    """Name the nearest speeds to avoid below and above the present one; "" where critical speeds are not sought."""
     if why := result.data.attrs.get("critical_speeds_unknown"):
         return f"not known: {why}"
     if not critical_speeds(result):
@@ -63,40 +48,18 @@ def speeds_in_words(result: Result, most: int = 2) -> str:
 
 
 def band_of(result: Result, one: CriticalSpeed) -> str:
-    """Write the range of a speed to avoid, and whether the present speed is in it.
-
-    Parameters
-    ----------
-    result
-        The result.
-    one
-        The critical speed.
-    """
+    """Write the range of a speed to avoid, and whether the present speed is in it."""
     return turns(result, *(one.band or (one.speed, one.speed))) + (", where it runs" if runs_in(result, one) else "")
 
 
 def runs_in(result: Result, one: CriticalSpeed) -> bool:
-    """Say whether the present speed is in the range of a speed to avoid.
-
-    Parameters
-    ----------
-    result
-        The result.
-    one
-        The critical speed.
-    """
+    """Say whether the present speed is in the range of a speed to avoid."""
     low, high = one.band or (one.speed, one.speed)
     return low <= abs(result.scene.cycle_rate) <= high
 
 
 def rise_of(one: CriticalSpeed) -> str:
-    """Write what the mode's vibration adds to the peak strain.
-
-    Parameters
-    ----------
-    one
-        The critical speed.
-    """
+    """Write what the mode's vibration adds to the peak strain."""
     if not np.isfinite(one.rise):
         return "any strain, as nothing damps it"
     return f"about +{share(one.rise)} strain" if one.rise < 1 else f"about {short(1 + one.rise, 2)} times the strain"

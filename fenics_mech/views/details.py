@@ -57,19 +57,10 @@ REPORT = ReportLimits()
 
 
 def details(result: Result, units: AnswerUnits | None = None) -> Group:
-    """Tell all that is known of a result; it needs 80 columns.
-
-    First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
-    strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
-    frequency, stability, the balance of power, the limits of the theory, and warnings.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers, instead of those of the scene.
-    """
+    """Tell all that is known of a result; it needs 80 columns."""
+    # First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
+    # strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
+    # frequency, stability, the balance of power, the limits of the theory, and warnings.
     units = prefixed(result, units or result.scene.answer_units)
     grid = Table.grid(padding=(0, 2))
     for name, value in decisions(result, units).items():
@@ -107,13 +98,7 @@ def _said(judged: Judgement) -> Text:
 
 
 def energy(result: Result) -> str:
-    """Tell the mean power of drives, loads and damping, and how far they are from a balance.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Tell the mean power of drives, loads and damping, and how far they are from a balance."""
     residual, error, bound = (result.data.attrs[f"power_{name}"] for name in ("residual", "balance_error", "error"))
     text, (factor, unit) = mean_powers(result)
     rest = f"{number(0.0 if balanced(result) else factor * residual)} {unit}"
@@ -128,13 +113,7 @@ def energy(result: Result) -> str:
 
 
 def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
-    """Tell the mean power of every cause; then the factor from watts and the unit.
-
-    Parameters
-    ----------
-    result
-        The result, of links that bend or that do not.
-    """
+    """Tell the mean power of every cause; then the factor from watts and the unit."""
     data = result.data
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
@@ -146,28 +125,14 @@ def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
 
 
 def balanced(result: Result) -> bool:
-    """Whether the powers of a result are in balance but for rounding.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Whether the powers of a result are in balance but for rounding."""
     attributes = result.data.attrs
     nothing = abs(attributes["power_residual"]) <= least_power(result)
     return nothing or attributes["power_balance_error"] <= REPORT.rounding
 
 
 def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
-    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers, instead of those of the scene.
-    """
+    """Tell how the result was computed: method, solver, modes, errors, damping, effects, mesh."""
     scene, analysis = result.scene, result.scene.analysis
     rows = {"drive": drive_of(scene, units), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
@@ -325,13 +290,7 @@ def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
 
 
 def damping_of(scene: Scene) -> str:
-    """Tell how a scene is damped.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Tell how a scene is damped."""
     damping = scene.damping
     ratios = damping.ratio if isinstance(damping.ratio, tuple) else (damping.ratio,)
     modal = ", ".join(f"{100 * value:.4g} %" for value in ratios)

@@ -20,15 +20,7 @@ RUN_COLUMNS = "effect added", "strain differs from\nthe last row by", "time (s)"
 
 
 def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
-    """Plot the mid-span strain of every member that bends most, one panel a member, one curve a run.
-
-    Raises
-    ------
-    ViewError
-        When the file's ending is not known.
-    ResultError
-        When the file cannot be written.
-    """
+    """Plot the mid-span strain of every member that bends most, one panel a member, one curve a run."""
     result = runs[-1].result
     last, units = result.data["strain"], result.scene.answer_units
     peaks = abs(last).max(("theta", "s", "fibre")).to_series().sort_values(ascending=False)

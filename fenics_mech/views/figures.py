@@ -64,10 +64,9 @@ def empty_figure(
     grid: dict[str, Any] | None = None,
     shared: bool = True,
 ) -> tuple[Figure, Any]:
-    """Make a figure with axes below one another, on a canvas that needs no display.
-
-    The axes are a list, or where there are more columns a list of each row. Those of a column may share their abscissa.
-    """
+    """Make a figure with axes below one another, on a canvas that needs no display."""
+    # The axes are a list, or where there are more columns a list of each row. Those of a column may share their
+    # abscissa.
     with mpl.rc_context(STYLE):
         figure = Figure(figsize=(SIZE[0], height), layout="constrained", dpi=RESOLUTION)
         FigureCanvasAgg(figure)
@@ -149,15 +148,7 @@ def refuse_ending(path: Path) -> None:
 
 
 def save(figure: Figure, path: str | Path) -> Path:
-    """Write a figure; the file appears whole or not at all.
-
-    Raises
-    ------
-    ViewError
-        When the name has another ending, or Matplotlib cannot draw, as where its settings ask for a LaTeX that fails.
-    ResultError
-        When it cannot be written.
-    """
+    """Write a figure; the file appears whole or not at all."""
     refuse_ending(path := Path(path))
     try:
         _laid_out_and_written(figure, path)

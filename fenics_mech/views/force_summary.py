@@ -20,17 +20,8 @@ ON_FRAME = "shaking: total on the frame; the moment is about the ground's origin
 
 
 def joints_table(result: Result, units: AnswerUnits, force: float = 0.0) -> Table:
-    """Tabulate the peaks of the joint forces, the torque or force of the first drive, and the total on the frame.
-
-    Parameters
-    ----------
-    result
-        The result, of links that bend or that do not.
-    units
-        Units of the numbers.
-    force
-        Largest force in the links (N), beside which joints may have none but rounding.
-    """
+    """Tabulate the peaks of the joint forces, the torque or force of the first drive, and the total on the frame."""
+    # force: largest force in the links (N), beside which joints may have none but rounding
     data = result.data
     table = table_of("Peaks of the joint forces", "joint", "peak", at_head(result))
     forces = np.linalg.norm(values_of(result, "joint_force", "theta", "joint", "component"), axis=-1)
@@ -77,52 +68,22 @@ def drive_lines(result: Result, units: AnswerUnits) -> list[Text]:
 
 
 def values_of(result: Result, name: str, *dimensions: str) -> Array:
-    """Give the values of a variable with its dimensions in an order.
-
-    Parameters
-    ----------
-    result
-        The result.
-    name
-        Of the variable.
-    dimensions
-        Their order.
-    """
+    """Give the values of a variable with its dimensions in an order."""
     return np.asarray(result.data[name].transpose(*dimensions).to_numpy())
 
 
 def degrees_of(result: Result) -> Array:
-    """Drive angles of a result, 0 to below 360 (deg), ``(angles,)``.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Drive angles of a result, 0 to below 360 (deg), ``(angles,)``."""
     return np.degrees(result.data["theta"].to_numpy()) % 360
 
 
 def at_head(result: Result) -> str:
-    """Head of a column of drive angles, or of times of a motion in time.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Head of a column of drive angles, or of times of a motion in time."""
     return "at time" if result.scene.analysis.method == "transient" else "at angle"
 
 
 def at(result: Result, k: int) -> str:
-    """Write the drive angle of a position to a degree, or its time in a motion in time.
-
-    Parameters
-    ----------
-    result
-        The result.
-    k
-        Number of the position.
-    """
+    """Write the drive angle of a position to a degree, or its time in a motion in time."""
     if result.scene.analysis.method == "transient":
         return f"{float(result.data['time'][k]):.4g} s"
     angles = degrees_of(result)
@@ -130,11 +91,5 @@ def at(result: Result, k: int) -> str:
 
 
 def peak_of(curves: Array) -> tuple[int, ...]:
-    """Index of the value of largest magnitude.
-
-    Parameters
-    ----------
-    curves
-        Any array.
-    """
+    """Index of the value of largest magnitude."""
     return tuple(int(i) for i in np.unravel_index(np.abs(curves).argmax(), curves.shape))

@@ -23,61 +23,29 @@ ROUND = np.array([1, 2, 2.5, 5, 10])
 
 @dataclass(frozen=True)
 class Frames:
-    """The mechanism at some instants, its deflection magnified.
+    """The mechanism at some instants, its deflection magnified."""
 
-    Parameters
-    ----------
-    labels
-        Drive angle or time of each, in words.
-    rigid
-        Ends of the members at rest (m), ``(frames, members, 2, 2)``.
-    path
-        Deformed centre lines (m), ``(frames, members, stations, 2)``.
-    half_width
-        Half of the sections' sizes in the plane of motion (m), ``(members, stations)``.
-    sides
-        Stress or strain of the "+" and the "-" side in the unit of the answer, ``(frames, members, stations, 2)``.
-    pins
-        Deformed positions of the joints (m), ``(frames, joints, 2)``.
-    bars
-        Sides of the rigid links (m), ``(frames, sides, 2, 2)``.
-    sliders
-        Corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``.
-    slider_pins
-        Positions of these pins (m), ``(frames, sliders, 2)``.
-    guides
-        Guides on links that move (m), ``(frames, guides, 2, 2)``.
-    traced, masses
-        Positions of the points that the scene traces and of its point masses (m), ``(frames, points, 2)``.
-    mass_sizes
-        Square roots of the masses, over that of the largest, ``(masses,)``.
-    loads
-        Where loads act (m), and their forces over the largest of their kind, ``(frames, arrows, 2, 2)``.
-    trails
-        Paths of the joints that move, and then of the traced points, not magnified (m), ``(paths, instants, 2)``.
-    peak
-        Where the place is that a run names as that of the peak (m), ``(frames, 2)``.
-    peak_value
-        The stress or strain of that peak, with its sign; not a number where no link bends.
-    """
-
-    labels: tuple[str, ...]
-    rigid: Array
-    path: Array
-    half_width: Array
+    labels: tuple[str, ...]  # drive angle or time of each, in words
+    rigid: Array  # ends of the members at rest (m), ``(frames, members, 2, 2)``
+    path: Array  # deformed centre lines (m), ``(frames, members, stations, 2)``
+    half_width: Array  # half of the sections' sizes in the plane of motion (m), ``(members, stations)``
+    # stress or strain of the "+" and the "-" side in the unit of the answer, ``(frames, members, stations, 2)``
     sides: Array
-    pins: Array
-    bars: Array
+    pins: Array  # deformed positions of the joints (m), ``(frames, joints, 2)``
+    bars: Array  # sides of the rigid links (m), ``(frames, sides, 2, 2)``
+    # corners of the blocks in their guides about the pin, of half width and height 1, ``(frames, sliders, 4, 2)``
     sliders: Array
-    slider_pins: Array
-    guides: Array
+    slider_pins: Array  # positions of these pins (m), ``(frames, sliders, 2)``
+    guides: Array  # guides on links that move (m), ``(frames, guides, 2, 2)``
+    # traced, masses: positions of the points that the scene traces and of its point masses (m), ``(frames, points, 2)``
     traced: Array
     masses: Array
-    mass_sizes: Array
-    loads: Array
+    mass_sizes: Array  # square roots of the masses, over that of the largest, ``(masses,)``
+    loads: Array  # where loads act (m), and their forces over the largest of their kind, ``(frames, arrows, 2, 2)``
+    # paths of the joints that move, and then of the traced points, not magnified (m), ``(paths, instants, 2)``
     trails: Array
-    peak: Array
-    peak_value: float
+    peak: Array  # where the place is that a run names as that of the peak (m), ``(frames, 2)``
+    peak_value: float  # the stress or strain of that peak, with its sign; not a number where no link bends
 
 
 def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress") -> Frames:
@@ -161,24 +129,12 @@ def default_magnification(result: Result) -> float:
 
 @dataclass(frozen=True)
 class ShownPeak:
-    """The peak of a result, as a run names it.
+    """The peak of a result, as a run names it."""
 
-    Parameters
-    ----------
-    place
-        Its position, member, station and side.
-    value
-        Stress or strain there, in the unit of the answer.
-    limit
-        Round number for the ends of a colour bar, which no stress or strain of the motion exceeds.
-    words
-        Member, place, side and drive angle.
-    """
-
-    place: Peak
-    value: float
-    limit: float
-    words: str
+    place: Peak  # its position, member, station and side
+    value: float  # stress or strain there, in the unit of the answer
+    limit: float  # round number for the ends of a colour bar, which no stress or strain of the motion exceeds
+    words: str  # member, place, side and drive angle
 
 
 def peak_of(result: Result, quantity: str = "stress") -> ShownPeak | None:

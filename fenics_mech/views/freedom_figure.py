@@ -16,13 +16,7 @@ SHOWN = {"N m": ("deg", float(np.degrees(1.0))), "N": ("mm", MILLI)}  # unit of 
 
 
 def freedom_figure(result: Result) -> Figure:
-    """Draw the angle or stroke of each freedom, and below it their rates.
-
-    Parameters
-    ----------
-    result
-        The result of a motion with freedoms.
-    """
+    """Draw the angle or stroke of each freedom, and below it their rates."""
     reading, (figure, panels) = ForceReading(result), empty_figure(rows=2, height=5.8)
     efforts = effort_units(tuple(result.scene.freedoms), result.scene.joints)
     kinds = ("freedom_place", "Freedoms", ""), ("freedom_rate", "Their rates", "/s")

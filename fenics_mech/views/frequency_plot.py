@@ -52,19 +52,9 @@ def plot_frequencies(result: Result, axes: Axes | None = None) -> Axes:
 
 
 def draw_frequencies(frequency: Array, theta: Array, supported: Mapping[str, float], axes: Axes) -> Axes:
-    """Draw tracked natural frequencies on a log axis that holds their range, the members' supported ones dashed.
-
-    Parameters
-    ----------
-    frequency
-        Frequencies of the tracked modes (Hz), ``(angles, modes)``.
-    theta
-        Drive angles (rad), ``(angles,)``.
-    supported
-        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
-    axes
-        Where to draw.
-    """
+    """Draw tracked natural frequencies on a log axis that holds their range, the members' supported ones dashed."""
+    # frequency: frequencies of the tracked modes (Hz), ``(angles, modes)``; theta: drive angles (rad), ``(angles,)``;
+    # supported: frequency of each member as a simply supported beam (Hz), by label; eq. (7.6)
     bends = frequency.max(axis=0) > 0  # others are of a rigid body
     for mode in np.flatnonzero(bends):
         axes.plot(*curve(theta, frequency[:, mode]), label=f"mode {mode + 1}")

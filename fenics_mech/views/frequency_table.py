@@ -36,27 +36,13 @@ def frequency_table(
     running: Array | None = None,
     theory: Array | None = None,
 ) -> Table:
-    """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked.
-
-    Parameters
-    ----------
-    frequency
-        Natural frequencies (Hz), ``(angles, modes)``.
-    assurance
-        MAC of each mode with itself at the next position, ``(angles, modes)``.
-    off
-        Share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means that or more.
-    supported
-        Frequency of each member as a simply supported beam (Hz), by label; eq. (7.6).
-    speed
-        Name and size in SI of a unit of speed, in which they stand too.
-    running
-        Frequencies about the motion (Hz), ``(angles, modes)``, NaN where they are not known. They have rows
-        of their own where spin and axial forces change one by `TOLD` or more.
-    theory
-        Share by which shear and rotary inertia, which do not act, would lower each, ``(modes,)``. It has a column
-        where one is `TOLD` or more.
-    """
+    """Tabulate the range of each mode's frequency over the cycle, its error, and how surely it was tracked."""
+    # frequency: natural frequencies (Hz), ``(angles, modes)``; assurance: MAC of each mode with itself at the next
+    # position, ``(angles, modes)``; off: share by which the mesh has them wrong, ``(modes,)``; `LARGEST_KNOWN` means
+    # that or more; supported: frequency of each member as a simply supported beam (Hz), by label; eq. (7.6); running:
+    # frequencies about the motion (Hz), ``(angles, modes)``, NaN where they are not known. They have rows of their own
+    # where spin and axial forces change one by `TOLD` or more; theory: share by which shear and rotary inertia, which
+    # do not act, would lower each, ``(modes,)``. It has a column where one is `TOLD` or more
     units = [("Hz", 1.0)] if speed is None else [("Hz", 1.0), (speed[0], TURN / speed[1])]
     gap = " " if speed is None else "\n"
     ranges = [f"{limit}{gap}({unit})" for unit, _ in units for limit in ("lowest", "highest")]
@@ -96,13 +82,7 @@ def frequency_table(
 
 
 def changes(frequency: Array, running: Array) -> Array:
-    """Give the largest share by which spin and axial forces change each frequency, ``(modes,)``; 0 where nothing runs.
-
-    Parameters
-    ----------
-    frequency, running
-        As of `frequency_table`.
-    """
+    """Give the largest share by which spin and axial forces change each frequency, ``(modes,)``."""
     elastic = frequency.any(axis=0) & np.isfinite(running).all(axis=0)
     found = np.zeros(len(elastic))
     found[elastic] = np.abs(running[:, elastic] / frequency[:, elastic] - 1).max(axis=0)
@@ -110,13 +90,7 @@ def changes(frequency: Array, running: Array) -> Array:
 
 
 def write_frequencies(theta: Array, frequency: Array, path: Path) -> Path:
-    """Write a CSV of the drive angle (rad) and each mode's frequency (Hz).
-
-    Raises
-    ------
-    ResultError
-        When the file cannot be written.
-    """
+    """Write a CSV of the drive angle (rad) and each mode's frequency (Hz)."""
     header = ",".join(["theta_rad", *(f"mode_{mode}_Hz" for mode in range(1, frequency.shape[1] + 1))])
     rows = np.column_stack([theta, frequency])
     write_whole(path, lambda temporary: np.savetxt(temporary, rows, "%.12g", ",", header=header, comments=""))

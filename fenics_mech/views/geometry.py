@@ -14,31 +14,14 @@ from fenics_mech.scene import Scene
 
 
 def ends_of(result: Result) -> Array:
-    """Give the members' two ends in the rigid linkage (m), ``(angles, members, 2, 2)``, as the result holds them.
-
-    Parameters
-    ----------
-    result
-        The result.
-
-    Raises
-    ------
-    ResultError
-        When it does not hold them.
-    """
+    """Give the members' two ends in the rigid linkage (m), ``(angles, members, 2, 2)``, as the result holds them."""
     if "position" not in result.data:
         raise ResultError("the result has no positions: an older version wrote it. Analyse its scene again")
     return result.data["position"].transpose("theta", "member", "end", "component").to_numpy()
 
 
 def motion_of(result: Result) -> Motion:
-    """Give the rigid positions of a result's links, at rest.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the rigid positions of a result's links, at rest."""
     data = result.data
     position = data["link_position"].transpose("theta", "link", "component").to_numpy()
     angle = data["link_angle"].transpose("theta", "link").to_numpy()
@@ -48,33 +31,14 @@ def motion_of(result: Result) -> Motion:
 
 
 def member_ends(scene: Scene, theta: Array) -> Array:
-    """Rigid-body positions of the members' two ends (m), ``(angles, members, 2, 2)`` with x, y last.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    theta
-        Drive angles (rad), shape ``(angles,)``.
-
-    Raises
-    ------
-    AssemblyError
-        When the linkage cannot be assembled at one of the angles.
-    """
+    """Rigid-body positions of the members' two ends (m), ``(angles, members, 2, 2)`` with x, y last."""
+    # theta: drive angles (rad), shape ``(angles,)``
     return ends_in(scene, solve_motion(scene, theta))
 
 
 def one_turn(theta: Array, values: Array) -> tuple[Array, Array]:
-    """Sort a periodic history by the drive angle in [0, 2 pi), with one more point before and one after it.
-
-    Parameters
-    ----------
-    theta
-        Drive angles (rad) in any order and any turn, shape ``(angles,)``.
-    values
-        Shape ``(angles, ...)``.
-    """
+    """Sort a periodic history by the drive angle in [0, 2 pi), with one more point before and one after it."""
+    # theta: drive angles (rad) in any order and any turn, shape ``(angles,)``; values: shape ``(angles, ...)``
     angle = np.mod(np.round(theta, 12), TURN)
     order = np.argsort(angle, kind="stable")
     angle, values = angle[order], values[order]

@@ -22,20 +22,7 @@ HEIGHTS = {"height_ratios": [3, 1]}
 
 
 def plot_identified(found: Identified, folder: str | Path) -> list[Path]:
-    """Make the plots of an identification as PNG files in a folder: one of each curve, and one of all single numbers.
-
-    Parameters
-    ----------
-    found
-        The identification.
-    folder
-        Where to write.
-
-    Raises
-    ------
-    ResultError
-        When a file cannot be written.
-    """
+    """Make the plots of an identification in a folder: one of each curve, and one of all single numbers."""
     curves = [k for k, one in enumerate(found.observations) if isinstance(one.of, Curve)]
     figures = {f"prediction_{i}": curve_figure(found, k) for i, k in enumerate(curves, 1)}
     if len(curves) < len(found.observations):
@@ -44,15 +31,7 @@ def plot_identified(found: Identified, folder: str | Path) -> list[Path]:
 
 
 def curve_figure(found: Identified, which: int) -> Figure:
-    """Draw a measured curve, what is predicted at the start and in the end, and the difference below.
-
-    Parameters
-    ----------
-    found
-        The identification.
-    which
-        Place of the curve among the observations.
-    """
+    """Draw a measured curve, what is predicted at the start and in the end, and the difference below."""
     one, part = found.observations[which], found.parts[which]
     assert isinstance(one.of, Curve)
     angle = np.degrees(one.of.angles) % 360
@@ -74,13 +53,7 @@ def curve_figure(found: Identified, which: int) -> Figure:
 
 
 def numbers_figure(found: Identified) -> Figure:
-    """Draw the differences of single numbers in units of their deviation, at the start and in the end.
-
-    Parameters
-    ----------
-    found
-        The identification.
-    """
+    """Draw the differences of single numbers in units of their deviation, at the start and in the end."""
     which = [k for k, one in enumerate(found.observations) if not isinstance(one.of, Curve)]
     figure, (axes,) = empty_figure(height=1.6 + 0.35 * len(which))
     _draw_numbers(axes, found, which)

@@ -23,26 +23,14 @@ UNUSUAL = 3.0  # deviations from nothing but noise, from which a fit is doubted
 
 
 def identify_summary(found: Identified) -> Group:
-    """Tell what measured data say of the variables.
-
-    Parameters
-    ----------
-    found
-        The identification.
-    """
+    """Tell what measured data say of the variables."""
     parts: list[RenderableType] = [Text(headline(found), style="bold"), _variables(found)]
     parts += [Text(line) for line in (*_correlations(found), *doubts(found))]
     return Group(*parts, _fit(found), Text(_cost(found)))
 
 
 def headline(found: Identified) -> str:
-    """Say which variables the data tell, and which they do not.
-
-    Parameters
-    ----------
-    found
-        The identification.
-    """
+    """Say which variables the data tell, and which they do not."""
     told = [name for name, known in zip(found.names, found.fit.told) if known]
     rest = [name for name in found.names if name not in told]
     if not rest:
@@ -58,13 +46,7 @@ def headline(found: Identified) -> str:
 
 
 def doubts(found: Identified) -> list[str]:
-    """Say what speaks against the intervals: bounds, differences that are no noise, deviations that are exceeded.
-
-    Parameters
-    ----------
-    found
-        The identification.
-    """
+    """Say what speaks against the intervals: bounds, differences that are no noise, deviations that are exceeded."""
     said = []
     if not found.fit.converged:
         said.append("The search did not converge: give narrower bounds, or more --starts.")

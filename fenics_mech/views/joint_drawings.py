@@ -15,17 +15,8 @@ OVERHANG = 0.15  # of a slider's travel, by which its guide is drawn longer
 
 
 def pin_places(scene: Scene, motion: Motion, path: Array) -> Array:
-    """Positions of the joints (m), ``(angles, joints, 2)``: on the drawn members where one ends in the joint.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion.
-    path
-        Centre lines of the members as drawn (m), ``(angles, members, stations, 2)``.
-    """
+    """Positions of the joints (m), ``(angles, joints, 2)``: on the drawn members where one ends in the joint."""
+    # path: centre lines of the members as drawn (m), ``(angles, members, stations, 2)``
     ends = {
         f"{link}.{point}": (index, station)
         for index, (link, member) in enumerate(scene.members().values())
@@ -82,17 +73,8 @@ def ground_points(scene: Scene) -> Array:
 
 
 def guides_of(scene: Scene, motion: Motion, least: float = 0.0) -> Array:
-    """Guides on the ground (m), from one end of their slider's travel to the other, ``(guides, 2, 2)``.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion.
-    least
-        How far they reach beyond the travel at least (m).
-    """
+    """Guides on the ground (m), from one end of their slider's travel to the other, ``(guides, 2, 2)``."""
+    # least: how far they reach beyond the travel at least (m)
     guides = []
     for joint in scene.joints.values():
         if isinstance(joint, Slot | Prismatic) and joint.connect[0].startswith("ground."):

@@ -10,21 +10,9 @@ Level = Literal["bad", "warn", "good", "note"]
 
 @dataclass(frozen=True)
 class Judgement:
-    """One reason why numbers may be used, or not.
+    """One reason why numbers may be used, or not."""
 
-    Parameters
-    ----------
-    level
-        "good", "note" (not examined), "warn" (use with care) or "bad" (do not use).
-    title
-        The reason in a few words, without a capital letter.
-    text
-        Sentences with numbers, and with what to change.
-    about
-        What is judged: "theory", "stability" or "error".
-    """
-
-    level: Level
-    title: str
-    text: str
-    about: str = "theory"
+    level: Level  # "good", "note" (not examined), "warn" (use with care) or "bad" (do not use)
+    title: str  # the reason in a few words, without a capital letter
+    text: str  # sentences with numbers, and with what to change
+    about: str = "theory"  # what is judged: "theory", "stability" or "error"

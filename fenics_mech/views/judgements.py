@@ -52,13 +52,7 @@ WORDS = {
 
 @kept
 def judgements(result: Result) -> tuple[Judgement, ...]:
-    """Judge a result by theory, stability and error, the worst first.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge a result by theory, stability and error, the worst first."""
     if result.cases:
         return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case, LEVELS))
     if not result.scene.members():
@@ -68,52 +62,25 @@ def judgements(result: Result) -> tuple[Judgement, ...]:
 
 
 def warnings_of(result: Result) -> list[str]:
-    """Give everything that a result warns of, in sentences: numbers of the scene, strengths, theory, errors.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give everything that a result warns of, in sentences: numbers of the scene, strengths, theory, errors."""
     bad = [judged for judged in judgements(result) if judged.level in ("warn", "bad")]
     return [*result.warnings, *(f"{judged.title}: {judged.text}" for judged in bad)]
 
 
 def unstated_gravity(result: Result, effect: str) -> bool:
-    """Whether an effect is gravity, and the scene of a result states none: its size of 0 is then no finding.
-
-    Parameters
-    ----------
-    result
-        The result.
-    effect
-        Name of the effect.
-    """
+    """Whether an effect is gravity, and the scene of a result states none: its size of 0 is then no finding."""
     return effect == GRAVITY and not any(result.scene.gravity)
 
 
 def verdict(judged: Sequence[Judgement]) -> tuple[Level, str]:
-    """Give the worst level of some judgements, and the sentence whether the numbers can be used.
-
-    Parameters
-    ----------
-    judged
-        The judgements, the worst first.
-    """
+    """Give the worst level of some judgements, and the sentence whether the numbers can be used."""
     level = judged[0].level if judged else "note"
     return level, f"{WORDS[level]}: {', '.join(j.title for j in judged if j.level in (level, 'good', 'note'))}."
 
 
 def headline(reading: ForceReading) -> tuple[str, str]:
-    """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known.
-
-    Of links that do not bend it is the largest joint force.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known."""
+    # Of links that do not bend it is the largest joint force.
     if reading.result.cases:
         return of_most_stressed(reading, headline)
     if not isinstance(reading, Reading):
@@ -175,36 +142,24 @@ def _rigid(result: Result) -> Judgement:
 
 
 def acting(result: Result) -> list[Effect]:
-    """Effects that act in a result, as far as the program knows them.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Effects that act in a result, as far as the program knows them."""
     decided = json.loads(result.data.attrs["effects"])
     return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
 
 
 @dataclass(frozen=True)
 class TheorySizes:
-    """By what it is judged whether the theory of a result holds.
+    """By what it is judged whether the theory of a result holds."""
 
-    Parameters
-    ----------
-    euler, bow, turn
-        Largest axial force over the buckling load, bow over the length, and rotation of an axis (rad), of any member.
-    nonlinear, carried
-        Whether strains are exact, and whether axial forces act on the bending.
-    left_out
-        Shares of the strain and of the deflection that linear theory leaves out; None where they are not known.
-    """
-
+    # euler, bow, turn: largest axial force over the buckling load, bow over the length, and rotation of an axis (rad),
+    # of any member
     euler: float
     bow: float
     turn: float
+    # nonlinear, carried: whether strains are exact, and whether axial forces act on the bending
     nonlinear: bool
     carried: bool
+    # shares of the strain and of the deflection that linear theory leaves out; None where they are not known
     left_out: tuple[float, float] | None = None
 
     @property
@@ -224,13 +179,7 @@ class TheorySizes:
 
 
 def theory(result: Result) -> Judgement:
-    """Judge whether deflections and axial forces are small enough for the theory that was used.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge whether deflections and axial forces are small enough for the theory that was used."""
     members = [str(member) for member in result.data["member"].to_numpy()]
     euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
     effects, left = acting(result), left_out(result)
@@ -259,13 +208,7 @@ def theory(result: Result) -> Judgement:
 
 
 def left_out(result: Result) -> tuple[float, float] | None:
-    """Give the shares of strain and deflection that linear theory leaves out; None where they are not known.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the shares of strain and deflection that linear theory leaves out; None where they are not known."""
     if "source" not in result.data or "theory" not in result.data["source"]:
         return None
     strain, bent = (
@@ -290,13 +233,7 @@ def _linear_theory(level: Level, left: tuple[float, float], why: str, cure: str)
 
 
 def stability(result: Result) -> Judgement | None:
-    """Judge whether small disturbances of a periodic motion die out; None for other results.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge whether small disturbances of a periodic motion die out; None for other results."""
     data = result.data
     if result.scene.analysis.method != "periodic":
         return None
@@ -326,13 +263,7 @@ def stability(result: Result) -> Judgement | None:
 
 
 def error(result: Result) -> Judgement:
-    """Judge the estimated error of the strains.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Judge the estimated error of the strains."""
     data = result.data
     if "error_estimate" not in data.attrs:
         text = "Nothing tells whether mesh, steps and theory suffice, as analysis.error_estimates = false."
@@ -363,13 +294,7 @@ def error(result: Result) -> Judgement:
 
 
 def doubtful_peaks(result: Result) -> str | None:
-    """Say by how much peaks are uncertain where they lie between few positions; None where they are not.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Say by how much peaks are uncertain where they lie between few positions; None where they are not."""
     by_strain, by_force = doubts(result).values()
     if max(by_strain, by_force) < PEAK.doubtful:
         return None

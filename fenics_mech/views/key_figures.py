@@ -23,24 +23,7 @@ FIGURES = ("solver", "elements", "dofs", "mobility", "power_balance_error", "ene
 
 
 def key_figures(result: Result) -> dict[str, Any]:
-    """Give the numbers of a summary by name, in SI, with angles in degrees.
-
-    Parameters
-    ----------
-    result
-        The result.
-
-    Returns
-    -------
-    dict
-        Numbers, texts, lists and dictionaries only, so that `json.dumps` writes it. Not a number is None.
-
-    Examples
-    --------
-    >>> from fenics_mech.views.key_figures import key_figures
-    >>> sorted(key_figures(fm.Result.load("out/result.nc"))["members"])
-    ['coupler', 'crank', 'follower']
-    """
+    """Give the numbers of a summary by name, in SI, with angles in degrees."""
     data, scene = result.data, result.scene
     closer = between_positions(result)
     found: dict[str, Any] = {

@@ -26,28 +26,15 @@ BETWEEN = 0.01  # share by which the largest effort exceeds those at the positio
 
 @dataclass(frozen=True)
 class LawEffort:
-    """What a joint law exerts.
+    """What a joint law exerts."""
 
-    Parameters
-    ----------
-    law
-        Its name; "cam:G" is the push of a cam on what it drives.
-    joint, kind
-        Its joint and its kind.
-    values
-        At the positions, in the unit of the answer, ``(positions,)``.
-    largest
-        Its largest size in the whole motion, between the positions too.
-    unit
-        Unit of these.
-    """
-
-    law: str
+    law: str  # its name; "cam:G" is the push of a cam on what it drives
+    # joint, kind: its joint and its kind
     joint: str
     kind: str
-    values: Array
-    largest: float
-    unit: str
+    values: Array  # at the positions, in the unit of the answer, ``(positions,)``
+    largest: float  # its largest size in the whole motion, between the positions too
+    unit: str  # unit of these
 
     @property
     def between(self) -> bool:
@@ -56,15 +43,7 @@ class LawEffort:
 
 
 def law_efforts(result: Result, units: AnswerUnits) -> list[LawEffort]:
-    """Give what each joint law of a motion exerts; none where it has no joint laws.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Give what each joint law of a motion exerts; none where it has no joint laws."""
     if "law_effort" not in result.data:
         return []
     data, found = result.data, []
@@ -82,13 +61,7 @@ def law_efforts(result: Result, units: AnswerUnits) -> list[LawEffort]:
 
 
 def law_figure(result: Result) -> Figure:
-    """Draw what each joint law exerts over the motion, and dashed its largest size between the positions.
-
-    Parameters
-    ----------
-    result
-        The result of a motion with joint laws.
-    """
+    """Draw what each joint law exerts over the motion, and dashed its largest size between the positions."""
     reading = reading_of(result)
     efforts = sorted(law_efforts(result, reading.units), key=lambda one: -one.largest)[:MOST_LAWS]
     figure, panels = empty_figure(len(efforts), 0.8 + 2.3 * len(efforts))
@@ -107,13 +80,7 @@ def law_figure(result: Result) -> Figure:
 
 
 def open_pins(result: Result) -> list[str]:
-    """Names of the joint laws that leave a pin loose, in a motion that has the places of its points.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Names of the joint laws that leave a pin loose, in a motion that has the places of its points."""
     scene = result.scene
     known = "point_position" in result.data and result.data.sizes.get("theta", 1) > 1
     return [
@@ -124,22 +91,7 @@ def open_pins(result: Result) -> list[str]:
 
 
 def plot_pin_orbit(result: Result, law: str, axes: Axes | None = None) -> Axes:
-    """Plot the orbit of a loose pin: the place of its second body's point about that of the first, in the fixed frame.
-
-    Parameters
-    ----------
-    result
-        The result.
-    law
-        Name of the joint law, a clearance or a bushing at a pin.
-    axes
-        Where to draw; without them a figure is made.
-
-    Raises
-    ------
-    ViewError
-        When there is no such law.
-    """
+    """Plot the orbit of a loose pin: its second body's point about that of the first, in the fixed frame."""
     if law not in (known := open_pins(result)):
         raise ViewError(f"the result has no loose pin {law!r}; it has {', '.join(known) or 'none'}")
     axes, reading, scene = axes or new_axes(SIZE[0] * 0.75), reading_of(result), result.scene
@@ -161,13 +113,7 @@ def plot_pin_orbit(result: Result, law: str, axes: Axes | None = None) -> Axes:
 
 
 def orbit_figure(result: Result) -> Figure:
-    """Draw the orbits of the loose pins.
-
-    Parameters
-    ----------
-    result
-        The result of a motion with loose pins.
-    """
+    """Draw the orbits of the loose pins."""
     pins = open_pins(result)[: 2 * COLUMNS]
     columns = min(COLUMNS, len(pins))
     rows = -(-len(pins) // columns)

@@ -16,18 +16,10 @@ from fenics_mech.views.words import in_degrees, short
 
 @dataclass(frozen=True)
 class Moments:
-    """Instants of a result.
+    """Instants of a result."""
 
-    Parameters
-    ----------
-    result
-        The result.
-    at
-        Drive angles (rad), or times (s) of a motion in time.
-    """
-
-    result: Result
-    at: Array
+    result: Result  # the result
+    at: Array  # drive angles (rad), or times (s) of a motion in time
 
     @property
     def in_time(self) -> bool:
@@ -42,13 +34,7 @@ class Moments:
         return tuple(f"drive angle {in_degrees(float(angle))}" for angle in self.at)
 
     def of(self, values: Array) -> Array:
-        """Interpolate values at the positions of the result, ``(positions, ...)``, linearly.
-
-        Parameters
-        ----------
-        values
-            The values.
-        """
+        """Interpolate values at the positions of the result, ``(positions, ...)``, linearly."""
         if not self.in_time:
             return at_angles(self.result.data["theta"].to_numpy(), values, self.at)
         time = self.result.data["time"].to_numpy()

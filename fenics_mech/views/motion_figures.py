@@ -16,15 +16,8 @@ LEAST_SHOWN = 1e-5  # of the largest amplitude
 
 
 def poincare_figure(result: Result) -> Figure:
-    """Draw the rate of each freedom over its angle or stroke, in the Poincaré section.
-
-    Angles are drawn within a turn.
-
-    Parameters
-    ----------
-    result
-        The result of a motion with a section.
-    """
+    """Draw the rate of each freedom over its angle or stroke, in the Poincaré section."""
+    # Angles are drawn within a turn.
     panels, figure = _panels(result)
     for axes, freedom, (unit, factor, turns) in zip(panels, result.data["freedom"].to_numpy(), _units(result)):
         place, rate = (result.data[name].sel(freedom=freedom).to_numpy() for name in ("section_place", "section_rate"))
@@ -38,13 +31,7 @@ def poincare_figure(result: Result) -> Figure:
 
 
 def growth_figure(result: Result) -> Figure:
-    """Draw the logarithms of what disturbances of a motion have grown by; their slopes are the Lyapunov exponents.
-
-    Parameters
-    ----------
-    result
-        The result of a motion with Lyapunov exponents.
-    """
+    """Draw the logarithms of what disturbances of a motion have grown by; their slopes are the Lyapunov exponents."""
     figure, (axes,) = empty_figure(height=4.2)
     time, data = result.data["time"].to_numpy(), result.data
     for exponent, size, curve in zip(
@@ -59,13 +46,7 @@ def growth_figure(result: Result) -> Figure:
 
 
 def freedom_spectrum_figure(result: Result) -> Figure:
-    """Draw the spectrum of the freedoms' rates.
-
-    Parameters
-    ----------
-    result
-        The result of a motion with freedoms.
-    """
+    """Draw the spectrum of the freedoms' rates."""
     spectrum = result.derived("freedom_spectrum")
     figure, (axes,) = empty_figure(height=4.2)
     frequency = spectrum["spectrum_frequency"].to_numpy()

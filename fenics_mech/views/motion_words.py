@@ -15,15 +15,7 @@ STEADY = 0.5  # of an exponent, by which it may change between the last two quar
 
 
 def motion_rows(result: Result, units: AnswerUnits) -> dict[str, str]:
-    """Give rows for the table of decisions: whether the motion repeats, how motions beside it part, what rings on.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Give rows for the table of decisions: whether the motion repeats, how motions beside it part, what rings on."""
     rows, data = {}, result.data
     if "repeats_after" in data.attrs:
         kind = "a period of its own" if data.attrs["own_period"] else "the period of what acts"

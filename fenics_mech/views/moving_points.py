@@ -21,17 +21,7 @@ STILL = 1e-6  # of the largest path, below which a joint does not move
 
 
 def point_places(shown: Moments, points: list[str], magnify: float) -> Array:
-    """Positions of points with the deflection magnified (m), ``(frames, points, 2)``.
-
-    Parameters
-    ----------
-    shown
-        The instants.
-    points
-        Names of the points, as the result has them.
-    magnify
-        Factor on the deflection.
-    """
+    """Positions of points with the deflection magnified (m), ``(frames, points, 2)``."""
     scene, motion = shown.result.scene, shown.motion
     places = [motion.of_point(*_in_link(scene, point))[0] for point in points]
     rigid = np.stack(places, axis=1) if places else np.zeros((len(shown.at), 0, 2))
@@ -44,15 +34,7 @@ def _in_link(scene: Scene, point: str) -> tuple[str, tuple[float, float]]:
 
 
 def places_of(result: Result, points: list[str], magnify: float) -> Array:
-    """Positions of points at those of the result (m), ``(positions, points, 2)``.
-
-    Parameters
-    ----------
-    result
-        The result.
-    points, magnify
-        As of `point_places`.
-    """
+    """Positions of points at those of the result (m), ``(positions, points, 2)``."""
     data = result.data
     if not points:
         return np.zeros((data.sizes["theta"], 0, 2))
@@ -62,32 +44,15 @@ def places_of(result: Result, points: list[str], magnify: float) -> Array:
 
 
 def mass_places(shown: Moments, magnify: float) -> tuple[Array, Array]:
-    """Positions of the point masses (m), ``(frames, masses, 2)``, and the roots of their shares of the largest.
-
-    Parameters
-    ----------
-    shown, magnify
-        As of `point_places`.
-    """
+    """Positions of the point masses (m), ``(frames, masses, 2)``, and the roots of their shares of the largest."""
     masses = shown.result.scene.masses.values()
     sizes = np.sqrt([mass.mass for mass in masses])
     return point_places(shown, [mass.at for mass in masses], magnify), sizes / sizes.max(initial=1e-300)
 
 
 def load_arrows(shown: Moments, motion: Motion, lines: tuple[Array, Array], magnify: float) -> Array:
-    """Where forces act (m), and the forces over the largest of their kind, ``(frames, arrows, 2, 2)``.
-
-    A load along a member is some arrows beside each other. Its kind is force per length.
-
-    Parameters
-    ----------
-    shown, magnify
-        As of `point_places`.
-    motion
-        The rigid motion at the instants.
-    lines
-        Ends of the members at rest and their bent lines, as `Frames.rigid` and `Frames.path` have them.
-    """
+    """Where forces act (m), and the forces over the largest of their kind, ``(frames, arrows, 2, 2)``."""
+    # A load along a member is some arrows beside each other. Its kind is force per length.
     scene = shown.result.scene
     at_points = [load for load in scene.loads.values() if isinstance(load, Load) and any(load.force)]
     along = [load for load in scene.loads.values() if isinstance(load, LineLoad)]
@@ -99,13 +64,7 @@ def load_arrows(shown: Moments, motion: Motion, lines: tuple[Array, Array], magn
 
 
 def load_names(scene: Scene) -> tuple[str, ...]:
-    """Names of the loads in the order of `load_arrows`, one for each arrow: none but at the middle one of a line.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    """
+    """Names of the loads in the order of `load_arrows`, one for each arrow: none but at the middle one of a line."""
     at_points = [name for name, load in scene.loads.items() if isinstance(load, Load) and any(load.force)]
     along = [name for name, load in scene.loads.items() if isinstance(load, LineLoad)]
     middle = ARROWS // 2
@@ -122,10 +81,8 @@ def _largest_is_one(arrows: list[Array], loads: Sequence[Load | LineLoad]) -> li
 
 
 def _at_a_place(load: Load, shown: Moments, motion: Motion, drawn: tuple[Array, float]) -> Array:
-    """Place (m) and force (N) of a load at a point or at a place along a member, ``(frames, 1, 2, 2)``.
-
-    `drawn` has the bent lines of the members and the factor on the deflection.
-    """
+    """Place (m) and force (N) of a load at a point or at a place along a member, ``(frames, 1, 2, 2)``."""
+    # `drawn` has the bent lines of the members and the factor on the deflection.
     scene, path = shown.result.scene, drawn[0]
     if "@" in load.at:
         label, s = load.at.split("@")
@@ -157,19 +114,9 @@ def _on_line(shown: Moments, path: Array, member: str, s: Array) -> Array:
 
 
 def moving_guides(result: Result, motion: Motion, place: Callable[[list[str]], Array]) -> Array:
-    """Guides on links that move (m), as far as their pins travel, ``(frames, guides, 2, 2)``.
-
-    A guide along a member is not among them: it is drawn as the member.
-
-    Parameters
-    ----------
-    result
-        The result.
-    motion
-        The rigid motion at some instants.
-    place
-        Gives the positions of points there (m), ``(frames, points, 2)``.
-    """
+    """Guides on links that move (m), as far as their pins travel, ``(frames, guides, 2, 2)``."""
+    # A guide along a member is not among them: it is drawn as the member.
+    # place: gives the positions of points there (m), ``(frames, points, 2)``
     scene, lines = result.scene, []
     for name, joint in scene.joints.items():
         if not isinstance(joint, Slot | Prismatic) or joint.connect[0].startswith("ground."):
@@ -192,13 +139,7 @@ def _point_of(scene: Scene, at: str) -> str:
 
 
 def trails(result: Result) -> Array:
-    """Paths of the joints that move, and then of the traced points (m), ``(paths, instants, 2)``; none is magnified.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Paths of the joints that move, and then of the traced points (m), ``(paths, instants, 2)``; none is magnified."""
     scene, count = result.scene, result.data.sizes["theta"]
     if count == 1:
         return np.zeros((0, 1, 2))

@@ -15,36 +15,18 @@ FORCES = "joint_force", "axial_force", "shear_force"
 
 @kept
 def largest_force(result: Result) -> float:
-    """Give the largest force in joints and members (N): a balanced rotor has none in its joint.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the largest force in joints and members (N): a balanced rotor has none in its joint."""
     data = result.data
     return max((float(np.abs(data[name]).max()) for name in FORCES if name in data and data[name].size), default=0.0)
 
 
 def least_moment(result: Result) -> float:
-    """Give the torque (N m), or the force along a slide (N), below which one is rounding: by that force and a link.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the torque (N m), or the force along a slide (N), below which one is rounding: by that force and a link."""
     return ROUNDING * largest_force(result) * _size(result)
 
 
 def least_power(result: Result) -> float:
-    """Give the power (W) below which one is rounding: that of the largest force at the fastest link.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the power (W) below which one is rounding: that of the largest force at the fastest link."""
     rates = result.data["link_omega"].to_numpy() if "link_omega" in result.data else np.zeros(1)
     return ROUNDED_POWER / ROUNDING * least_moment(result) * float(np.abs(rates).max(initial=0.0))
 

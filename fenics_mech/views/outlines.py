@@ -38,24 +38,12 @@ VERSION = "R2010"  # which all programs of draughtsmen of the last years read
 
 @dataclass(frozen=True)
 class Outline:
-    """A line of the drawing.
+    """A line of the drawing."""
 
-    Parameters
-    ----------
-    link
-        The link.
-    places
-        Its corners (mm), ``(corners, 2)``.
-    closed
-        Whether it returns to its first corner.
-    is_axis
-        Whether it is the axis of a member whose outline is drawn too.
-    """
-
-    link: str
-    places: Array
-    closed: bool = False
-    is_axis: bool = False
+    link: str  # the link
+    places: Array  # its corners (mm), ``(corners, 2)``
+    closed: bool = False  # whether it returns to its first corner
+    is_axis: bool = False  # whether it is the axis of a member whose outline is drawn too
 
 
 @dataclass(frozen=True)
@@ -120,15 +108,7 @@ def _motion(scene: Scene, angle: float | None) -> Motion:
 
 
 def outlines(scene: Scene, motion: Motion) -> Iterator[Outline]:
-    """Give the lines of the links.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion, of which the first position is drawn.
-    """
+    """Give the lines of the links."""
     for (label, (link, member)), ends in zip(scene.members().items(), ends_in(scene, motion)[0]):
         shaped = _has_a_shape(scene, member.section)
         yield Outline(link, MILLI * ends, is_axis=shaped)
@@ -158,15 +138,7 @@ def _has_a_shape(scene: Scene, name: str) -> bool:
 
 
 def pins(scene: Scene, motion: Motion) -> list[Pin]:
-    """Give the pins.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        Its motion, of which the first position is drawn.
-    """
+    """Give the pins."""
     places = pin_places(scene, motion, ends_in(scene, motion))[0]
     size = float(np.linalg.norm(np.ptp(places, axis=0))) if len(places) else 0.0
     stated = {}
@@ -179,13 +151,7 @@ def pins(scene: Scene, motion: Motion) -> list[Pin]:
 
 
 def layer_names(scene: Scene) -> dict[str, str]:
-    """Name a layer for each link: as the link, with a number where another differs by the case of letters alone.
-
-    Parameters
-    ----------
-    scene
-        The linkage.
-    """
+    """Name a layer for each link: as the link, with a number where another differs by the case of letters alone."""
     found: dict[str, str] = {}
     taken = {PINS, "defpoints"}  # which programs of draughtsmen do not print
     for link in scene.links:
@@ -196,13 +162,7 @@ def layer_names(scene: Scene) -> dict[str, str]:
 
 
 def _document(lines: list[Outline], circles: list[Pin], layers: dict[str, str]) -> Any:
-    """Make the drawing in ezdxf.
-
-    Raises
-    ------
-    ViewError
-        When ezdxf is not installed.
-    """
+    """Make the drawing in ezdxf."""
     try:
         import ezdxf  # noqa: PLC0415  (an extra that few need)
         from ezdxf.units import MM  # noqa: PLC0415

@@ -37,28 +37,13 @@ MEASURED: dict[str, Any] = {
 
 
 def over(reading: ForceReading, values: Array) -> tuple[Array, Array]:
-    """Abscissae and ordinates of a curve: drive angle (degrees) over the whole turn, or time (s).
-
-    Parameters
-    ----------
-    reading
-        The result.
-    values
-        At its positions, ``(angles, ...)``.
-    """
+    """Abscissae and ordinates of a curve: drive angle (degrees) over the whole turn, or time (s)."""
+    # values: at its positions, ``(angles, ...)``
     return (reading.data["time"].to_numpy(), values) if reading.in_time else curve(reading.theta, values)
 
 
 def abscissa(axes: Axes, reading: ForceReading) -> None:
-    """Name and limit the axis of the drive angle, or of time.
-
-    Parameters
-    ----------
-    axes
-        The axes.
-    reading
-        The result.
-    """
+    """Name and limit the axis of the drive angle, or of time."""
     if not reading.in_time:
         angle_axis(axes)
         return
@@ -68,23 +53,7 @@ def abscissa(axes: Axes, reading: ForceReading) -> None:
 
 
 def mark(axes: Axes, reading: ForceReading, k: int, height: float, text: str, beyond: int = 0) -> None:
-    """Draw the ring of a peak, and its value beside it.
-
-    Parameters
-    ----------
-    axes
-        The axes.
-    reading
-        The result.
-    k
-        Number of the position.
-    height
-        Ordinate of the peak.
-    text
-        What is written.
-    beyond
-        1 where the value stands above the ring, -1 where below it: on the side where the curve is not.
-    """
+    """Draw the ring of a peak, and its value beside it."""
     (x,) = [reading.data["time"].to_numpy()[k]] if reading.in_time else [np.degrees(reading.theta[k]) % 360]
     start, end = (reading.data["time"].to_numpy()[[0, -1]]) if reading.in_time else (0, 360)
     right = (x - start) / (end - start) < LEFT
@@ -109,28 +78,12 @@ def mark_peak(axes: Axes, reading: ForceReading, k: int, value: float) -> None:
 
 
 def named(kind: str, reading: ForceReading, name: str = "") -> str:
-    """Name what an axis shows, with its unit.
-
-    Parameters
-    ----------
-    kind
-        Kind of the quantity, as of `AnswerUnits`.
-    reading
-        The result.
-    name
-        Another name than that of the kind.
-    """
+    """Name what an axis shows, with its unit."""
     return f"{name or kind} ({reading.units.label(kind)})"
 
 
 def number_of(reading: Reading, member: str) -> int:
-    """Give the number of a member.
-
-    Raises
-    ------
-    ViewError
-        When there is no such member.
-    """
+    """Give the number of a member."""
     if member not in reading.members:
         raise ViewError(f"the result has no member {member!r}; it has {', '.join(reading.members)}")
     return reading.members.index(member)
@@ -151,13 +104,7 @@ def still_at(reading: Reading, peak: Peak) -> Array | None:
 
 
 def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Array, Array | None]:
-    """Strain at a place of a member, and that without vibration where the result has it.
-
-    Raises
-    ------
-    ViewError
-        When there is no such fibre or place.
-    """
+    """Strain at a place of a member, and that without vibration where the result has it."""
     still, result, size = "strain_quasi_static", reading.result, reading.units.size("strain")
     sources = [result.data] + ([result.data.assign(strain=result.data[still])] if still in result.data else [])
     try:
@@ -168,13 +115,7 @@ def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Arr
 
 
 def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, str]) -> None:
-    """Draw the points that were measured at a place and side of a member.
-
-    Raises
-    ------
-    SceneError
-        When a file cannot be read.
-    """
+    """Draw the points that were measured at a place and side of a member."""
     s, fibre = place
     for measurement in result.scene.measurements if result.scene.analysis.method != "transient" else ():
         if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
@@ -184,22 +125,7 @@ def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, s
 
 
 def mark_modes(axes: Axes, result: Result, limit: float) -> str:
-    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top.
-
-    Parameters
-    ----------
-    axes
-        The axes.
-    result
-        The result.
-    limit
-        Upper end of the axis.
-
-    Returns
-    -------
-    str
-        What the bands are, or where the natural frequencies are if none is within the axis.
-    """
+    """Shade the range of each natural frequency over the cycle, in harmonics of the drive, and name it on top."""
     if "frequency" not in result.data:
         return ""
     frequency = result.data["frequency"].transpose("theta", "mode").to_numpy() * result.scene.period

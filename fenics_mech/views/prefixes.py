@@ -21,28 +21,12 @@ NOTHING = 1e-9  # of the largest force with an arm of 1 m: smaller moments and f
 
 
 def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
-    """Give units whose prefixes fit the largest numbers of a result: 38 kN, not 38200 N. Units that are stated stay.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        The units without that.
-    """
+    """Give units whose prefixes fit the largest numbers of a result: 38 kN, not 38200 N. Units that are stated stay."""
     return fitted(_largest(result), units)
 
 
 def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
-    """Give units whose prefixes fit numbers; those that are stated stay.
-
-    Parameters
-    ----------
-    of_kinds
-        The largest of each kind of unit, in SI.
-    units
-        The units without that.
-    """
+    """Give units whose prefixes fit numbers; those that are stated stay."""
     known = dict(units.known)
     for kind, largest in of_kinds.items():
         if kind not in USUAL or USUAL[kind][0] not in PREFIXED:
@@ -74,15 +58,8 @@ def _largest(result: Result) -> dict[str, float]:
 
 
 def without_rounding(of_kinds: Mapping[str, float], force: float) -> dict[str, float]:
-    """Give the largest of each kind of unit, with 0 for forces and moments that are rounding or not finite.
-
-    Parameters
-    ----------
-    of_kinds
-        The largest of each kind of unit, in SI.
-    force
-        Largest force beside which they are rounding (N).
-    """
+    """Give the largest of each kind of unit, with 0 for forces and moments that are rounding or not finite."""
+    # force: largest force beside which they are rounding (N)
     return {
         kind: largest if np.isfinite(largest) and (kind == "stress" or largest >= NOTHING * force) else 0.0
         for kind, largest in of_kinds.items()

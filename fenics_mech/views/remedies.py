@@ -30,39 +30,19 @@ def _decided(result: Result) -> list[dict[str, Any]]:
 
 
 def chose_effects(result: Result) -> bool:
-    """Whether a result says how large an effect is that it leaves out.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Whether a result says how large an effect is that it leaves out."""
     return any(one["size"] is not None for one in _decided(result))
 
 
 def advice(result: Result) -> str:
-    """Say what takes along what linear theory leaves out.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Say what takes along what linear theory leaves out."""
     if chose_effects(result):
         return f"Write effects = {_with(result, EXACT_STRAINS)} to take it along."
     return "Write effects = 'auto' to take what is needed."
 
 
 def remedy(result: Result, source: str) -> str:
-    """Say what lowers an error by its largest source; of the theory `advice` says it.
-
-    Parameters
-    ----------
-    result
-        The result.
-    source
-        The source.
-    """
+    """Say what lowers an error by its largest source; of the theory `advice` says it."""
     if source == "effects":
         if leaves_vibration(_decided(result)):
             return ", which analysis.method = 'periodic' lowers"

@@ -28,34 +28,16 @@ RESONANCE = ResonanceLimits()
 
 @dataclass(frozen=True)
 class Resonance:
-    """A maximum of a harmonic of the strain, near a mode.
+    """A maximum of a harmonic of the strain, near a mode."""
 
-    Parameters
-    ----------
-    point
-        Number of the point in the sweep.
-    order
-        Multiple of the drive's rate.
-    mode
-        Number of the mode, from 0.
-    strain
-        Amplitude of the harmonic (1).
-    """
-
-    point: int
-    order: int
-    mode: int
-    strain: float
+    point: int  # number of the point in the sweep
+    order: int  # multiple of the drive's rate
+    mode: int  # number of the mode, from 0
+    strain: float  # amplitude of the harmonic (1)
 
 
 def resonances_of(data: xr.Dataset) -> list[Resonance]:
-    """Give the resonances of a sweep over one field, the largest first; none where its points are few.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Give the resonances of a sweep over one field, the largest first; none where its points are few."""
     points = whole_points(data)
     if not len(points):
         return []
@@ -66,13 +48,7 @@ def resonances_of(data: xr.Dataset) -> list[Resonance]:
 
 
 def rising_at_ends(data: xr.Dataset) -> list[Resonance]:
-    """Give the harmonics that still rise at the ends of a sweep over one field, near a mode: at each the largest.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Give the harmonics that still rise at the ends of a sweep over one field, near a mode: at each the largest."""
     points = whole_points(data)
     if not len(points):
         return []
@@ -92,19 +68,7 @@ def rising_at_ends(data: xr.Dataset) -> list[Resonance]:
 
 
 def peak_of_speed(data: xr.Dataset) -> tuple[int, float] | None:
-    """Find the strain that stands out most from those at the speeds beside it, whatever raises it.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-
-    Returns
-    -------
-    tuple or None
-        Number of the point, and how many times its strain is that of the higher valley beside it; None where that is
-        below `RESONANCE.named`.
-    """
+    """Find the strain that stands out most from those at the speeds beside it, whatever raises it."""
     points = whole_points(data)
     if len(points) < RESONANCE.fewest:
         return None
@@ -133,13 +97,7 @@ def _lowest_beside(strain: Array) -> tuple[Array, Array]:
 
 
 def whole_points(data: xr.Dataset) -> Index:
-    """Give the numbers of the points of a sweep over one field that did not fail, where resonances can be sought.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Give the numbers of the points of a sweep over one field that did not fail, where resonances can be sought."""
     if not {"strain_harmonic", "frequency_lowest", "drive_rate"} <= set(data.variables):
         return np.zeros(0, dtype=int)
     rate = data["drive_rate"].to_numpy()
@@ -150,15 +108,8 @@ def whole_points(data: xr.Dataset) -> Index:
 
 
 def ranges(data: xr.Dataset) -> tuple[Array, Array]:
-    """Give the range of each mode's frequency (Hz) in a sweep over one field, ``(points, modes)`` each.
-
-    It is that about the motion, where that is known at all points that did not fail, else that at rest.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Give the range of each mode's frequency (Hz) in a sweep over one field, ``(points, modes)`` each."""
+    # It is that about the motion, where that is known at all points that did not fail, else that at rest.
     ends = [f"{name}_{end}" for name in ("frequency", "running") for end in ("lowest", "highest")]
     held_low, held_high, *running = (data[name].transpose(..., "mode").to_numpy() for name in ends if name in data)
     if running and (np.isfinite(running[0]) == np.isfinite(held_low)).all():
@@ -167,83 +118,40 @@ def ranges(data: xr.Dataset) -> tuple[Array, Array]:
 
 
 def sizes_at(data: xr.Dataset, points: Index) -> tuple[Array, Array, Array, Array]:
-    """Give the drive's rate (Hz), each mode's range (Hz) and the strain's harmonics at some points of a sweep.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    points
-        Their numbers.
-    """
+    """Give the drive's rate (Hz), each mode's range (Hz) and the strain's harmonics at some points of a sweep."""
     rate = np.abs(data["drive_rate"].to_numpy()[points]) / (2 * np.pi)
     low, high = (end[points] for end in ranges(data))
     return rate, low, high, data["strain_harmonic"].transpose(..., "member", "harmonic").to_numpy()[points]
 
 
 def gains(rate: Array, amplitude: Array) -> Array:
-    """Give harmonics over their growth with the square of the rate, relative to the median over the sweep.
-
-    Without vibration strains grow with the square of the speed. What stands out of that growth is resonance.
-
-    Parameters
-    ----------
-    rate
-        Of the drive (Hz), ``(points,)``.
-    amplitude
-        Of the strain's harmonics, ``(points, members, harmonics)``.
-    """
+    """Give harmonics over their growth with the square of the rate, relative to the median over the sweep."""
+    # Without vibration strains grow with the square of the speed. What stands out of that growth is resonance.
+    # rate: of the drive (Hz), ``(points,)``; amplitude: of the strain's harmonics, ``(points, members, harmonics)``
     grown = amplitude / rate[:, None, None] ** 2
     middle = np.nanmedian(grown, axis=0)
     return np.divide(grown, middle, out=np.zeros_like(grown), where=middle > 0)
 
 
 def distances(rate: Array, low: Array, high: Array, orders: int) -> Array:
-    """Give the relative distance of each multiple of the rate from each mode's range, ``(points, orders, modes)``.
-
-    Parameters
-    ----------
-    rate
-        Of the drive (Hz), ``(points,)``.
-    low, high
-        Range of each mode's frequency (Hz), ``(points, modes)``.
-    orders
-        Number of multiples, from 0; that of 0 is far from all.
-    """
+    """Give the relative distance of each multiple of the rate from each mode's range, ``(points, orders, modes)``."""
+    # rate: of the drive (Hz), ``(points,)``; low, high: range of each mode's frequency (Hz), ``(points, modes)``
     multiple = np.maximum(np.arange(orders) * rate[:, None], 1e-9)[..., None]
     return np.maximum(np.maximum(low[:, None] / multiple - 1, multiple / high[:, None] - 1), 0.0)
 
 
 def raised(gain: Array, amplitude: Array, distance: Array) -> Array:
-    """Give the largest strain of all members, where a mode nearby raises it, ``(points, harmonics)``; elsewhere 0.
-
-    Parameters
-    ----------
-    gain
-        As of `gains`.
-    amplitude
-        Of the strain's harmonics, ``(points, members, harmonics)``.
-    distance
-        As of `distances`.
-    """
+    """Give the largest strain of all members, where a mode nearby raises it, ``(points, harmonics)``; elsewhere 0."""
+    # amplitude: of the strain's harmonics, ``(points, members, harmonics)``
     found = np.where(gain > RESONANCE.raised, np.nan_to_num(amplitude), 0.0).max(axis=1)
     return np.where(distance.min(axis=2) < RESONANCE.near, found, 0.0)
 
 
 def resonances(rate: Array, modes: tuple[Array, Array], amplitude: Array, peak: Array) -> list[Resonance]:
-    """Give the resonances of a sweep, the largest first: of one multiple those apart by more than a few percent.
-
-    Parameters
-    ----------
-    rate
-        Of the drive (Hz), ``(points,)``, in one direction.
-    modes
-        Lowest and highest frequency of each mode (Hz), ``(points, modes)`` each.
-    amplitude
-        Of the strain's harmonics, ``(points, members, harmonics)``.
-    peak
-        Largest strain of each member, ``(points, members)``.
-    """
+    """Give the resonances of a sweep, the largest first: of one multiple those apart by more than a few percent."""
+    # rate: of the drive (Hz), ``(points,)``, in one direction; modes: lowest and highest frequency of each mode (Hz),
+    # ``(points, modes)`` each; amplitude: of the strain's harmonics, ``(points, members, harmonics)``; peak: largest
+    # strain of each member, ``(points, members)``
     gain, distance = gains(rate, amplitude), distances(rate, *modes, amplitude.shape[2])
     inner, before, after = gain[1:-1], gain[:-2], gain[2:]
     highest = (inner >= before) & (inner > after) & (inner > RESONANCE.named)

@@ -101,13 +101,7 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
 
 
 def strain_figure(result: Result) -> Figure:
-    """Draw the strain of each member where its stress is largest, the most strained on top, and where on it that is.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the strain of each member where its stress is largest, the most strained on top, and where on it that is."""
     reading = reading_of_members(result)
     size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_ROWS]
@@ -156,13 +150,7 @@ def _draw_place(axes: Axes, reading: Reading, peak: Peak, share: float) -> None:
 
 
 def map_figure(result: Result) -> Figure:
-    """Draw the strain by drive angle and place, a row for each member, as tall as it is long, on one scale.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the strain by drive angle and place, a row for each member, as tall as it is long, on one scale."""
     reading = reading_of_members(result)
     shown = sorted(reading.ranked[:MOST_ROWS])
     tall = np.maximum(reading.lengths, LEAST_ROW * reading.lengths.max())[shown]
@@ -180,13 +168,7 @@ def map_figure(result: Result) -> Figure:
 
 
 def force_figure(result: Result) -> Figure:
-    """Draw the joint forces, and below them the torque or force of the first drive where there is one.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the joint forces, and below them the torque or force of the first drive where there is one."""
     driven = reading_of(result).effort is not None
     figure, panels = empty_figure(rows=1 + driven, height=5.8 if driven else SIZE[1])
     plot_joint_forces(result, panels[0])
@@ -197,13 +179,7 @@ def force_figure(result: Result) -> Figure:
 
 
 def spectrum_figure(result: Result) -> Figure:
-    """Draw the harmonics of the members that are strained most.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the harmonics of the members that are strained most."""
     reading = reading_of_members(result)
     size = np.abs(reading.strain).max(axis=(0, 2, 3))
     shown = sorted(int(i) for i in np.argsort(-size, kind="stable")[:MOST_SPECTRA])

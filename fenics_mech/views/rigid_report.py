@@ -28,15 +28,7 @@ NAMES = {"joint_force": "joint force", "drive_effort": "effort", "freedom_place"
 
 
 def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
-    """Give the parts of a summary.
-
-    Parameters
-    ----------
-    result
-        A result of a scene of which no link bends.
-    units
-        Units of the numbers.
-    """
+    """Give the parts of a summary."""
     grid = Table.grid(padding=(0, 2))
     for name, value in rigid_decisions(result, units).items():
         grid.add_row(name, escape(value))
@@ -66,13 +58,7 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
 
 
 def rigid_energy(result: Result) -> str:
-    """Tell the mean power of all causes, and how far they are from a balance.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Tell the mean power of all causes, and how far they are from a balance."""
     (text, (factor, unit)), attributes = mean_powers(result), result.data.attrs
     if balanced(result):
         return f"{text}."
@@ -81,15 +67,7 @@ def rigid_energy(result: Result) -> str:
 
 
 def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
-    """Tell how the result was computed.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Tell how the result was computed."""
     scene, data = result.scene, result.data
     rows = {"drive": drive_of(scene, units), "method": method_of(result)}
     rows["links"] = "rigid: no link has a member that bends"
@@ -109,27 +87,13 @@ def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
 
 
 def of_accelerations(result: Result) -> float | None:
-    """Give the largest error of a point's acceleration by peaks between positions, over the largest; None if unknown.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the relative error of a point's acceleration by peaks between positions; None if unknown."""
     name = "point_acceleration_relative_error"
     return float(result.data[name].sel(source=BETWEEN)) if name in result.data else None
 
 
 def law_table(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate the largest effort of each joint law.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Tabulate the largest effort of each joint law."""
     table = table_of("Joint laws", "law", "joint", "kind", "largest\nin the motion")
     for one in law_efforts(result, units):
         table.add_row(escape(one.law), escape(one.joint), one.kind, f"{number(one.largest)} {one.unit}")
@@ -137,27 +101,13 @@ def law_table(result: Result, units: AnswerUnits) -> Table:
 
 
 def method_of(result: Result) -> str:
-    """Tell the method, and at how many positions there is an answer.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Tell the method, and at how many positions there is an answer."""
     count = result.data.sizes["theta"]
     return f"{result.scene.analysis.method}, {count} position{'s' * (count > 1)}"
 
 
 def freedoms_table(result: Result, units: AnswerUnits) -> Table:
-    """Tabulate how far each freedom goes, and its fastest rate; of an equilibrium, where it is.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Tabulate how far each freedom goes, and its fastest rate; of an equilibrium, where it is."""
     places, moves = result.data["freedom_place"].to_numpy(), "freedom_rate" in result.data
     moves = moves and result.scene.analysis.method == "transient"
     heads = ("least", "largest", "at the end", "fastest rate") if moves else ("at rest",)
@@ -175,13 +125,7 @@ def freedoms_table(result: Result, units: AnswerUnits) -> Table:
 
 
 def running_lines(result: Result) -> list[str]:
-    """Tell how freedoms run over their last turn, and what their motors take.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Tell how freedoms run over their last turn, and what their motors take."""
     data, lines = result.data, []
     for name in map(str, data["freedom"].to_numpy()):
         if "last_turn_rate" in data and np.isfinite(rate := float(data["last_turn_rate"].sel(freedom=name))):
@@ -199,15 +143,7 @@ def running_lines(result: Result) -> list[str]:
 
 
 def friction_lines(result: Result, units: AnswerUnits) -> list[str]:
-    """Tell the range in which friction holds the freedom, and how much of it is used.
-
-    Parameters
-    ----------
-    result
-        The result of an equilibrium.
-    units
-        Units of the numbers.
-    """
+    """Tell the range in which friction holds the freedom, and how much of it is used."""
     data, name = result.data, next(iter(result.scene.freedoms))
     slides = result.scene.joints[name].kind in ("slot", "prismatic")
     ends = [float(data[f"rest_{end}"].sel(freedom=name)) for end in ("lowest", "highest")]
@@ -232,13 +168,7 @@ def friction_lines(result: Result, units: AnswerUnits) -> list[str]:
 
 
 def small_motions_table(result: Result) -> Table:
-    """Tabulate the small motions about an equilibrium.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Tabulate the small motions about an equilibrium."""
     table = table_of("Small motions about the equilibrium", "motion", "frequency", "decays by")
     for name, frequency, decay in zip(
         *(result.data[what].to_numpy() for what in ("small_motion", "rest_frequency", "rest_decay"))

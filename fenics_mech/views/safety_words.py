@@ -30,20 +30,7 @@ MOST_MEMBERS = 2  # that are listed beside the first
 
 
 def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[str]]:
-    """Say whether a machine is safe, what would help, and what is not decided.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-
-    Returns
-    -------
-    tuple
-        "bad" where it is not safe, "warn" where that is not known, else "good"; one to four sentences.
-    """
+    """Say whether a machine is safe, what would help, and what is not decided."""
     found = judge(result)
     level: Level = "good"
     if found.governing is None:
@@ -87,39 +74,19 @@ def _of(check: Check) -> str:
 
 
 def factor(check: Check) -> str:
-    """Write a factor of safety; a large one tells nothing more.
-
-    Parameters
-    ----------
-    check
-        The mode.
-    """
+    """Write a factor of safety; a large one tells nothing more."""
     return f"> {LARGEST:g}" if check.factor > LARGEST else short(check.factor)
 
 
 def sized(check: Check) -> str:
-    """Write a factor of safety and the wanted one; of a resonance the distance of the speed from it in percent.
-
-    Parameters
-    ----------
-    check
-        The mode.
-    """
+    """Write a factor of safety and the wanted one; of a resonance the distance of the speed from it in percent."""
     if check.kind == "share":
         return f"{short(100 * check.factor)} % of {100 * check.wanted:g} %"
     return f"{factor(check)} of {check.wanted:g}"
 
 
 def acting(check: Check, units: AnswerUnits) -> str:
-    """Write what acts and what is borne, and at which drive angle.
-
-    Parameters
-    ----------
-    check
-        The mode.
-    units
-        Units of the numbers.
-    """
+    """Write what acts and what is borne, and at which drive angle."""
     if check.kind == "share":
         return check.detail
     if math.isinf(check.factor):
@@ -156,25 +123,13 @@ def _to_state(result: Result, check: Check) -> str:
 
 
 def undecided(found: Verdict) -> list[str]:
-    """Name the modes by which no member is judged but by assumptions, in the order of `KEYS`; wants are none of them.
-
-    Parameters
-    ----------
-    found
-        The verdict.
-    """
+    """Name the modes by which no member is judged but by assumptions, in the order of `KEYS`."""
     decided = {check.mode for checks in found.checks.values() for check in checks if check.decides}
     return [mode for mode in KEYS if mode not in decided and mode not in ("deflection", "resonance")]
 
 
 def safety_row(result: Result) -> str:
-    """Give the least factors of the members after the first, which is told before, as far as they tell anything.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the least factors of the members after the first, which is told before, as far as they tell anything."""
     found = judge(result)
     named = [(member, check) for member in found.checks if (check := found.least(member)) is not None]
     told = [(member, check) for member, check in named[1:] if check.factor <= min(LARGEST, ENOUGH * check.wanted)]
@@ -182,15 +137,7 @@ def safety_row(result: Result) -> str:
 
 
 def safety_table(result: Result, units: AnswerUnits) -> list[str]:
-    """Give a line for each mode of each member that was judged, then what was assumed and what was not judged.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers.
-    """
+    """Give a line for each mode of each member that was judged, then what was assumed and what was not judged."""
     found = judge(result)
     said = [
         f"{member}, {check.mode}: {sized(check)} ({acting(check, units)})"
@@ -204,15 +151,7 @@ def safety_table(result: Result, units: AnswerUnits) -> list[str]:
 
 
 def safety_figures(result: Result, units: AnswerUnits) -> dict[str, Any]:
-    """Give the verdict as plain data.
-
-    Parameters
-    ----------
-    result
-        The result.
-    units
-        Units of the numbers in the sentences.
-    """
+    """Give the verdict as plain data."""
     found = judge(result)
     level, sentences = safety_sentences(result, units)
     figures: dict[str, Any] = {"level": level, "safe": found.safe, "sentences": sentences}

@@ -96,13 +96,7 @@ def _at(reading: Reading, values: Array, peak: int, at: float | None) -> tuple[A
 
 
 def section_force_figure(result: Result) -> Figure:
-    """Draw axial force, shear force and moment along the most stressed members, at the drive angles of their peaks.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw axial force, shear force and moment along the most stressed members, at the drive angles of their peaks."""
     reading = reading_of_members(result)
     shown = sorted(reading.ranked[:MOST_MEMBERS])
     figure, panels = empty_figure(len(SECTION_FORCES), HEIGHT, columns=len(shown))

@@ -42,39 +42,16 @@ GUIDE = 0.12  # of the extent, that a guide is longer on both sides than its sli
 
 @dataclass(frozen=True)
 class Skeleton:
-    """A mechanism at one position.
+    """A mechanism at one position."""
 
-    Parameters
-    ----------
-    scene
-        The linkage.
-    motion
-        The rigid position of its links, one angle.
-    path
-        Centre lines of the members as drawn (m), ``(members, stations, 2)``.
-    extent
-        Size of the drawing (m), to which that of all symbols is in proportion.
-    """
-
-    scene: Scene
-    motion: Motion
-    path: Array
-    extent: float
+    scene: Scene  # the linkage
+    motion: Motion  # the rigid position of its links, one angle
+    path: Array  # centre lines of the members as drawn (m), ``(members, stations, 2)``
+    extent: float  # size of the drawing (m), to which that of all symbols is in proportion
 
     @classmethod
     def at_start(cls, scene: Scene) -> Skeleton:
-        """Give the mechanism at its start, its links straight.
-
-        Parameters
-        ----------
-        scene
-            The linkage.
-
-        Raises
-        ------
-        AssemblyError
-            When the links cannot be assembled.
-        """
+        """Give the mechanism at its start, its links straight."""
         motion = start_motion(scene)
         bodies: dict[str, Ground | Link] = {"ground": scene.ground, **scene.links}
         places = [scene.point(f"{body}.{point}") for body, part in bodies.items() for point in part.points]
@@ -83,23 +60,11 @@ class Skeleton:
         return cls(scene, motion, ends_in(scene, motion)[0], extent)
 
     def angle_of(self, body: str) -> float:
-        """Angle of a link or the ground (rad).
-
-        Parameters
-        ----------
-        body
-            Its name.
-        """
+        """Angle of a link or the ground (rad)."""
         return 0.0 if body == "ground" else float(self.motion.angle[0, self.motion.links.index(body)])
 
     def side_of(self, link: str) -> tuple[Array, Array]:
-        """Ends of a link's longest member, or of the line between its first two points (m), ``(2,)`` each.
-
-        Parameters
-        ----------
-        link
-            Its name.
-        """
+        """Ends of a link's longest member, or of the line between its first two points (m), ``(2,)`` each."""
         paths = [path[[0, -1]] for path, (of, _) in zip(self.path, self.scene.members().values()) if of == link]
         if not paths:
             corners = list(self.scene.links[link].points.values())
@@ -179,15 +144,7 @@ class Skeleton:
         return np.concatenate([part.reshape(-1, 2) for part in parts])
 
     def draw(self, axes: Axes, colour: str = INK) -> None:
-        """Draw it, in mm, with its members in a colour.
-
-        Parameters
-        ----------
-        axes
-            Where to draw.
-        colour
-            Colour of the members.
-        """
+        """Draw it, in mm, with its members in a colour."""
         _lines(axes, self.strokes, color=INK, linewidth=0.8)
         _polygons(axes, self.triangles, zorder=0.5)
         _lines(axes, self.rails, color=INK, linewidth=1.2)
@@ -200,15 +157,8 @@ class Skeleton:
 
 
 def frame(axes: Axes, points: Array) -> None:
-    """Let axes in mm show points (m) with a margin, on one scale in both directions.
-
-    Parameters
-    ----------
-    axes
-        The axes.
-    points
-        The points, ``(points, 2)``.
-    """
+    """Let axes in mm show points (m) with a margin, on one scale in both directions."""
+    # points: the points, ``(points, 2)``
     low, high = MILLI * points.min(axis=0), MILLI * points.max(axis=0)
     margin = DRAWN.margin * float(np.linalg.norm(high - low))
     low, high = low - margin, high + margin
@@ -221,15 +171,8 @@ def frame(axes: Axes, points: Array) -> None:
 
 
 def height_for(points: Array, width: float) -> float:
-    """Height of a figure of some width that shows points with little left empty (inches).
-
-    Parameters
-    ----------
-    points
-        The points, ``(points, 2)``.
-    width
-        Width of the figure (inches).
-    """
+    """Height of a figure of some width that shows points with little left empty (inches)."""
+    # points: the points, ``(points, 2)``; width: width of the figure (inches)
     across, up = np.ptp(points, axis=0) + 2 * DRAWN.margin * float(np.linalg.norm(np.ptp(points, axis=0)))
     return float(np.clip(TEXT + width * up / across, *HEIGHTS))
 

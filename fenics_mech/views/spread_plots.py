@@ -22,20 +22,7 @@ MOST_ROWS = 6  # numbers in a picture
 
 
 def plot_spread(found: Spread, folder: str | Path) -> list[Path]:
-    """Make the plots of a spread as PNG files in a folder.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    folder
-        Where to write.
-
-    Raises
-    ------
-    ResultError
-        When a file cannot be written.
-    """
+    """Make the plots of a spread as PNG files in a folder."""
     figures = {}
     if found.names and found.samples:
         figures["distributions"] = distributions_figure(found)
@@ -47,13 +34,7 @@ def plot_spread(found: Spread, folder: str | Path) -> list[Path]:
 
 
 def distributions_figure(found: Spread) -> Figure:
-    """Draw how often each number has which value, with its quantiles and limits.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    """
+    """Draw how often each number has which value, with its quantiles and limits."""
     names = found.names[:MOST_ROWS]
     figure, rows = empty_figure(rows=len(names), height=0.6 + 2.3 * len(names), shared=False)
     for axes, name in zip(rows, names):
@@ -78,15 +59,7 @@ def _draw_distribution(axes: Axes, found: Spread, name: str) -> None:
 
 
 def band_figure(found: Spread, which: int) -> Figure:
-    """Draw the bands in which a curve lies in half and in 90 % of the samples.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    which
-        Which of its curves.
-    """
+    """Draw the bands in which a curve lies in half and in 90 % of the samples."""
     one = found.curves[which]
     at_means, theta = one.values(found.explorer.first.numbers), np.array(one.angles)
     told = number_unit(one, found.scattered.design, at_means)
@@ -103,13 +76,7 @@ def band_figure(found: Spread, which: int) -> Figure:
 
 
 def shares_figure(found: Spread) -> Figure:
-    """Draw which share of each number's variance comes from which variable.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    """
+    """Draw which share of each number's variance comes from which variable."""
     names, variables = found.names[:MOST_ROWS], found.scattered.design.variables
     figure, rows = empty_figure(rows=len(names), height=0.9 + len(names) * (0.7 + 0.32 * len(variables)))
     for axes, name in zip(rows, names):

@@ -26,13 +26,7 @@ FEW = 0.1  # half the width of a 95 % interval, from which samples are too few f
 
 
 def spread_summary(found: Spread) -> Group:
-    """Tell how the numbers of a result scatter.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    """
+    """Tell how the numbers of a result scatter."""
     parts: list[RenderableType] = [Text(headline(found), style="bold")]
     parts += [_numbers(found)] if found.names else []
     parts += [_shares(found)] if found.names else []
@@ -40,13 +34,7 @@ def spread_summary(found: Spread) -> Group:
 
 
 def headline(found: Spread) -> str:
-    """Say how many of the samples keep all limits, or how much the first number scatters.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    """
+    """Say how many of the samples keep all limits, or how much the first number scatters."""
     if found.passed and found.samples:
         share, low, high = found.kept()
         interval = f"95 % interval: {percent(low, 3)} to {percent(high, 3)}"
@@ -60,15 +48,7 @@ def headline(found: Spread) -> str:
 
 
 def unit_of(found: Spread, name: str) -> Told:
-    """Give the unit of a number of a spread, which fits it at the means.
-
-    Parameters
-    ----------
-    found
-        The spread.
-    name
-        The number.
-    """
+    """Give the unit of a number of a spread, which fits it at the means."""
     shown = found.explorer.first.numbers[name]
     return number_unit(found.explorer.trials.quantity(name), found.scattered.design, shown)
 

@@ -30,43 +30,21 @@ LAYERS |= {"pin": 4, "hole": 5, "load": 6}
 
 @dataclass(frozen=True)
 class Look:
-    """How the mechanism is drawn.
+    """How the mechanism is drawn."""
 
-    Parameters
-    ----------
-    limit
-        Stress or strain at the ends of the colour bar.
-    measure
-        Its name and unit, such as "stress (MPa)".
-    names
-        Names that are written beside joints, traced points and loads: of all pins, then of all points, then of all
-        arrows. None where none shall be; an empty one is not written.
-    true_width
-        Whether members are as wide as their sections in the plane of motion, not all alike.
-    """
-
-    limit: float
-    measure: str
+    limit: float  # stress or strain at the ends of the colour bar
+    measure: str  # its name and unit, such as "stress (MPa)"
+    # names that are written beside joints, traced points and loads: of all pins, then of all points, then of all
+    # arrows. None where none shall be; an empty one is not written.
     names: tuple[str, ...] = ()
-    true_width: bool = False
+    true_width: bool = False  # whether members are as wide as their sections in the plane of motion, not all alike
 
 
 class Stage:
-    """An off-screen plotter with the mechanism on it, seen along z in parallel projection.
+    """An off-screen plotter with the mechanism on it, seen along z in parallel projection."""
 
-    Parameters
-    ----------
-    frames
-        All frames that will be shown: the camera holds them all.
-    ground
-        Points of the ground (m), ``(points, 2)``, and guides on it, ``(guides, 2, 2)``.
-    size
-        Of the picture (pixels).
-    look
-        How it is drawn.
-    text
-        Text above and below the mechanism.
-    """
+    # ground: points of the ground (m), ``(points, 2)``, and guides on it, ``(guides, 2, 2)``; size: of the picture
+    # (pixels)
 
     def __init__(
         self, frames: Frames, ground: tuple[Array, Array], size: tuple[int, int], look: Look, text: tuple[str, str]
@@ -294,10 +272,8 @@ class Stage:
 
 
 def ribbon(path: Array, half_width: float | Array) -> Array:
-    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``.
-
-    Half the width is one number, or one at each station, ``(members, stations)``.
-    """
+    """Left and right edge of centre lines ``(members, stations, 2)``, as ``(members, stations, 2, 2)``."""
+    # Half the width is one number, or one at each station, ``(members, stations)``.
     tangent = np.gradient(path, axis=1)
     tangent /= np.maximum(np.linalg.norm(tangent, axis=-1, keepdims=True), 1e-300)
     normal = np.asarray(half_width)[..., None] * np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)

@@ -26,20 +26,7 @@ FAILED: dict[str, Any] = {"ls": "", "marker": "|", "color": "0.5", "label": "fai
 
 
 def plot_study(found: Optimum, folder: str | Path) -> list[Path]:
-    """Make the plots of an optimisation as PNG files in a folder.
-
-    Parameters
-    ----------
-    found
-        The optimum.
-    folder
-        Where to write.
-
-    Raises
-    ------
-    ResultError
-        When a file cannot be written.
-    """
+    """Make the plots of an optimisation as PNG files in a folder."""
     figures = {"history": history_figure(found)}
     if found.problem.trades_off:
         figures["pareto"] = pareto_figure(found)

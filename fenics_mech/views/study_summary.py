@@ -26,13 +26,7 @@ if TYPE_CHECKING:
 
 
 def study_summary(found: Optimum) -> Group:
-    """Tell what an optimisation found.
-
-    Parameters
-    ----------
-    found
-        The optimum.
-    """
+    """Tell what an optimisation found."""
     parts: list[RenderableType] = [
         Text(f"{verdict(found)} {_end(found)}".rstrip(), style="bold"),
         _variables(found),
@@ -49,15 +43,7 @@ def study_summary(found: Optimum) -> Group:
 
 
 def best_so_far(scene: Scene, best: Trial | None) -> str:
-    """Tell the numbers of the best trial so far, with a comma before them; nothing where there is none.
-
-    Parameters
-    ----------
-    scene
-        The scene with its study.
-    best
-        The best trial so far.
-    """
+    """Tell the numbers of the best trial so far, with a comma before them; nothing where there is none."""
     if best is None or scene.study is None:
         return ""
     design = Design(scene, scene.study, ())
@@ -66,13 +52,7 @@ def best_so_far(scene: Scene, best: Trial | None) -> str:
 
 
 def verdict(found: Optimum) -> str:
-    """Say in one or two sentences whether there is a better design, and whether it is better than its error.
-
-    Parameters
-    ----------
-    found
-        The optimum.
-    """
+    """Say in one or two sentences whether there is a better design, and whether it is better than its error."""
     if not found.within_limits:
         return f"No trial keeps all limits. In the nearest one {missed(found)}. Widen the bounds, or relax a limit."
     if found.problem.squares:
@@ -95,13 +75,7 @@ def verdict(found: Optimum) -> str:
 
 
 def missed(found: Optimum) -> str:
-    """Say which limits the best trial misses, and by how much.
-
-    Parameters
-    ----------
-    found
-        The optimum.
-    """
+    """Say which limits the best trial misses, and by how much."""
     problem, said = found.problem, []
     for bound, excess in zip(problem.bounds, problem.excess_of(found.best)):
         number = found.best.numbers[bound.of]
@@ -115,15 +89,7 @@ def missed(found: Optimum) -> str:
 
 
 def unit_of(found: Optimum, name: str) -> Told:
-    """Give the unit of a number of an optimisation, which fits it at the start and in the best design.
-
-    Parameters
-    ----------
-    found
-        The optimum.
-    name
-        The number.
-    """
+    """Give the unit of a number of an optimisation, which fits it at the start and in the best design."""
     trials = found.problem.trials
     shown = [trial.numbers[name] for trial in (found.problem.first, found.best)]
     return number_unit(trials.quantity(name), trials.design, shown)

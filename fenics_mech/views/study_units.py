@@ -22,49 +22,21 @@ from fenics_mech.views.prefixes import fitted
 
 @dataclass(frozen=True)
 class Told:
-    """The unit in which a number is told.
+    """The unit in which a number is told."""
 
-    Parameters
-    ----------
-    unit
-        Its name; "1" for pure numbers.
-    size
-        How much of SI it is.
-    """
-
-    unit: str = "1"
-    size: float = 1.0
+    unit: str = "1"  # its name; "1" for pure numbers
+    size: float = 1.0  # how much of SI it is
 
     def text(self, value: float, digits: int = 5) -> str:
-        """Write a value in SI as a number in this unit; "-" where there is none.
-
-        Parameters
-        ----------
-        value
-            The value in SI.
-        digits
-            How many digits it has.
-        """
+        """Write a value in SI as a number in this unit; "-" where there is none."""
         return "-" if math.isnan(value) else f"{value / self.size:.{digits}g}"
 
     def whole(self, value: float, digits: int = 5) -> str:
-        """Write a value in SI with the unit behind it.
-
-        Parameters
-        ----------
-        value, digits
-            As of `text`.
-        """
+        """Write a value in SI with the unit behind it."""
         return f"{self.text(value, digits)}{self.behind}"
 
     def label(self, name: str) -> str:
-        """Name an axis that shows the number.
-
-        Parameters
-        ----------
-        name
-            What it shows.
-        """
+        """Name an axis that shows the number."""
         return name if self.unit == "1" else f"{name} ({self.unit})"
 
     @property
@@ -74,19 +46,8 @@ class Told:
 
 
 def number_unit(of: ResultNumbers, design: Design, shown: ArrayLike) -> Told:
-    """Give the unit of a number of a result: one that the scene names for answers, that of its limit, or the usual one.
-
-    The usual one has the prefix that fits the numbers which are shown.
-
-    Parameters
-    ----------
-    of
-        The number, or the curve.
-    design
-        The scene with its study.
-    shown
-        The numbers in SI.
-    """
+    """Give the unit of a number: that of the scene's answers, that of its limit, or the usual one."""
+    # The usual one has the prefix that fits the numbers which are shown.
     kind = "strain" if of.name in STRAINS else KIND_OF.get(of.unit, "")
     if kind in (named := named_units(design.scene.units)):
         return Told(*named[kind])
@@ -99,15 +60,7 @@ def number_unit(of: ResultNumbers, design: Design, shown: ArrayLike) -> Told:
 
 
 def variable_unit(variable: DesignVariable, scene: Scene) -> Told:
-    """Give the unit of a variable: one that the scene names for answers, that in which it is written, or SI.
-
-    Parameters
-    ----------
-    variable
-        The variable.
-    scene
-        The scene.
-    """
+    """Give the unit of a variable: one that the scene names for answers, that in which it is written, or SI."""
     kind, named = KIND_OF.get(variable.unit, ""), named_units(scene.units)
     return Told(*(named.get(kind) or variable.written or (variable.unit, 1.0)))
 

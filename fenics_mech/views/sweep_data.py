@@ -25,13 +25,7 @@ def written(data: xr.Dataset, path: str) -> Array:
 
 
 def units_of(data: xr.Dataset) -> AnswerUnits:
-    """Give the units in which a sweep or a branch tells its answers: those of its scene, or those that fit its peaks.
-
-    Parameters
-    ----------
-    data
-        The data of the sweep or branch.
-    """
+    """Give the units of a sweep or a branch: those of its scene, or those that fit its peaks."""
     stated = AnswerUnits.of(json.loads(str(data.attrs.get("scene", "{}"))).get("units") or ())
     peaks = {
         name: float(np.nanmax(values, initial=0.0))
@@ -49,17 +43,7 @@ def units_of(data: xr.Dataset) -> AnswerUnits:
 
 
 def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:
-    """Name what an axis or a column shows, with its unit.
-
-    Parameters
-    ----------
-    units
-        The units.
-    kind
-        Kind of the quantity.
-    name
-        Another name than that of the kind.
-    """
+    """Name what an axis or a column shows, with its unit."""
     return f"{name or kind} ({units.label(kind)})"
 
 
@@ -88,15 +72,7 @@ def range_of(data: xr.Dataset, path: str, first: int, last: int) -> str:
 
 
 def unresolved_at(data: xr.Dataset, paths: list[str]) -> Array:
-    """Give where between its points the peak strains of a sweep over one field are not resolved, as written, ascending.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    paths
-        Its fields.
-    """
+    """Give the places between points, ascending, where peak strains of a sweep are not resolved."""
     if len(paths) != 1 or "peak_strain" not in data:
         return np.zeros(0)
     x, peaks = written(data, paths[0]), data["peak_strain"].transpose(paths[0], "member").to_numpy()
@@ -105,13 +81,7 @@ def unresolved_at(data: xr.Dataset, paths: list[str]) -> Array:
 
 
 def unstable_points(data: xr.Dataset) -> xr.DataArray:
-    """Tell which points have a motion that no machine stays in, as disturbances of it grow.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Tell which points have a motion that no machine stays in, as disturbances of it grow."""
     told = data["error"].copy(data=np.zeros(data["error"].shape, dtype=bool))
     if "unstable" in data:
         told |= data["unstable"].astype(str) != ""
@@ -121,13 +91,7 @@ def unstable_points(data: xr.Dataset) -> xr.DataArray:
 
 
 def without_unstable(data: xr.Dataset) -> xr.Dataset:
-    """Give the data with no numbers at points whose motion was refused as unstable.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Give the data with no numbers at points whose motion was refused as unstable."""
     if "unstable" not in data or not bool((refused := data["unstable"].astype(str) != "").any()):
         return data
     numbers = {
@@ -142,13 +106,7 @@ def beyond_theory(data: xr.Dataset) -> xr.DataArray:
 
 
 def theory_levels(data: xr.Dataset) -> xr.DataArray:
-    """Judge the theory at every point, as `fenics-mech run` does: "good", "warn" (use with care), "bad"; "" where none.
-
-    Parameters
-    ----------
-    data
-        The sweep's data.
-    """
+    """Judge the theory at every point, as `fenics-mech run` does: a level, or "" where there is none."""
     effects = data["effects"].astype(str)
     levels = np.full(effects.shape, "", dtype=object)
     if "rotation" in data:  # a point has a result

@@ -27,24 +27,7 @@ HIGHEST = 0.9  # wave of a waterfall, in steps between its base lines
 
 
 def plot_sweep(sweep: Sweep, folder: str | Path, member: str | None = None) -> list[Path]:
-    """Make the plots of a sweep over one or two fields as PNG files in `folder`.
-
-    Parameters
-    ----------
-    sweep
-        The sweep; of one over more fields, or without a point that has a result, nothing is drawn.
-    folder
-        Where to write.
-    member
-        Member of the waterfall and of the map; without it, the one with the largest strain.
-
-    Raises
-    ------
-    ViewError
-        When there is no such member.
-    ResultError
-        When a file cannot be written.
-    """
+    """Make the plots of a sweep over one or two fields as PNG files in `folder`."""
     data, folder = sweep.data, Path(folder)
     if "peak_strain" not in data:
         return []

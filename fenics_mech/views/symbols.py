@@ -47,15 +47,8 @@ def support_strokes() -> Array:
 
 
 def guide_strokes(guide: Array, extent: float) -> Array:
-    """Give the line under a slider's block, and its hatch, ``(strokes, 2, 2)``.
-
-    Parameters
-    ----------
-    guide
-        Both ends of the slider's travel (m), ``(2, 2)``.
-    extent
-        Of the motion (m).
-    """
+    """Give the line under a slider's block, and its hatch, ``(strokes, 2, 2)``."""
+    # guide: both ends of the slider's travel (m), ``(2, 2)``; extent: of the motion (m)
     first, second = guide
     along = (second - first) / max(float(np.linalg.norm(second - first)), 1e-300)
     normal = np.array([-along[1], along[0]])
@@ -67,28 +60,15 @@ def guide_strokes(guide: Array, extent: float) -> Array:
 
 
 def coil(ends: Array, half_width: float) -> Array:
-    """Give the zigzag of a spring between two points, ``(points, 2)``.
-
-    Parameters
-    ----------
-    ends
-        The points (m), ``(2, 2)``.
-    half_width
-        Of the zigzag (m).
-    """
+    """Give the zigzag of a spring between two points, ``(points, 2)``."""
+    # ends: the points (m), ``(2, 2)``; half_width: of the zigzag (m)
     places = np.concatenate([[0, 0.2], 0.2 + 0.6 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.8, 1]])
     sides = np.concatenate([[0, 0], (-1.0) ** np.arange(2 * COILS), [0, 0]])
     return _beside(ends, places, half_width * sides)
 
 
 def dashpot(ends: Array, half_width: float) -> list[Array]:
-    """Give the strokes of a damper between two points: rod with piston, cylinder, and what holds it.
-
-    Parameters
-    ----------
-    ends, half_width
-        As of `coil`.
-    """
+    """Give the strokes of a damper between two points: rod with piston, cylinder, and what holds it."""
     strokes = [
         ([0, 0.52], [0, 0]),
         ([0.52, 0.52], [-0.8, 0.8]),
@@ -99,17 +79,8 @@ def dashpot(ends: Array, half_width: float) -> list[Array]:
 
 
 def arc(centre: Array, radius: float, start: float, end: float) -> Array:
-    """Give an arc of a circle, ``(points, 2)``.
-
-    Parameters
-    ----------
-    centre
-        Its centre (m).
-    radius
-        Its radius (m).
-    start, end
-        Angles (rad); the arc runs from the one to the other.
-    """
+    """Give an arc of a circle, ``(points, 2)``."""
+    # centre: its centre (m); radius: its radius (m); start, end: angles (rad); the arc runs from the one to the other
     turn = np.linspace(start, end, 40)
     return centre + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 

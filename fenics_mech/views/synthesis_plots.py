@@ -21,13 +21,7 @@ FADED = 0.35  # of those that are not the first
 
 
 def synthesis_figure(found: Synthesised) -> Figure:
-    """Draw a synthesised four-bar.
-
-    Parameters
-    ----------
-    found
-        The four-bar.
-    """
+    """Draw a synthesised four-bar."""
     figure, ((left, right),) = empty_figure(columns=2, height=4.2, shared=False)
     _draw_links(left, found)
     _draw_curve(right, found)

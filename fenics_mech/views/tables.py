@@ -27,13 +27,7 @@ BEST = math.pi / 2 - 1e-4  # of a transmission angle (rad)
 
 
 def effects_table(choices: Sequence[Choice]) -> Group:
-    """Tabulate the effects that act or whose influence is known: size, whether they act, and what they are.
-
-    Parameters
-    ----------
-    choices
-        What was decided about every effect.
-    """
+    """Tabulate the effects that act or whose influence is known: size, whether they act, and what they are."""
     lines = [Text("Influences are shares of the strains. --compare measures them, by runs with effects added in turn.")]
     table = table_of("Effects with effects = 'auto'", "effect", "influence", "acts", "what it is")
     table.columns[-1].justify = "left"

@@ -12,13 +12,7 @@ from fenics_mech.views.words import error_share
 
 
 def beside_tolerance(result: Result) -> list[str]:
-    """Say of the quantities that a tolerance does not name how large their errors are, where these are larger.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Say of the quantities that a tolerance does not name how large their errors are, where these are larger."""
     stated, data = result.scene.tolerances, result.data
     errors = {
         name: float(data.attrs[f"{ERROR_VARIABLES[what][1]}error_estimate"])
@@ -31,13 +25,7 @@ def beside_tolerance(result: Result) -> list[str]:
 
 
 def quantities(result: Result) -> dict[str, str]:
-    """Give the quantities of a result that have an error, and their names.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the quantities of a result that have an error, and their names."""
     data = result.data
     names = {"strain": "strain", "deflection": "deflection"}
     if data.sizes["joint"]:
@@ -49,13 +37,7 @@ def quantities(result: Result) -> dict[str, str]:
 
 
 def too_uncertain(result: Result) -> dict[str, float]:
-    """Give the quantities beside the strain whose numerical error is too large, and that error.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Give the quantities beside the strain whose numerical error is too large, and that error."""
     data, found = result.data, {}
     numerical = [str(source) for source in data["source"].to_numpy() if source in (*NUMERICAL, BETWEEN)]
     for what, name in quantities(result).items():

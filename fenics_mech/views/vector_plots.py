@@ -130,13 +130,7 @@ def plot_point_path(result: Result, points: Sequence[str] = (), axes: Axes | Non
 
 
 def path_points(result: Result) -> list[str]:
-    """Names of the points whose paths are drawn by themselves.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Names of the points whose paths are drawn by themselves."""
     if "point" not in result.data.coords:
         return []
     traced = set(result.scene.points)
@@ -154,13 +148,7 @@ def path_points(result: Result) -> list[str]:
 
 
 def force_path_figure(result: Result) -> Figure:
-    """Draw the shaking force where there is one, and the forces of the most loaded joints, as paths of their tips.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the shaking force where there is one, and the forces of the most loaded joints, as paths of their tips."""
     reading = reading_of(result)
     shaking: list[str | None] = [None] if "shaking_force" in result.data else []
     size = reading.force.max(axis=0)
@@ -185,13 +173,7 @@ def force_path_figure(result: Result) -> Figure:
 
 
 def point_path_figure(result: Result) -> Figure:
-    """Draw the paths of the points that `plot_point_path` takes by itself, and say what the dots are.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Draw the paths of the points that `plot_point_path` takes by itself, and say what the dots are."""
     figure = figure_in(plot_point_path(result))
     _explain_dots(figure, reading_of(result))
     return figure

@@ -46,21 +46,11 @@ PARTS = {"component": "{}", "s": "s = {:g}"}  # how a place along a dimension is
 
 @dataclass(frozen=True)
 class Sheet:
-    """A table.
+    """A table."""
 
-    Parameters
-    ----------
-    name
-        Name of the sheet.
-    head
-        Heads of its columns, with their units.
-    rows
-        Its rows.
-    """
-
-    name: str
-    head: tuple[str, ...]
-    rows: Iterable[Row]
+    name: str  # name of the sheet
+    head: tuple[str, ...]  # heads of its columns, with their units
+    rows: Iterable[Row]  # its rows
 
 
 def write_workbook(result: Result, path: str | Path, every: int = 1) -> Path:
@@ -110,20 +100,7 @@ def write_workbook(result: Result, path: str | Path, every: int = 1) -> Path:
 
 
 def sheets_of(result: Result, every: int = 1) -> list[Sheet]:
-    """Give the sheets of a result.
-
-    Parameters
-    ----------
-    result
-        The result.
-    every
-        Of how many positions one is told.
-
-    Raises
-    ------
-    ViewError
-        When there are more cells or columns than a file for spreadsheets may have.
-    """
+    """Give the sheets of a result."""
     reading, data = reading_of(result), result.data.isel(theta=slice(None, None, every))
     tables = [Sheet("summary", ("", ""), _summary(reading))]
     if result.cases:
@@ -341,13 +318,7 @@ def _values(reading: ForceReading, data: xr.Dataset) -> Sheet:
 
 
 def _book(sheets: Sequence[Sheet]) -> Any:
-    """Make the file's content in openpyxl.
-
-    Raises
-    ------
-    ViewError
-        When openpyxl is not installed.
-    """
+    """Make the file's content in openpyxl."""
     try:
         from openpyxl import Workbook  # noqa: PLC0415  (an extra that few need)
     except ImportError as error:

@@ -23,16 +23,9 @@ FINE = 201  # places along a member, at which its line density is added up
 
 
 def acting_of(reading: ForceReading) -> tuple[dict[str, Any], dict[str, Array]]:
-    """Give names and sizes of loads and weights, and the arrays of where they act; nothing where nothing acts.
-
-    Loads are places (m) and forces over the largest of their kind. Weights are places (m) of centres of mass: of
-    members, of links that do not bend, and of point masses.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Give names and sizes of loads and weights, and the arrays of where they act; nothing where nothing acts."""
+    # Loads are places (m) and forces over the largest of their kind. Weights are places (m) of centres of mass: of
+    # members, of links that do not bend, and of point masses.
     scene, result = reading.scene, reading.result
     names, weighs = load_names(scene), "weight" in kinds_of(reading)
     if not kinds_of(reading):
@@ -60,13 +53,7 @@ def acting_of(reading: ForceReading) -> tuple[dict[str, Any], dict[str, Array]]:
 
 
 def kinds_of(reading: ForceReading) -> list[str]:
-    """Name what acts on a machine and can be drawn: loads with a force, and weight.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Name what acts on a machine and can be drawn: loads with a force, and weight."""
     weighs = any(reading.scene.gravity) and any(effect.name == GRAVITY for effect in acting(reading.result))
     return ["loads"] * bool(load_names(reading.scene)) + ["weight"] * weighs
 
@@ -106,15 +93,7 @@ def _masses(reading: ForceReading, shown: Moments, lines: tuple[Array, Array]) -
 
 
 def member_mass(scene: Scene, label: str) -> tuple[float, float]:
-    """Give the mass of a member (kg), and the place of its centre of mass along it, 0..1.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    label
-        Label of the member.
-    """
+    """Give the mass of a member (kg), and the place of its centre of mass along it, 0..1."""
     s = np.linspace(0, 1, FINE)
     density = scene.rigidity(label, s).line_density
     weights = np.gradient(s)  # of the trapezoidal rule

@@ -16,15 +16,7 @@ LEAD = (
 
 
 def case_card(reading: ForceReading, pages: dict[str, str]) -> Html:
-    """Tabulate the load cases, and what governs each member.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    pages
-        Name of the page of each other case, which stands beside this one.
-    """
+    """Tabulate the load cases, and what governs each member."""
     result = reading.result
     if not result.cases:
         return EMPTY

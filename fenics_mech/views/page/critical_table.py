@@ -25,13 +25,7 @@ MEANING = (
 
 
 def critical(reading: ForceReading) -> Html:
-    """List the nearest speeds to avoid, and tabulate the critical speeds of each mode.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """List the nearest speeds to avoid, and tabulate the critical speeds of each mode."""
     result = reading.result
     near = []
     for one in speeds_to_avoid(result):

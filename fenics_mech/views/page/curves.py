@@ -30,13 +30,7 @@ QUICK = 4  # level of zlib: 9 takes 50 times as long for 15 % less
 
 
 def payload(reading: ForceReading) -> dict[str, Any]:
-    """Give what the script of the page draws.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Give what the script of the page draws."""
     shown = _shown(reading)
     acts, moved = acting_of(reading)
     arrays = {**_curves(reading), **_places(reading), **moved}
@@ -75,13 +69,7 @@ def _members(reading: ForceReading, shown: Index) -> dict[str, Any]:
 
 
 def sections_of(reading: Reading) -> dict[str, list[str]]:
-    """Name of each section force that the result has, and its unit.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Name of each section force that the result has, and its unit."""
     known = {name: [said, reading.units.label(kind)] for name, (said, kind) in SECTION_FORCES.items()}
     return {name: known[name] for name in known if name in reading.result.data}
 
@@ -107,21 +95,8 @@ def _freedoms(reading: ForceReading) -> list[list[str]]:
 
 
 def packed(values: Array, steps: int = STEPS) -> dict[str, Any]:
-    """Round to a share of the largest value, take second differences from position to position, and deflate.
-
-    Parameters
-    ----------
-    values
-        Numbers, ``(positions, ...)``.
-    steps
-        Whole number that stands for the largest value, at most 32767.
-
-    Returns
-    -------
-    dict
-        Numbers at each position, "row"; "scale", by which the whole numbers are multiplied; "data" in base64, curve by
-        curve, first the low bytes of all differences and then the high ones.
-    """
+    """Round to a share of the largest value, take second differences from position to position, and deflate."""
+    # values: numbers, ``(positions, ...)``
     values = np.nan_to_num(np.asarray(values, dtype=float).reshape(len(values), -1))
     scale = max(float(np.abs(values).max(initial=0.0)), TINY * steps) / steps
     curves = np.rint(values / scale).astype("<i2").T

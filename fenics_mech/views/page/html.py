@@ -19,17 +19,7 @@ VOID = ("meta", "input", "br")
 
 
 def tag(name: str, *content: str, **attributes: str | float | bool | None) -> Html:
-    """Make an element.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    content
-        What stands in it: pieces of the page as they are, texts escaped.
-    attributes
-        Its attributes, "_" for "-", and "class_" for "class". True gives the name alone; None and False leave it out.
-    """
+    """Make an element."""
     written = "".join(
         _attribute(key, value) for key, value in attributes.items() if value is not None and value is not False
     )
@@ -44,28 +34,12 @@ def _attribute(key: str, value: str | float | bool | None) -> str:
 
 
 def join(parts: Iterable[str]) -> Html:
-    """Put pieces behind one another; what is no piece of a page is a text, which is escaped.
-
-    Parameters
-    ----------
-    parts
-        The pieces and texts.
-    """
+    """Put pieces behind one another; what is no piece of a page is a text, which is escaped."""
     return Html("".join(part if isinstance(part, Html) else html.escape(part) for part in parts))
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str) -> Html:
-    """Make a table; the first cell of a row is its head. On a narrow screen the rows of one of many columns are lists.
-
-    Parameters
-    ----------
-    head
-        Heads of the columns; one that ends in "<" stands to the left.
-    rows
-        Cells by row; rows may also be pieces of the page.
-    attributes
-        Attributes of the table.
-    """
+    """Make a table whose rows begin with their head; on a narrow screen rows of many columns are lists."""
     left = [not i or text.endswith("<") for i, text in enumerate(head)]
     heads = [
         tag("th", text.removesuffix("<"), scope="col", class_="t" if left[i] else None) for i, text in enumerate(head)
@@ -79,19 +53,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str)
 
 
 def line(cells: Sequence[str], left: Sequence[bool], head: Sequence[str], **attributes: str | float) -> Html:
-    """Make a row of a table.
-
-    Parameters
-    ----------
-    cells
-        Its cells, the first of which is its head.
-    left
-        Which of them stand to the left.
-    head
-        Heads of the columns, which stand beside the cells where rows are lists.
-    attributes
-        Attributes of the row.
-    """
+    """Make a row of a table."""
     first, *rest = cells
     heads = [text.removesuffix("<") if len(head) > MANY else None for text in head]
     others = [tag("td", cell, class_="t" if left[i] else None, data_head=heads[i]) for i, cell in enumerate(rest, 1)]
@@ -99,12 +61,6 @@ def line(cells: Sequence[str], left: Sequence[bool], head: Sequence[str], **attr
 
 
 def json_in_page(data: object) -> Html:
-    """Write data as JSON in which nothing can end the element that it stands in.
-
-    Parameters
-    ----------
-    data
-        What `json` can write.
-    """
+    """Write data as JSON in which nothing can end the element that it stands in."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return Html(text.translate({ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}))

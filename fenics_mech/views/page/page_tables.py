@@ -27,13 +27,7 @@ SHOWN = ("drive", "effects")  # elsewhere on the page
 
 
 def members(reading: Reading) -> Html:
-    """Tabulate peak stress, strain and deflection of each member, the most stressed first.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Tabulate peak stress, strain and deflection of each member, the most stressed first."""
     stress, strain, length = (reading.units.label(kind) for kind in ("stress", "strain", "length"))
     more = _more_of_stress(reading)
     head = ["member", f"peak stress, {stress}", f"strain, {strain}", "where<", "at", *more]
@@ -85,15 +79,8 @@ def _error_of(reading: Reading, i: int) -> str:
 
 
 def joints(reading: ForceReading) -> Html:
-    """Tabulate the joints' largest forces and that on the frame, beside the frame of their paths.
-
-    Where there are no joints nothing is given.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Tabulate the joints' largest forces and that on the frame, beside the frame of their paths."""
+    # Where there are no joints nothing is given.
     if not reading.joints:
         return EMPTY
     largest = [int(k) for k in reading.force.argmax(axis=0)]
@@ -134,13 +121,7 @@ def _force_cells(reading: ForceReading, k: int, force: Array) -> list[str]:
 
 
 def frequencies(reading: ForceReading) -> Html:
-    """Tabulate the range of each natural frequency.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Tabulate the range of each natural frequency."""
     data = reading.result.data
     frequency, wrong = data["frequency"].transpose("theta", "mode").to_numpy(), data["frequency_error"].to_numpy()
     rows = [
@@ -151,13 +132,7 @@ def frequencies(reading: ForceReading) -> Html:
 
 
 def effects(result: Result) -> Html:
-    """Tabulate the effects that act or were estimated: their size on a logarithmic scale, and what was done.
-
-    Parameters
-    ----------
-    result
-        The result.
-    """
+    """Tabulate the effects that act or were estimated: their size on a logarithmic scale, and what was done."""
     listed = json.loads(result.data.attrs["effects"])
     least = result.scene.neglected / 2
     estimated = any(e["size"] is not None for e in listed)
@@ -202,13 +177,7 @@ def _size(size: float | None, least: float, estimated: bool) -> list[str]:
 
 
 def errors(reading: Reading) -> Html:
-    """Show the estimated errors of the members' strains by source, as bars and numbers.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Show the estimated errors of the members' strains by source, as bars and numbers."""
     data = reading.result.data
     if "strain_error" not in data:
         return tag("p", "No error was estimated.", class_="lead")
@@ -229,13 +198,7 @@ def errors(reading: Reading) -> Html:
 
 
 def method(reading: ForceReading) -> Html:
-    """Tabulate how the result was computed, and its balance of power.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Tabulate how the result was computed, and its balance of power."""
     result, bends = reading.result, isinstance(reading, Reading)
     decided = decisions(result, reading.units) if bends else rigid_decisions(result, reading.units)
     known = {key: text for key, text in decided.items() if key not in SHOWN}

@@ -17,13 +17,7 @@ from fenics_mech.views.words import sentence, short
 
 
 def heading(reading: ForceReading) -> Html:
-    """Name the machine and how it is driven, beside the buttons of the page.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Name the machine and how it is driven, beside the buttons of the page."""
     buttons = (
         tag("button", "Print", id="print", type="button"),
         tag("button", "\N{CIRCLE WITH RIGHT HALF BLACK}", id="theme", type="button", aria_label="dark or light"),
@@ -34,13 +28,7 @@ def heading(reading: ForceReading) -> Html:
 
 
 def verdict_of(reading: ForceReading) -> Html:
-    """Tell whether the machine is safe, the peak, whether the numbers can be used, and why; then warnings.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Tell whether the machine is safe, the peak, whether the numbers can be used, and why; then warnings."""
     judged = judgements(reading.result)
     exact, usable = verdict(judged)
     level = exact
@@ -64,13 +52,7 @@ def verdict_of(reading: ForceReading) -> Html:
 
 
 def figures(reading: ForceReading) -> Html:
-    """Show the numbers that a designer asks for first.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Show the numbers that a designer asks for first."""
     found = [_deflection(reading)] if isinstance(reading, Reading) else []
     if reading.joints:
         k, n = map(int, np.unravel_index(reading.force.argmax(), reading.force.shape))
@@ -117,13 +99,7 @@ def _tile(name: str, value: float, unit: str, where: str) -> Html:
 
 
 def moving(reading: ForceReading) -> Html:
-    """Give the frames of the drawing and of the curves at the peak's place, or of joint forces where no link bends.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Give the frames of the drawing and of the curves at the peak's place, or of joint forces where no link bends."""
     said = tag("p", "The pictures need JavaScript. All numbers are in the tables below.")
     if isinstance(reading, Reading):
         return join([tag("noscript", said), tag("div", _drawing(reading), _curves(reading), class_="stage live")])
@@ -197,13 +173,7 @@ def _plot(name: str) -> tuple[Html, Html]:
 
 
 def dynamics(reading: ForceReading) -> Html:
-    """Give the frames of torque, freedoms, frequencies, spectrum and stability: of those that the result has.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Give the frames of torque, freedoms, frequencies, spectrum and stability: of those that the result has."""
     data, cards = reading.result.data, []
     if isinstance(reading, Reading) and sections_of(reading):
         cards.append(_card("Section forces", "sections-where", "sections"))

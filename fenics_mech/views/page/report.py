@@ -63,33 +63,12 @@ def report(result: Result, path: str | Path) -> Path:
 
 
 def pages_of_cases(result: Result, path: Path) -> dict[str, Path]:
-    """Give the files of the pages of all load cases but the governing one, by the names of the cases.
-
-    Parameters
-    ----------
-    result
-        The result.
-    path
-        The page of the governing case.
-    """
+    """Give the files of the pages of all load cases but the governing one, by the names of the cases."""
     return {name: path.with_stem(f"{path.stem}_{name}") for name in result.cases if name != result.case}
 
 
 def page(result: Result, pages: dict[str, str] | None = None) -> str:
-    """Give the text of the page.
-
-    Parameters
-    ----------
-    result
-        The result.
-    pages
-        Names of the pages of its other load cases, if it has some.
-
-    Raises
-    ------
-    ResultError
-        When the result lacks what is shown.
-    """
+    """Give the text of the page."""
     reading = reading_of(result)
     pieces = {
         "heading": parts.heading(reading),

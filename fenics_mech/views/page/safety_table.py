@@ -9,13 +9,7 @@ from fenics_mech.views.safety_words import acting, factor
 
 
 def safety(reading: Reading) -> Html:
-    """Tabulate factors of safety by member and mode, the least safe member first.
-
-    Parameters
-    ----------
-    reading
-        The result.
-    """
+    """Tabulate factors of safety by member and mode, the least safe member first."""
     found = judge(reading.result)
     known = {check.mode for checks in found.checks.values() for check in checks if check.known}
     modes, rows = [mode for mode in KEYS if mode in known], []

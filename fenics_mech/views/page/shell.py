@@ -17,18 +17,7 @@ ENDINGS = (".html", ".htm")
 
 
 def page_file(path: str | Path) -> Path:
-    """Give the file of a page.
-
-    Parameters
-    ----------
-    path
-        The file, ending in .html.
-
-    Raises
-    ------
-    ViewError
-        When it does not.
-    """
+    """Give the file of a page."""
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
@@ -36,34 +25,12 @@ def page_file(path: str | Path) -> Path:
 
 
 def write_page(path: Path, text: str) -> None:
-    """Write a page as a whole.
-
-    Parameters
-    ----------
-    path
-        The file.
-    text
-        The page.
-    """
+    """Write a page as a whole."""
     write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def whole_page(template: str, title: str, pieces: Mapping[str, Html], data: object, scripts: Sequence[str]) -> str:
-    """Give the text of a page.
-
-    Parameters
-    ----------
-    template
-        Name of the file with what the page shows, which stands beside this module.
-    title
-        Its title.
-    pieces
-        What stands in the template, by name.
-    data
-        What its script draws.
-    scripts
-        Names of the files of its script.
-    """
+    """Give the text of a page."""
     script = joined(scripts)
     shell = {
         "policy": policy(script),
@@ -77,35 +44,17 @@ def whole_page(template: str, title: str, pieces: Mapping[str, Html], data: obje
 
 
 def joined(names: Sequence[str]) -> str:
-    """Join files that stand beside this module to one script.
-
-    Parameters
-    ----------
-    names
-        Their names.
-    """
+    """Join files that stand beside this module to one script."""
     return "(async () => {\n'use strict';\n" + "".join(source(name) for name in names) + "})();\n"
 
 
 def source(name: str) -> str:
-    """Read a file that stands beside this module.
-
-    Parameters
-    ----------
-    name
-        Its name.
-    """
+    """Read a file that stands beside this module."""
     return (files(__package__) / name).read_text(encoding="utf-8")
 
 
 def policy(script: str) -> Html:
-    """Let the browser run this script and no other, load nothing, and send nothing.
-
-    Parameters
-    ----------
-    script
-        The script.
-    """
+    """Let the browser run this script and no other, load nothing, and send nothing."""
     hashed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
     rules = (
         "default-src 'none'",

@@ -30,33 +30,12 @@ SHOWN = {"stress": "stress", "strain": "strain"}  # quantities of members, and t
 
 
 def can_show(sweep: Sweep) -> bool:
-    """Whether a sweep keeps the curves that its page shows.
-
-    Parameters
-    ----------
-    sweep
-        The sweep.
-    """
+    """Whether a sweep keeps the curves that its page shows."""
     return len(sweep.paths) == 1 and "curve_stress_highest" in sweep.data
 
 
 def sweep_report(sweep: Sweep, path: str | Path) -> Path:
-    """Write a sweep over one number as one HTML file, which needs no network and no other file.
-
-    Parameters
-    ----------
-    sweep
-        The sweep.
-    path
-        File to write, ending in .html.
-
-    Raises
-    ------
-    ViewError
-        When the file's ending is not .html, or the sweep keeps no curves.
-    ResultError
-        When the file cannot be written.
-    """
+    """Write a sweep over one number as one HTML file, which needs no network and no other file."""
     path = page_file(path)
     if (sweep.data["error"] != "").all():
         raise ViewError("every point of this sweep failed: `message` of its file says why")
