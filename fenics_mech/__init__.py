@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.synthesis.synthesise import Synthesised, four_bars, synthesise
     from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
-    from fenics_mech.views.frequency_plot import plot_frequencies
+    from fenics_mech.views.frequency_views import plot_frequencies
     from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
     from fenics_mech.views.model_plots import plot_scene
     from fenics_mech.views.notebook import interactive
@@ -256,7 +256,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",
     "plot_force_path": "views.vector_plots",
-    "plot_frequencies": "views.frequency_plot",
+    "plot_frequencies": "views.frequency_views",
     "plot_joint_forces": "views.plots",
     "plot_mode_shapes": "views.mode_plots",
     "plot_point_path": "views.vector_plots",

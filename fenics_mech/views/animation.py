@@ -221,8 +221,4 @@ def _write_mp4(path: Path, pictures: Pictures, fps: int) -> None:
         raise OSError(f"ffmpeg wrote {written} of {count} pictures; the disk may be full")
 
 
-WRITERS: dict[str, Callable[[Path, Pictures, int], None]] = {
-    ".gif": _write_gif,
-    ".mp4": _write_mp4,
-    ".png": _write_png,
-}
+WRITERS: dict[str, Callable[[Path, Pictures, int], None]] = {".gif": _write_gif, ".mp4": _write_mp4, ".png": _write_png}

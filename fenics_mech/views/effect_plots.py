@@ -37,10 +37,7 @@ def plot_effects(runs: Sequence[Run], path: str | Path) -> Path:
                 linewidth=1.2 + (run is runs[-1]),
             )
         finish(
-            axes,
-            f"Strain of {member} at mid-span, + side: effects added in turn",
-            labelled(units, "strain"),
-            columns=3,
+            axes, f"Strain of {member} at mid-span, + side: effects added in turn", labelled(units, "strain"), columns=3
         )
     return save(figure, path)
 

@@ -58,11 +58,7 @@ LETTER, HANDLE = 10.0, 86.0  # widths in a legend (pixels), of a letter and of w
 
 
 def empty_figure(
-    rows: int = 1,
-    height: float = SIZE[1],
-    columns: int = 1,
-    grid: dict[str, Any] | None = None,
-    shared: bool = True,
+    rows: int = 1, height: float = SIZE[1], columns: int = 1, grid: dict[str, Any] | None = None, shared: bool = True
 ) -> tuple[Figure, Any]:
     """Make a figure with axes below one another, on a canvas that needs no display."""
     # The axes are a list, or where there are more columns a list of each row. Those of a column may share their

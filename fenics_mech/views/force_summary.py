@@ -12,7 +12,7 @@ from fenics_mech._constants import ROUNDING
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.views.nothing import least_moment
+from fenics_mech.views.prefixes import least_moment
 from fenics_mech.views.tables import number, table_of
 from fenics_mech.views.words import sentence
 

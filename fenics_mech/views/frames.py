@@ -10,9 +10,8 @@ from fenics_mech._arrays import Array, turned
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.rigid_places import between_ends, ends_in
-from fenics_mech.views.geometry import ends_of
+from fenics_mech.views.geometry import Moments, ends_of
 from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
-from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
 from fenics_mech.views.reading import Peak, reading_of, reading_of_members
 from fenics_mech.views.symbols import BLOCK_CORNERS

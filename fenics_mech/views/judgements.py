@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
 from fenics_mech.accuracy.accepted_errors import ACCEPTED
+from fenics_mech.accuracy.estimate import NUMERICAL
+from fenics_mech.accuracy.missed_peaks import BETWEEN
+from fenics_mech.accuracy.quantities import ERROR_VARIABLES
 from fenics_mech.accuracy.validity import VALIDITY
 from fenics_mech.effects import EFFECTS, Effect
 from fenics_mech.effects.known import GRAVITY
@@ -17,17 +21,20 @@ from fenics_mech.errors import percent
 from fenics_mech.planning.answer_remarks import made_finer, unmet
 from fenics_mech.recovery.peaks import CYCLIC, PEAK, doubts
 from fenics_mech.recovery.result import Result, kept
+from fenics_mech.safety import buckled_sideways
+from fenics_mech.safety.load_cases import most_stressed
 from fenics_mech.scene.base import SCENE
+from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve.stability_limits import STABILITY
-from fenics_mech.views.beyond_theory import and_beyond
-from fenics_mech.views.case_judgements import of_most_stressed, worst_of_cases
-from fenics_mech.views.judgement import Judgement, Level
 from fenics_mech.views.law_figures import law_efforts
-from fenics_mech.views.reading import ForceReading, Reading
+from fenics_mech.views.prefixes import prefixed
+from fenics_mech.views.reading import ForceReading, Reading, reading_of
 from fenics_mech.views.remedies import advice, remedy
-from fenics_mech.views.uncertain import beside_tolerance, too_uncertain
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
+Level = Literal["bad", "warn", "good", "note"]
+MOST_NAMED = 3  # members that are named in a sentence
+Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
 ROUGH = "Estimates that large are rough: 0.3 to 3.4 of the truth."
 BENT = 0.05  # share of the deflection that linear strains may leave out: they leave out all shortening
@@ -48,6 +55,106 @@ WORDS = {
     "warn": "Use the numbers with care",
     "bad": "Do not use these numbers",
 }
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """One reason why numbers may be used, or not."""
+
+    level: Level  # "good", "note" (not examined), "warn" (use with care) or "bad" (do not use)
+    title: str  # the reason in a few words, without a capital letter
+    text: str  # sentences with numbers, and with what to change
+    about: str = "theory"  # what is judged: "theory", "stability" or "error"
+
+
+def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str, levels: Sequence[str]) -> list[Judgement]:
+    """Give of all that is judged what the worst load case has; of equal ones the governing case."""
+    each, found = {governing: each[governing], **each}, list["Judgement"]()
+    for about in dict.fromkeys(judged.about for every in each.values() for judged in every):
+        of_case = {name: [one for one in judged if one.about == about] for name, judged in each.items()}
+        rank = {name: min(levels.index(one.level) for one in judged) for name, judged in of_case.items() if judged}
+        worst = min(rank, key=rank.__getitem__)
+        alike = len({tuple(judged) for judged in of_case.values()}) == 1
+        told = "" if alike else f"In case {worst}: "
+        found += [replace(one, text=f"{told}{one.text}") for one in of_case[worst]]
+    return sorted(found, key=lambda judged: levels.index(judged.level))
+
+
+def of_most_stressed(reading: ForceReading, headline: Callable[[ForceReading], tuple[str, str]]) -> tuple[str, str]:
+    """Give the headline of the most stressed load case, with its name."""
+    case = most_stressed(reading.result)
+    value, rest = headline(reading_of(reading.result.cases[case], reading.units))
+    return value, f"in case {case}, {rest}"
+
+
+def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
+    """Give reasons why numbers of a result are wrong that its theory does not know of, beside what it knows."""
+    # Beside them nothing is called good by the theory alone.
+    found = _sideways(result)
+    beyond = [replace(known, level=level, title=title, text=text) for level, title, text in found]
+    return beyond if beyond and known.level == "good" else [known, *beyond]
+
+
+def _sideways(result: Result) -> list[Reason]:
+    """Say which members buckle across the plane of motion, or may."""
+    if not (found := buckled_sideways(result.scene, result.data)):
+        return []
+    units, said = prefixed(result, result.scene.answer_units), []
+    for one in found[:MOST_NAMED]:
+        force, pinned, clamped = (
+            f"{short(units.number(load, 'force'))} {units.label('force')}"
+            for load in (one.force, one.pinned, one.clamped)
+        )
+        ends = f"{pinned} with pinned ends and {clamped} with clamped ends"
+        if one.free:
+            ends = f"{clamped}, as one end is free"
+        said.append(f"Member {one.member} is pressed by up to {force}: across the plane it buckles at {ends}.")
+    if more := len(found) - MOST_NAMED:
+        said += [f"So may {more} more."] if more > 0 else []
+    text = (
+        f"Nothing is computed across the plane of motion. {' '.join(said)} Take sections that are wider there, lower "
+        "loads, or guides that hold the members in the plane."
+    )
+    surely = [one.member for one in found if one.buckles]
+    if surely:
+        return [("bad", f"sideways buckling of {', '.join(surely[:MOST_NAMED])}", text)]
+    return [("warn", f"sideways buckling of {', '.join(one.member for one in found[:MOST_NAMED])} is possible", text)]
+
+
+def beside_tolerance(result: Result) -> list[str]:
+    """Say of the quantities that a tolerance does not name how large their errors are, where these are larger."""
+    stated, data = result.scene.tolerances, result.data
+    errors = {
+        name: float(data.attrs[f"{ERROR_VARIABLES[what][1]}error_estimate"])
+        for what, name in quantities(result).items()
+        if what not in stated
+    }
+    most = max(stated.values(), default=1.0)
+    beyond = [f"{name} {error_share(value)}" for name, value in errors.items() if value > most]
+    return [f"The tolerance does not name what has larger errors: {', '.join(beyond)}."] if beyond else []
+
+
+def quantities(result: Result) -> dict[str, str]:
+    """Give the quantities of a result that have an error, and their names."""
+    data = result.data
+    names = {"strain": "strain", "deflection": "deflection"}
+    if data.sizes["joint"]:
+        names["joint_force"] = "joint force"
+    if moved := result.scene.moved_joints:
+        alone = effort_units(moved, result.scene.joints) == ["N m"]
+        names["torque"] = "effort" if not result.scene.drives else "input torque" if alone else "drive effort"
+    return {what: name for what, name in names.items() if f"{ERROR_VARIABLES[what][1]}error_estimate" in data.attrs}
+
+
+def too_uncertain(result: Result) -> dict[str, float]:
+    """Give the quantities beside the strain whose numerical error is too large, and that error."""
+    data, found = result.data, {}
+    numerical = [str(source) for source in data["source"].to_numpy() if source in (*NUMERICAL, BETWEEN)]
+    for what, name in quantities(result).items():
+        wrong = float(data[f"{ERROR_VARIABLES[what][1]}relative_error"].sel(source=numerical).sum())
+        if what != "strain" and wrong > ACCEPTED.of_strain:
+            found[name] = wrong
+    return found
 
 
 @kept

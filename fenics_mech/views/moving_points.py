@@ -13,7 +13,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.link_motion import place_in_link
 from fenics_mech.recovery.result import at_place
 from fenics_mech.scene import LineLoad, Load, Prismatic, Scene, Slot
-from fenics_mech.views.moments import Moments
+from fenics_mech.views.geometry import Moments
 from fenics_mech.views.symbols import ARROWS
 
 MOST_INSTANTS = 360  # of a trail

@@ -18,8 +18,7 @@ from fenics_mech.recovery.peaks import between_positions, smoothed
 from fenics_mech.recovery.result import Result, kept
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits
-from fenics_mech.views.nothing import least_moment
-from fenics_mech.views.prefixes import prefixed
+from fenics_mech.views.prefixes import least_moment, prefixed
 from fenics_mech.views.words import MINUS, in_degrees, short
 
 SECTION_FORCES = {  # what each is, and its kind of unit

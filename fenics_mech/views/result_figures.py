@@ -18,10 +18,9 @@ from fenics_mech._plugins import Plugin, plugins
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save, save_all
-from fenics_mech.views.freedom_figure import freedom_figure
-from fenics_mech.views.frequency_plot import plot_frequencies
+from fenics_mech.views.frequency_views import plot_frequencies
 from fenics_mech.views.law_figures import law_figure, open_pins, orbit_figure
-from fenics_mech.views.motion_figures import freedom_spectrum_figure, growth_figure, poincare_figure
+from fenics_mech.views.motion_figures import freedom_figure, freedom_spectrum_figure, growth_figure, poincare_figure
 from fenics_mech.views.plot_marks import named
 from fenics_mech.views.plots import (
     plot_deflection,
@@ -226,10 +225,7 @@ FIGURES: dict[str, Build] = {
     "strain": (_bends, strain_figure),
     "strain_map": (_bends, map_figure),
     "deflection": (_bends, lambda result: figure_in(plot_deflection(result))),
-    "section_forces": (
-        lambda result: _bends(result) and set(SECTION_FORCES) <= set(result.data),
-        section_force_figure,
-    ),
+    "section_forces": (lambda result: _bends(result) and set(SECTION_FORCES) <= set(result.data), section_force_figure),
     "joint_forces": (lambda result: bool(result.data.sizes["joint"]), force_figure),
     "force_paths": (lambda result: bool(result.data.sizes["joint"]), force_path_figure),
     "point_paths": (lambda result: bool(path_points(result)), point_path_figure),

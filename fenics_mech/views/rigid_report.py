@@ -16,11 +16,10 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.freedoms import no_torque_speed
 from fenics_mech.views.case_tables import cases_table, governed
-from fenics_mech.views.details import balanced, damping_of, mean_powers
+from fenics_mech.views.details import balanced, damping_of, mean_powers, motion_rows
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.judgements import judgements, verdict
 from fenics_mech.views.law_figures import law_efforts
-from fenics_mech.views.motion_words import motion_rows
 from fenics_mech.views.tables import drive_of, number, table_of
 from fenics_mech.views.words import share
 

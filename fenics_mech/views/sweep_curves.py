@@ -11,15 +11,7 @@ from matplotlib.axes import Axes
 
 from fenics_mech._arrays import Array
 from fenics_mech.views.figures import COLOURS, finish
-from fenics_mech.views.sweep_data import (
-    BEYOND,
-    beyond_theory,
-    edges,
-    named,
-    unresolved_at,
-    unstable_points,
-    written,
-)
+from fenics_mech.views.sweep_data import BEYOND, beyond_theory, edges, named, unresolved_at, unstable_points, written
 
 if TYPE_CHECKING:
     from fenics_mech.studies.sweep import Sweep

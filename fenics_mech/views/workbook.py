@@ -20,7 +20,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.exports import KIND_OF
 from fenics_mech.recovery.variables import ATTRIBUTES, STRAINS
 from fenics_mech.scene import Prismatic, Slot
-from fenics_mech.views.case_sheets import case_sheets
+from fenics_mech.views.case_tables import case_sheets
 from fenics_mech.views.judgements import SOURCES, headline, judgements, verdict
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading, reading_of, reading_of_a_file
 from fenics_mech.views.safety_words import safety_sentences

@@ -8,10 +8,9 @@ import fenics_mech as fm
 from fenics_mech.errors import MechanismError
 from fenics_mech.kinematics import start_motion
 from fenics_mech.scene import parse
-from fenics_mech.views.acting_drawings import LOOKS, TURN
 from fenics_mech.views.figures import figure_in, new_axes
 from fenics_mech.views.labels import Labels
-from fenics_mech.views.model_plots import plot_scene
+from fenics_mech.views.model_plots import LOOKS, TURN, plot_scene
 from fenics_mech.views.skeleton import Skeleton
 from fenics_mech.views.symbols import arc, coil, guide_strokes
 from tests.common import DEMOS, ROOT
@@ -29,10 +28,7 @@ ACTING = {
         "coiled": {"between": ("ground.C", "coupler.A"), "stiffness": 2000.0},
         "torsion": {"joint": "C", "stiffness": 3.0},
     },
-    "dampers": {
-        "pot": {"between": ("ground.O", "follower.B"), "damping": 5.0},
-        "rub": {"joint": "A", "damping": 0.1},
-    },
+    "dampers": {"pot": {"between": ("ground.O", "follower.B"), "damping": 5.0}, "rub": {"joint": "A", "damping": 0.1}},
     "points": {"traced": {"at": "coupler@0.5", "offset": (0.0, 0.06)}},
 }
 

@@ -19,8 +19,7 @@ from fenics_mech.views.campbell import NAME, _apart
 from fenics_mech.views.judgements import theory
 from fenics_mech.views.resonances import distances, gains, raised, resonances
 from fenics_mech.views.sweep_data import theory_levels
-from fenics_mech.views.sweep_maps import strain_map
-from fenics_mech.views.sweep_plots import campbell_figure, force_figure, response_figure, waterfall_figure
+from fenics_mech.views.sweep_plots import campbell_figure, force_figure, response_figure, strain_map, waterfall_figure
 from fenics_mech.views.sweep_summary import sweep_summary
 from tests.common import DEMOS, ROOT, analysed
 

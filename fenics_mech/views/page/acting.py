@@ -12,9 +12,8 @@ from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.result import at_place
 from fenics_mech.recovery.rigid_places import between_ends
 from fenics_mech.scene import Scene
-from fenics_mech.views.geometry import ends_of, motion_of
+from fenics_mech.views.geometry import Moments, ends_of, motion_of
 from fenics_mech.views.judgements import acting
-from fenics_mech.views.moments import Moments
 from fenics_mech.views.moving_points import load_arrows, load_names, mass_places
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import short

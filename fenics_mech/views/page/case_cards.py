@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from fenics_mech.safety.load_cases import ENVELOPE, envelope
-from fenics_mech.views.case_sheets import told_of_case
-from fenics_mech.views.case_tables import case_lines, member_lines
+from fenics_mech.views.case_tables import case_lines, member_lines, case_words
 from fenics_mech.views.page.html import EMPTY, Html, join, table, tag
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import short
@@ -45,7 +44,7 @@ def _envelopes(reading: ForceReading) -> list[Html]:
     for variable in ("case_joint_force", "case_effort"):
         labels = most[ENVELOPE[variable]].to_numpy() if variable in most else ()
         for n, label in enumerate(labels):
-            words, size, of = told_of_case(reading, variable, n)
+            words, size, of = case_words(reading, variable, n)
             value = short(float(most[variable].to_numpy()[n]) / size)
             rows.append([str(label), words, f"{value} {of}", str(most[f"{variable}_in"].to_numpy()[n])])
     if rows:
