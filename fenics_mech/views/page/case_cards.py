@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from fenics_mech.safety.load_cases import ENVELOPE, envelope
-from fenics_mech.views.case_tables import case_lines, member_lines, case_words
+from fenics_mech.views.case_tables import case_lines, case_words, member_lines
 from fenics_mech.views.page.html import EMPTY, Html, join, table, tag
 from fenics_mech.views.reading import ForceReading, Reading
 from fenics_mech.views.words import short
