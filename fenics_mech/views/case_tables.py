@@ -19,6 +19,7 @@ from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.critical_words import speeds_in_words
 from fenics_mech.views.reading import ForceReading, Reading, reading_of
 from fenics_mech.views.safety_words import sized
+from fenics_mech.views.tables import plain_table
 from fenics_mech.views.words import short
 
 MOST_CASES = 4  # that a summary lists
@@ -60,7 +61,10 @@ def case_lines(result: Result, units: AnswerUnits) -> tuple[tuple[str, ...], lis
             largest = max(float(result.data[name].max()) for name in (variable, beside) if name in result.data)
             seen = most > ROUNDING * largest  # what is less is rounding
             numbers.append((short(units.number(most, kind) if seen else 0.0), owner if seen else NONE))
-        lines.append(CaseLine(name, _least(result, name), tuple(numbers)))
+        least = NONE, NONE
+        if result.scene.members() and (governing := judge(result.cases[name]).governing) is not None:
+            least = sized(governing[1]), f"{governing[1].mode}, {governing[0]}"
+        lines.append(CaseLine(name, least, tuple(numbers)))
     return tuple(f"{head}\n{units.label(kind)}" for _, head, kind in columns), lines
 
 
@@ -92,31 +96,19 @@ def ranked_cases(result: Result) -> list[str]:
     return names
 
 
-def _least(result: Result, name: str) -> tuple[str, str]:
-    """Write the least factor of safety of a case with the wanted one, and by what it is."""
-    if not result.scene.members() or (governing := judge(result.cases[name]).governing) is None:
-        return NONE, NONE
-    member, check = governing
-    return sized(check), f"{check.mode}, {member}"
-
-
 def cases_table(result: Result, units: AnswerUnits) -> Table:
     """Tabulate the load cases, the least safe first, for 80 columns: deflections are told by members."""
     heads, lines = case_lines(result, units)
     shown = [n for n, head in enumerate(heads) if not head.startswith("deflection")]
     safe = any(line.least[0] != NONE for line in lines)
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="")
-    named = ["load case", *(["least factor", "by"] if safe else [])]
-    for column in named:
-        table.add_column(column)
-    for n in shown:
-        table.add_column(heads[n].replace("joint force\n", "joint\nforce, "), justify="right")
+    sizes = (heads[n].replace("joint force\n", "joint\nforce, ") for n in shown)
+    table = plain_table("load case", *(["least factor<", "by<"] if safe else []), *sizes)
     told = lines if len(lines) <= MOST_CASES else lines[: MOST_CASES - 1]
     for line in told:
         numbers = [line.numbers[n][0] for n in shown]
         table.add_row(escape(line.name), *(map(escape, line.least) if safe else ()), *numbers)
     if more := len(lines) - len(told):
-        table.caption, table.caption_justify = f"and {more} safer ones: see the report", "left"
+        table.caption = f"and {more} safer ones: see the report"
     return table
 
 
@@ -145,13 +137,13 @@ def member_lines(result: Result, units: AnswerUnits) -> list[MemberLine]:
         reading = found[stressed]
         i = reading.members.index(member)
         peak = reading.peaks[i]
-        stress = float(reading.stress[peak.k, i, peak.j, peak.f])
+        stress = float(reading.stress[peak])
         where = f"{reading.place(peak).removeprefix('at ')}, {reading.fibres[peak.f]}"
         lines.append(
             MemberLine(
                 member,
                 short(stress),
-                short(float(reading.strain[peak.k, i, peak.j, peak.f])),
+                short(float(reading.strain[peak])),
                 (where, reading.at(peak.k)),
                 stressed,
                 short(units.number(float(one["case_deflection"]), "length")),

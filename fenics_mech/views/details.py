@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -24,7 +23,6 @@ from fenics_mech.views.force_summary import at, at_head, drive_lines, joints_tab
 from fenics_mech.views.frequency_views import frequency_table
 from fenics_mech.views.judgements import (
     SOURCES,
-    Judgement,
     acting,
     doubtful_peaks,
     quantities,
@@ -35,12 +33,16 @@ from fenics_mech.views.judgements import (
 from fenics_mech.views.prefixes import largest_force, least_power, prefixed
 from fenics_mech.views.reading import change_by_vibration
 from fenics_mech.views.safety_words import safety_table
-from fenics_mech.views.tables import drive_of, number, table_of
+from fenics_mech.views.tables import drive_of, number, rows_table, table_of
 from fenics_mech.views.words import MINUS, sentence, share
 
 CLEAR = 5.0  # natural logarithm of a growth in half of a motion, from which on neighbours part exponentially
 STEADY = 0.5  # of an exponent, by which it may change between the last two quarters
 PLACE = "s: place along the member, from 0 to 1; sides: + is the one that the member's normal points to"
+BETWEEN_STATIONS = 1e-3  # excess of a strain over that at the stations: four digits are printed
+MOST_HARMONICS = 4  # of each member: more do not fit a line of 80 columns
+WATTS = 1.0  # power from which watts are written, and milliwatts below (W)
+ROUNDED = 1e-9  # of the largest harmonic or power, below which others are rounding; of errors too
 WARNED = {"bad": "bold red", "warn": "bold yellow"}
 
 
@@ -92,40 +94,18 @@ def _exponents(result: Result) -> str:
     return f"{text}: no sign of chaos"
 
 
-@dataclass(frozen=True)
-class ReportLimits:
-    """What the tables leave out."""
-
-    between_stations: float = 1e-3  # excess of a strain over that at the stations: four digits are printed
-    harmonics: int = 4  # of each member: more do not fit a line of 80 columns
-    watts: float = 1.0  # power from which watts are written, and milliwatts below (W)
-    rounding: float = 1e-9  # of the largest harmonic or power, below which others are rounding; of errors too
-
-
-REPORT = ReportLimits()
-
-
 def details(result: Result, units: AnswerUnits | None = None) -> Group:
     """Tell all that is known of a result; it needs 80 columns."""
     # First how it was computed. Then the peaks with the drive angle (degrees) and the place (s, 0..1) where they occur:
     # strain, stress and deflection of each member, force of each joint, input torque. Then the range of each mode's
     # frequency, stability, the balance of power, the limits of the theory, and warnings.
     units = prefixed(result, units or result.scene.answer_units)
-    grid = Table.grid(padding=(0, 2))
-    for name, value in decisions(result, units).items():
-        grid.add_row(name, escape(value))
     machine = governed(result) if result.cases else result.scene.name
-    parts: list[RenderableType] = [Text(machine, style="bold"), grid, Text()]
+    parts: list[RenderableType] = [Text(machine, style="bold"), rows_table(decisions(result, units)), Text()]
     parts += [cases_table(result, units), Text()] if result.cases else []
     closer = between_positions(result)
-    parts += [
-        _members(closer, units),
-        *_between_stations(result, units),
-        *_utilisation(result),
-        *_beside_fibres(result, units),
-        Text("Factors of safety:"),
-        *map(Text, safety_table(result, units)),
-    ]
+    parts += [_members(closer, units), *map(Text, _of_members(result, units)), Text("Factors of safety:")]
+    parts += [*map(Text, safety_table(result, units))]
     if result.data.sizes["joint"]:
         parts += [joints_table(closer, units, largest_force(result)), *drive_lines(result, units)]
     parts += [*map(Text, filter(None, [doubtful_peaks(result)])), *_signal(result, units)]
@@ -136,14 +116,9 @@ def details(result: Result, units: AnswerUnits | None = None) -> Group:
             parts.append(Text("These frequencies leave out the axial forces in the links."))
     if "mean_power" in result.data:
         parts.append(Text(energy(result)))
-    parts += [_said(judged) for judged in (stability(result), theory(result)) if judged is not None]
-    parts += [*(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings)]
-    return Group(*parts)
-
-
-def _said(judged: Judgement) -> Text:
-    """Write a judgement, in colour where it warns."""
-    return Text(f"{sentence(judged.title)}: {judged.text}", style=WARNED.get(judged.level, ""))
+    for judged in filter(None, (stability(result), theory(result))):
+        parts.append(Text(f"{sentence(judged.title)}: {judged.text}", style=WARNED.get(judged.level, "")))
+    return Group(*parts, *(Text(f"Warning: {text}", style="bold yellow") for text in result.warnings))
 
 
 def energy(result: Result) -> str:
@@ -156,7 +131,7 @@ def energy(result: Result) -> str:
     if balanced(result):
         return f"{text}."
     text = f"{text}; imbalance {rest} ({error:.1g} of the largest)"
-    if abs(residual) > bound and error > REPORT.rounding:
+    if abs(residual) > bound and error > ROUNDED:
         text += f", MORE than the {number(factor * bound)} {unit} that the estimated errors of the drives explain"
     return f"{text}."
 
@@ -167,8 +142,8 @@ def mean_powers(result: Result) -> tuple[str, tuple[float, str]]:
     power = {str(cause): float(value) for cause, value in zip(data["cause"].to_numpy(), data["mean_power"].to_numpy())}
     whole = "motion" if result.scene.analysis.method == "transient" else "cycle"
     largest = max(map(abs, power.values()), default=0.0)
-    factor, unit = (1.0, "W") if largest >= REPORT.watts else (MILLI, "mW")
-    least = max(REPORT.rounding * largest, least_power(result))
+    factor, unit = (1.0, "W") if largest >= WATTS else (MILLI, "mW")
+    least = max(ROUNDED * largest, least_power(result))
     parts = [f"{cause} {number(factor * value)} {unit}" for cause, value in power.items() if abs(value) >= least > 0]
     return f"Mean power over the {whole}: {', '.join(parts) or 'none'}", (factor, unit)
 
@@ -177,7 +152,7 @@ def balanced(result: Result) -> bool:
     """Whether the powers of a result are in balance but for rounding."""
     attributes = result.data.attrs
     nothing = abs(attributes["power_residual"]) <= least_power(result)
-    return nothing or attributes["power_balance_error"] <= REPORT.rounding
+    return nothing or attributes["power_balance_error"] <= ROUNDED
 
 
 def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str]:
@@ -185,15 +160,17 @@ def decisions(result: Result, units: AnswerUnits | None = None) -> dict[str, str
     scene, analysis = result.scene, result.scene.analysis
     rows = {"drive": drive_of(scene, units), "method": f"{analysis.method}, {result.data.sizes['theta']} positions"}
     if analysis.method == "periodic":
-        rows["solver"] = _solver(result)
+        solver = rows["solver"] = str(result.data.attrs["solver"])
+        if solver == "harmonic-balance":
+            rows["solver"] = f"{solver}, {analysis.harmonics} harmonics"
+        elif solver != "sub-intervals":
+            rows["solver"] = f"{solver}, {analysis.stages} Radau points per step"
     if result.data.attrs.get("solver") == "sub-intervals":
         rest = "the others follow the load statically" if analysis.static_correction else "the others are left out"
         rows["joining"] = f"{analysis.join} continuity between sub-intervals, {analysis.load} load in each"
         rows["modes"] = f"{result.data.sizes['mode']} kept, {rest}"
-    if "error_estimate" in result.data.attrs:
-        rows["error estimate"] = _errors(result)
-    else:
-        rows["error estimate"] = "none, as analysis.error_estimates = false"
+    known = "error_estimate" in result.data.attrs
+    rows["error estimate"] = _errors(result) if known else "none, as analysis.error_estimates = false"
     if np.isfinite(result.data.attrs.get("cycle_change", np.inf)):
         rows["last cycle"] = f"differs from the one before by {percent(result.data.attrs['cycle_change'])}"
     rows |= motion_rows(result, units or scene.answer_units)
@@ -214,26 +191,18 @@ def _errors(result: Result) -> str:
     for what, name in quantities(result).items():
         prefix = ERROR_VARIABLES[what][1]
         error = float(data.attrs[f"{prefix}error_estimate"])
-        text = f"{name} {percent_of_error(error)}" if error >= REPORT.rounding else f"{name} below 1e-7 %"
+        text = f"{name} {percent_of_error(error)}" if error >= ROUNDED else f"{name} below 1e-7 %"
         parts.append(text + (" (TOO LARGE, do not use it)" if name in wrong else ""))
     by_source = zip(data["source"].to_numpy(), data["relative_error"].to_numpy())
     shares = [
         f"{SOURCES.get(source, source)} {percent_of_error(error)}"
         for source, error in by_source
-        if not error < REPORT.rounding  # what is not known is told
+        if not error < ROUNDED  # what is not known is told
     ]
     text = "; of the strain: ".join([", ".join(parts), *filter(None, [", ".join(shares)])])
     if "not_estimated" in data.attrs:
         text += f"; NOT included: {data.attrs['not_estimated']}"
     return text + (": TOO LARGE, do not use these numbers" if data.attrs["too_coarse"] else "")
-
-
-def _solver(result: Result) -> str:
-    """Name the solver of a periodic response, and its order."""
-    analysis, solver = result.scene.analysis, str(result.data.attrs["solver"])
-    if solver == "harmonic-balance":
-        return f"{solver}, {analysis.harmonics} harmonics"
-    return solver if solver == "sub-intervals" else f"{solver}, {analysis.stages} Radau points per step"
 
 
 def _effects(result: Result) -> str:
@@ -254,8 +223,7 @@ def _members(result: Result, units: AnswerUnits) -> Table:
         for name, kind in (("strain", "strain"), ("stress", "stress"), ("deflection", "length"))
     )
     columns = "member", strain_head, stress_head, f"{at_head(result)},\ns, side", bent_head, f"{at_head(result)},\ns"
-    table = table_of("Peaks of the members", *columns)
-    table.caption, table.caption_justify = f"{PLACE}\n", "left"
+    table = table_of("Peaks of the members", *columns, caption=f"{PLACE}\n")
     s = result.data["s"].to_numpy()
     fibres = [str(fibre).replace("-", MINUS) for fibre in result.data["fibre"].to_numpy()]
     strain, stress = (values_of(result, name, "theta", "member", "s", "fibre") for name in ("strain", "stress"))
@@ -274,40 +242,34 @@ def _members(result: Result, units: AnswerUnits) -> Table:
     return table
 
 
-def _between_stations(result: Result, units: AnswerUnits) -> list[Text]:
-    """Say where the strain between stations is larger than at all of them."""
+def _of_members(result: Result, units: AnswerUnits) -> list[str]:
+    """Tell strains between stations, used strength, shear and von Mises stress, and how far points leave places."""
+    lines = []
     largest = result.data["largest_strain"]
-    larger = largest[largest > (1 + REPORT.between_stations) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
+    larger = largest[largest > (1 + BETWEEN_STATIONS) * abs(result.data["strain"]).max(("theta", "s", "fibre"))]
     pairs = zip(larger["member"].to_numpy(), larger.to_numpy())
     peaks = ", ".join(f"{member} {number(units.number(value, 'strain'))}" for member, value in pairs)
-    return [Text(f"Larger strains between the stations ({units.label('strain')}): {peaks}")] if peaks else []
-
-
-def _utilisation(result: Result) -> list[Text]:
-    """Say how far the members use the strength of their materials, the most first."""
-    if "utilisation" not in result.data:
-        return []
-    used = result.data["utilisation"].dropna("member")
-    pairs = sorted(zip(used["member"].to_numpy(), used.to_numpy()), key=lambda pair: -pair[1])
-    shares = ", ".join(f"{member} {percent(float(value), 3)}" for member, value in pairs)
-    return [Text(f"Largest stress over the strength of the material: {shares}.")]
-
-
-def _beside_fibres(result: Result, units: AnswerUnits) -> list[Text]:
-    """Tell the largest shear and von Mises stress, and how far the scene's points leave their places."""
+    if peaks:
+        lines.append(f"Larger strains between the stations ({units.label('strain')}): {peaks}")
+    if "utilisation" in result.data:
+        used = result.data["utilisation"].dropna("member")
+        most_first = sorted(zip(used["member"].to_numpy(), used.to_numpy()), key=lambda pair: -pair[1])
+        shares = ", ".join(f"{member} {percent(float(value), 3)}" for member, value in most_first)
+        lines.append(f"Largest stress over the strength of the material: {shares}.")
     said, unit = [], units.label("stress")
     for name, words in (("von_mises", "von Mises stress"), ("shear_stress", "shear stress")):
         largest = abs(result.derived(name)).max(("theta", "s"))
-        if largest.notnull().any() and float(largest.max()) > REPORT.rounding * float(abs(result.data["stress"]).max()):
+        if largest.notnull().any() and float(largest.max()) > ROUNDED * float(abs(result.data["stress"]).max()):
             i = int(np.nanargmax(largest.to_numpy()))
             value = number(units.number(float(largest[i]), "stress"))
             said.append(f"{words} {value} {unit} in {largest['member'].to_numpy()[i]}")
-    lines = [f"Largest {'; '.join(said)}."] if said else []
+    if said:
+        lines.append(f"Largest {'; '.join(said)}.")
     if (traced := list(result.scene.points)) and "point_position_bent" in result.data:
         away = result.derived("positioning_error").sel(point=traced).max("theta").to_numpy()
         told = ", ".join(f"{point} {number(units.number(float(a), 'length'))}" for point, a in zip(traced, away))
         lines.append(f"Points leave their places in the rigid linkage by at most ({units.label('length')}): {told}.")
-    return [Text(line) for line in lines]
+    return lines
 
 
 def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
@@ -325,8 +287,8 @@ def _signal(result: Result, units: AnswerUnits) -> list[RenderableType]:
     table = table_of("Strain at mid-span, + side", "member", f"largest harmonics\nof the drive: {unit}", *head)
     amplitude = values_of(result, "strain_amplitude", "member", "gauge", "harmonic")[:, 0, 1:]
     for i, member in enumerate(data["member"].to_numpy()):
-        heard = np.flatnonzero(amplitude[i] > REPORT.rounding * amplitude[i].max())
-        largest = heard[np.argsort(-amplitude[i, heard])][: REPORT.harmonics]
+        heard = np.flatnonzero(amplitude[i] > ROUNDED * amplitude[i].max())
+        largest = heard[np.argsort(-amplitude[i, heard])][:MOST_HARMONICS]
         cells = [", ".join(f"{n + 1}: {units.number(amplitude[i, n], 'strain'):.3g}" for n in largest)]
         if vibrates:
             size, rate, mode = (float(data[f"vibration_{name}"][i]) for name in ("amplitude", "frequency", "mode"))

@@ -42,7 +42,7 @@ def fatigue_table(result: Result, found: xr.Dataset) -> Group:
         lasts = [float(found[name].sel(member=member)) for name in ("life_cycles", "life_hours")]
         words = ["without end" if np.isinf(value) else f"{value:.3g}" for value in lasts]
         table.add_row(escape(str(member)), *cells, f"{damage[i, j, f]:.3g}", *words)
-    table.caption, table.caption_justify = MEANING, "left"
+    table.caption = MEANING
     return Group(Text(result.scene.name, style="bold"), table)
 
 
@@ -61,7 +61,7 @@ def cases_fatigue(result: Result, found: xr.Dataset) -> Group:
         shares = [share(float(value)) for value in [*one["used"].sel(case=names).to_numpy(), one["life_used"]]]
         table.add_row(escape(str(member)), *shares)
     cycles = ", ".join(f"{name} {result.cycles[name]:.3g}" for name in names)
-    table.caption, table.caption_justify = f"at 100 % a member breaks; cycles of the machine: {cycles}", "left"
+    table.caption = f"at 100 % a member breaks; cycles of the machine: {cycles}"
     return Group(*parts, table)
 
 

@@ -32,7 +32,7 @@ def joints_table(result: Result, units: AnswerUnits, force: float = 0.0) -> Tabl
     if "shaking_force" in data:
         total = np.linalg.norm(values_of(result, "shaking_force", "theta", "component"), axis=-1)
         peaks += [("shaking force", total, "force"), ("shaking moment", data["shaking_moment"].to_numpy(), "moment")]
-        table.caption, table.caption_justify = f"{ON_FRAME}\n", "left"
+        table.caption = f"{ON_FRAME}\n"
     largest = max([force, *(float(np.abs(curve).max()) for _, curve, _ in peaks)])
     for name, curve, kind in peaks:
         (k,) = peak_of(curve)

@@ -142,7 +142,7 @@ def peak_of(result: Result, quantity: str = "stress") -> ShownPeak | None:
         return None
     reading = reading_of_members(result)
     curves = reading.stress if quantity == "stress" else reading.strain
-    values = [float(curves[peak.k, peak.i, peak.j, peak.f]) for peak in reading.peaks]
+    values = [float(curves[peak]) for peak in reading.peaks]
     i = int(np.abs(values).argmax())
     peak = reading.peaks[i]
     words = f"in {reading.members[i]}, {reading.place(peak)}, {reading.side(peak)}, at {reading.at(peak.k)}"

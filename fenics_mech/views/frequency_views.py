@@ -82,7 +82,7 @@ def frequency_table(
                 f"{escape(member)} simply supported", *(number(size * value) for _, size in units for _ in "12"), "", ""
             )
         by = "theory error: share that shear and rotary inertia would take off; " if by_theory else ""
-        table.caption, table.caption_justify = f"{by}{MEANING}", "left"
+        table.caption = f"{by}{MEANING}"
     if running is not None and len(changed):
         diverges = "" if running[:, changed].all() else " (0: it diverges)"
         table.caption = f"{RUNNING_MEANING.format(percent(change.max()))}{diverges}; {table.caption}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -34,7 +34,6 @@ from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short
 
 Level = Literal["bad", "warn", "good", "note"]
 MOST_NAMED = 3  # members that are named in a sentence
-Reason = tuple[Literal["warn", "bad"], str, str]  # as of `Judgement`
 LEVELS: tuple[Level, ...] = ("bad", "warn", "good", "note")
 ROUGH = "Estimates that large are rough: 0.3 to 3.4 of the truth."
 BENT = 0.05  # share of the deflection that linear strains may leave out: they leave out all shortening
@@ -67,58 +66,41 @@ class Judgement:
     about: str = "theory"  # what is judged: "theory", "stability" or "error"
 
 
-def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str, levels: Sequence[str]) -> list[Judgement]:
+def worst_of_cases(each: Mapping[str, Sequence[Judgement]], governing: str) -> list[Judgement]:
     """Give of all that is judged what the worst load case has; of equal ones the governing case."""
     each, found = {governing: each[governing], **each}, list["Judgement"]()
     for about in dict.fromkeys(judged.about for every in each.values() for judged in every):
         of_case = {name: [one for one in judged if one.about == about] for name, judged in each.items()}
-        rank = {name: min(levels.index(one.level) for one in judged) for name, judged in of_case.items() if judged}
+        rank = {name: min(LEVELS.index(one.level) for one in judged) for name, judged in of_case.items() if judged}
         worst = min(rank, key=rank.__getitem__)
         alike = len({tuple(judged) for judged in of_case.values()}) == 1
         told = "" if alike else f"In case {worst}: "
         found += [replace(one, text=f"{told}{one.text}") for one in of_case[worst]]
-    return sorted(found, key=lambda judged: levels.index(judged.level))
-
-
-def of_most_stressed(reading: ForceReading, headline: Callable[[ForceReading], tuple[str, str]]) -> tuple[str, str]:
-    """Give the headline of the most stressed load case, with its name."""
-    case = most_stressed(reading.result)
-    value, rest = headline(reading_of(reading.result.cases[case], reading.units))
-    return value, f"in case {case}, {rest}"
+    return sorted(found, key=lambda judged: LEVELS.index(judged.level))
 
 
 def and_beyond(known: Judgement, result: Result) -> list[Judgement]:
     """Give reasons why numbers of a result are wrong that its theory does not know of, beside what it knows."""
-    # Beside them nothing is called good by the theory alone.
-    found = _sideways(result)
-    beyond = [replace(known, level=level, title=title, text=text) for level, title, text in found]
-    return beyond if beyond and known.level == "good" else [known, *beyond]
-
-
-def _sideways(result: Result) -> list[Reason]:
-    """Say which members buckle across the plane of motion, or may."""
+    # Where members buckle across the plane of motion, nothing is called good by the theory alone.
     if not (found := buckled_sideways(result.scene, result.data)):
-        return []
+        return [known]
     units, said = prefixed(result, result.scene.answer_units), []
     for one in found[:MOST_NAMED]:
-        force, pinned, clamped = (
-            f"{short(units.number(load, 'force'))} {units.label('force')}"
-            for load in (one.force, one.pinned, one.clamped)
-        )
-        ends = f"{pinned} with pinned ends and {clamped} with clamped ends"
-        if one.free:
-            ends = f"{clamped}, as one end is free"
+        loads = one.force, one.pinned, one.clamped
+        force, pinned, clamped = (f"{short(units.number(load, 'force'))} {units.label('force')}" for load in loads)
+        free, held = f"{clamped}, as one end is free", f"{pinned} with pinned ends and {clamped} with clamped ends"
+        ends = free if one.free else held
         said.append(f"Member {one.member} is pressed by up to {force}: across the plane it buckles at {ends}.")
-    if more := len(found) - MOST_NAMED:
-        said += [f"So may {more} more."] if more > 0 else []
+    said += [f"So may {len(found) - MOST_NAMED} more."] if len(found) > MOST_NAMED else []
     text = (
         f"Nothing is computed across the plane of motion. {' '.join(said)} Take sections that are wider there, lower "
         "loads, or guides that hold the members in the plane."
     )
     surely = [one.member for one in found if one.buckles]
-    if surely:
-        return [("bad", f"sideways buckling of {', '.join(surely[:MOST_NAMED])}", text)]
-    return [("warn", f"sideways buckling of {', '.join(one.member for one in found[:MOST_NAMED])} is possible", text)]
+    names = ", ".join((surely or [one.member for one in found])[:MOST_NAMED])
+    title = f"sideways buckling of {names}{'' if surely else ' is possible'}"
+    beyond = replace(known, level="bad" if surely else "warn", title=title, text=text)
+    return [beyond] if known.level == "good" else [known, beyond]
 
 
 def beside_tolerance(result: Result) -> list[str]:
@@ -161,11 +143,11 @@ def too_uncertain(result: Result) -> dict[str, float]:
 def judgements(result: Result) -> tuple[Judgement, ...]:
     """Judge a result by theory, stability and error, the worst first."""
     if result.cases:
-        return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case, LEVELS))
+        return tuple(worst_of_cases({name: judgements(one) for name, one in result.cases.items()}, result.case))
     if not result.scene.members():
         return (_rigid(result),)
-    found = [*and_beyond(theory(result), result), stability(result), error(result)]
-    return tuple(sorted((j for j in found if j is not None), key=lambda j: LEVELS.index(j.level)))
+    found = filter(None, [*and_beyond(theory(result), result), stability(result), error(result)])
+    return tuple(sorted(found, key=lambda j: LEVELS.index(j.level)))
 
 
 def warnings_of(result: Result) -> list[str]:
@@ -189,12 +171,18 @@ def headline(reading: ForceReading) -> tuple[str, str]:
     """Give the peak stress, and where and when it occurs, with the peak without vibration where that is known."""
     # Of links that do not bend it is the largest joint force.
     if reading.result.cases:
-        return of_most_stressed(reading, headline)
+        case = most_stressed(reading.result)
+        value, rest = headline(reading_of(reading.result.cases[case], reading.units))
+        return value, f"in case {case}, {rest}"
     if not isinstance(reading, Reading):
-        return _largest_force(reading)
+        if not reading.joints:
+            return "Nothing is joined", "so that no joint has a force."
+        k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
+        value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
+        return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_between_positions(reading)}"
     peak = reading.peaks[reading.ranked[0]]
     unit = reading.units.label("stress")
-    value = f"Peak stress {short(abs(reading.stress[peak.k, peak.i, peak.j, peak.f]))} {unit}"
+    value = f"Peak stress {short(abs(reading.stress[peak]))} {unit}"
     where = f"in {reading.members[peak.i]}, {reading.place(peak)}"
     when = f", at {reading.at(peak.k)}" if len(reading.theta) > 1 else ""
     rest = "" if reading.still is None else f" ({short(reading.still)} {unit} without vibration)"
@@ -209,15 +197,6 @@ def _between_positions(reading: ForceReading) -> str:
     most = {one.unit: one for one in sorted(efforts, key=lambda one: one.largest)}  # of forces, and of moments
     told = [f"{one.law} at joint {one.joint} exerts up to {short(one.largest)} {one.unit}" for one in most.values()]
     return f" Between the positions {' and '.join(reversed(told))}."
-
-
-def _largest_force(reading: ForceReading) -> tuple[str, str]:
-    """Give the largest joint force, and where and when it acts."""
-    if not reading.joints:
-        return "Nothing is joined", "so that no joint has a force."
-    k, n = (int(i) for i in np.unravel_index(reading.force.argmax(), reading.force.shape))
-    value = f"Largest joint force {short(float(reading.force[k, n]))} {reading.units.label('force')}"
-    return value, f"in {reading.joints[n]}, at {reading.at(k)}.{_between_positions(reading)}"
 
 
 def _rigid(result: Result) -> Judgement:
@@ -254,56 +233,52 @@ def acting(result: Result) -> list[Effect]:
     return [EFFECTS[e["name"]] for e in decided if e["acts"] and e["name"] in EFFECTS]
 
 
-@dataclass(frozen=True)
-class TheorySizes:
-    """By what it is judged whether the theory of a result holds."""
-
-    # euler, bow, turn: largest axial force over the buckling load, bow over the length, and rotation of an axis (rad),
-    # of any member
-    euler: float
-    bow: float
-    turn: float
-    # nonlinear, carried: whether strains are exact, and whether axial forces act on the bending
-    nonlinear: bool
-    carried: bool
-    # shares of the strain and of the deflection that linear theory leaves out; None where they are not known
-    left_out: tuple[float, float] | None = None
-
-    @property
-    def level(self) -> Level:
-        """Whether the theory holds: "good", "warn" (use with care) or "bad"."""
-        if self.nonlinear:
-            return "good" if self.turn <= VALIDITY.rotation else "bad"
-        if self.left_out is not None:
-            strain, bent = self.left_out
-            if strain <= SCENE.neglected and bent <= BENT:
-                return "good"
-            return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
-        pressed = 0.0 if self.carried else self.euler
-        if self.bow > VALIDITY.bow or pressed > SERIOUS:
-            return "bad"
-        return "warn" if pressed > VALIDITY.euler_ratio else "good"
+def level_of_theory(
+    sizes: tuple[float, float, float], effects: Sequence[Effect], left_out: Sequence[float] | None
+) -> Level:
+    """Judge whether the theory of some effects holds: "good", "warn" (use with care) or "bad"."""
+    # sizes: largest axial force over the buckling load, bow over the length, and rotation of an axis (rad), of any
+    # member; left_out: shares of the strain and of the deflection that linear theory leaves out, None if unknown
+    euler, bow, turn = sizes
+    if any(effect.nonlinear for effect in effects):  # strains are exact
+        return "good" if turn <= VALIDITY.rotation else "bad"
+    if left_out is not None:
+        strain, bent = left_out
+        if strain <= SCENE.neglected and bent <= BENT:
+            return "good"
+        return "warn" if max(strain, bent) <= SERIOUS and np.isfinite(strain) else "bad"
+    pressed = 0.0 if any(effect.stress_stiffening for effect in effects) else euler
+    if bow > VALIDITY.bow or pressed > SERIOUS:
+        return "bad"
+    return "warn" if pressed > VALIDITY.euler_ratio else "good"
 
 
 def theory(result: Result) -> Judgement:
     """Judge whether deflections and axial forces are small enough for the theory that was used."""
     members = [str(member) for member in result.data["member"].to_numpy()]
     euler, bow, turn = (result.data[name].to_numpy() for name in ("euler_ratio", "bow", "rotation"))
-    effects, left = acting(result), left_out(result)
-    nonlinear, carried = (
-        any(getattr(effect, kind) for effect in effects) for kind in ("nonlinear", "stress_stiffening")
-    )
-    level = TheorySizes(euler.max(), bow.max(), turn.max(), nonlinear, carried, left).level
+    effects, left = acting(result), None
+    if "source" in result.data and "theory" in result.data["source"]:
+        names = "relative_error", "deflection_relative_error"
+        left = tuple(float(result.data[name].sel(source="theory")) for name in names)
+    level = level_of_theory((euler.max(), bow.max(), turn.max()), effects, left)
     worst = f"the axial force in {members[euler.argmax()]} reaches {percent(euler.max(), 3)} of its buckling load"
     bent = f"{members[bow.argmax()]} bows by up to {percent(bow.max(), 3)} of its length"
-    if nonlinear:
+    if any(effect.nonlinear for effect in effects):
         turned = f"the axis of {members[turn.argmax()]} turns by up to {turn.max():.3g} rad"
         limit = f"the theory of large rotations holds to {VALIDITY.rotation} rad"
         if level == "good":
             return Judgement(level, "inside the theory", f"{sentence(turned)}; {limit}. {sentence(worst)}.")
         return Judgement(level, "outside the theory", f"{sentence(turned)}, and {limit}: the strains are wrong.")
     if left is not None:
-        return _linear_theory(level, left, f"{sentence(worst)}; {bent}.", advice(result))
+        why = f"{sentence(worst)}; {bent}." + ("" if level == "good" else f" {advice(result)}")
+        if not np.isfinite(left[0]):
+            return Judgement(level, "outside the linear theory", f"Exact strains find no stable answer near it. {why}")
+        strain, deflection = map(error_share, left)
+        said = f"Linear theory leaves out {strain} of the strain and {deflection} of the deflection."
+        titles = {"good": "inside the theory", "warn": f"linear theory leaves out {share(max(left))}"}
+        rough = f" {ROUGH}" if level == "bad" else ""
+        return Judgement(level, titles.get(level, "outside the linear theory"), f"{said}{rough} {why}")
     limits = f"{percent(VALIDITY.euler_ratio)} of a buckling load and {percent(VALIDITY.bow)} of a length"
     if level == "good":
         return Judgement(level, "inside the theory", f"{sentence(worst)}; {bent}. Linear theory holds to {limits}.")
@@ -312,31 +287,6 @@ def theory(result: Result) -> Judgement:
         return Judgement(level, "outside the linear theory", text)
     off = f"Strains may be off by about {percent(euler.max())}, as the effects leave the axial forces out."
     return Judgement(level, "at the edge of the linear theory", f"{off} {sentence(worst)}. {advice(result)}")
-
-
-def left_out(result: Result) -> tuple[float, float] | None:
-    """Give the shares of strain and deflection that linear theory leaves out; None where they are not known."""
-    if "source" not in result.data or "theory" not in result.data["source"]:
-        return None
-    strain, bent = (
-        float(result.data[f"{prefix}relative_error"].sel(source="theory")) for prefix in ("", "deflection_")
-    )
-    return strain, bent
-
-
-def _linear_theory(level: Level, left: tuple[float, float], why: str, cure: str) -> Judgement:
-    """Judge linear theory by the estimate of what it leaves out."""
-    strain, bent = left
-    if not np.isfinite(strain):
-        return Judgement(
-            level, "outside the linear theory", f"Exact strains find no stable answer near it. {why} {cure}"
-        )
-    said = f"Linear theory leaves out {error_share(strain)} of the strain and {error_share(bent)} of the deflection."
-    if level == "good":
-        return Judgement(level, "inside the theory", f"{said} {why}")
-    if level == "warn":
-        return Judgement(level, f"linear theory leaves out {share(max(strain, bent))}", f"{said} {why} {cure}")
-    return Judgement(level, "outside the linear theory", f"{said} {ROUGH} {why} {cure}")
 
 
 def stability(result: Result) -> Judgement | None:

@@ -137,7 +137,7 @@ def plot_strain_map(result: Result, member: str, axes: Axes | None = None) -> Ax
     even = np.linspace(x[0], x[-1], len(x))  # as an image is, where positions are not
     rows = [np.interp(even, x, along) for along in values.T]
     axes.imshow(rows, extent=extent, interpolation="bilinear", **look)
-    value = reading.strain[peak.k, peak.i, peak.j, peak.f]
+    value = reading.strain[peak]
     height = reading.s[peak.j] * length
     mark(axes, reading, peak.k, height, f"{short(value)} {reading.units.label('strain')}")
     first, second = reading.ends[peak.i]
@@ -179,7 +179,7 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
         (line,) = axes.plot(*over(reading, reading.bent[:, i, peak.j, 0]))
         line.set_label(f"{reading.members[i]}, {reading.place(peak)}")
         if len(ranked) <= MOST_RINGS or i == ranked[0]:
-            mark_peak(axes, reading, peak.k, float(reading.bent[peak.k, i, peak.j, 0]))
+            mark_peak(axes, reading, peak.k, float(reading.bent[peak]))
     abscissa(axes, reading)
     some = f", the {len(ranked)} largest of {len(reading.members)}" if len(ranked) < len(reading.members) else ""
     finish(

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -29,9 +29,8 @@ SECTION_FORCES = {  # what each is, and its kind of unit
 NEEDED = ("strain", "stress", "deflection", "joint_force", "position", "link_position", "link_angle")
 
 
-@dataclass(frozen=True)
-class Peak:
-    """Where a quantity of a member is largest."""
+class Peak(NamedTuple):
+    """Where a quantity of a member is largest: the index of the value in its curves."""
 
     k: int  # number of the position
     i: int  # number of the member

@@ -29,7 +29,7 @@ LEAST = 1e-12  # error that is still drawn
 def refinement_table(found: Refinement) -> Group:
     """Tabulate values, observed orders and extrapolated answers."""
     tables = [_table(found.data, str(name), found) for name in found.data["refinement"].to_numpy()]
-    tables[-1].caption, tables[-1].caption_justify = MEANING, "left"
+    tables[-1].caption = MEANING
     return Group(*tables)
 
 

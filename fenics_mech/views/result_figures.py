@@ -102,7 +102,7 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
 def strain_figure(result: Result) -> Figure:
     """Draw the strain of each member where its stress is largest, the most strained on top, and where on it that is."""
     reading = reading_of_members(result)
-    size = np.abs([reading.strain[peak.k, peak.i, peak.j, peak.f] for peak in reading.peaks])
+    size = np.abs([reading.strain[peak] for peak in reading.peaks])
     ranked = [int(i) for i in np.argsort(-size, kind="stable")][:MOST_ROWS]
     with mpl.rc_context(STYLE):
         figure, rows = empty_figure(len(ranked), 0.9 + 1.75 * len(ranked))

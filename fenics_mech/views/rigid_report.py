@@ -20,23 +20,20 @@ from fenics_mech.views.details import balanced, damping_of, mean_powers, motion_
 from fenics_mech.views.force_summary import joints_table, shown
 from fenics_mech.views.judgements import judgements, verdict
 from fenics_mech.views.law_figures import law_efforts
-from fenics_mech.views.tables import drive_of, number, table_of
+from fenics_mech.views.tables import drive_of, number, rows_table, table_of
 from fenics_mech.views.words import share
 
+SLIDES = ("slot", "prismatic")  # kinds of joints whose freedom is a length
 NAMES = {"joint_force": "joint force", "drive_effort": "effort", "freedom_place": "angles and strokes"}  # of errors
 
 
 def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     """Give the parts of a summary."""
-    grid = Table.grid(padding=(0, 2))
-    for name, value in rigid_decisions(result, units).items():
-        grid.add_row(name, escape(value))
-    told = [Text(f"Warning: {text}", style="yellow") for text in result.warnings]
-    judged = judgements(result)
+    machine, judged = governed(result) if result.cases else result.scene.name, judgements(result)
     doubts = [f"{verdict(judged)[1]} {one.text}" for one in judged if one.level in ("bad", "warn")]
-    told = [*(Text(text, style="bold yellow") for text in doubts), *told]
-    machine = governed(result) if result.cases else result.scene.name
-    parts: list[RenderableType] = [Text(machine, style="bold"), *told, grid, Text()]
+    parts: list[RenderableType] = [Text(machine, style="bold"), *(Text(text, style="bold yellow") for text in doubts)]
+    parts += [Text(f"Warning: {text}", style="yellow") for text in result.warnings]
+    parts += [rows_table(rigid_decisions(result, units)), Text()]
     parts += [cases_table(result, units), Text()] if result.cases else []
     if result.data.sizes["joint"]:
         parts.append(joints_table(between_positions(result), units))
@@ -46,9 +43,9 @@ def rigid_parts(result: Result, units: AnswerUnits) -> list[RenderableType]:
     if "law" in result.data.sizes:
         parts.append(law_table(result, units))
     if "freedom" in result.data.sizes:
-        parts += [freedoms_table(result, units), *(Text(line) for line in running_lines(result))]
+        parts += [freedoms_table(result, units), *map(Text, running_lines(result))]
     if "friction_used" in result.data:
-        parts += [Text(line) for line in friction_lines(result, units)]
+        parts += map(Text, friction_lines(result, units))
     if "rest_frequency" in result.data:
         parts.append(small_motions_table(result))
     if "mean_power" in result.data:
@@ -68,12 +65,14 @@ def rigid_energy(result: Result) -> str:
 def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
     """Tell how the result was computed."""
     scene, data = result.scene, result.data
-    rows = {"drive": drive_of(scene, units), "method": method_of(result)}
+    count = data.sizes["theta"]
+    rows = {"drive": drive_of(scene, units), "method": f"{scene.analysis.method}, {count} position{'s' * (count > 1)}"}
     rows["links"] = "rigid: no link has a member that bends"
     if data.attrs["time_steps"]:
         rows["steps"] = f"{data.attrs['time_steps']} time steps, tolerance {scene.analysis.time_tolerance:g}"
     known = {what: data.attrs.get(f"{what}_error_estimate") for what in NAMES}
-    known["acceleration"] = of_accelerations(result)
+    if (name := "point_acceleration_relative_error") in data:
+        known["acceleration"] = float(data[name].sel(source=BETWEEN))
     said = [f"{NAMES.get(what, what)} {share(error)}" for what, error in known.items() if error is not None]
     if said:
         source = "the time steps" if data.attrs["time_steps"] else "peaks between positions"
@@ -85,24 +84,12 @@ def rigid_decisions(result: Result, units: AnswerUnits) -> dict[str, str]:
     return rows | motion_rows(result, units) | {"damped by": damping_of(scene)}
 
 
-def of_accelerations(result: Result) -> float | None:
-    """Give the relative error of a point's acceleration by peaks between positions; None if unknown."""
-    name = "point_acceleration_relative_error"
-    return float(result.data[name].sel(source=BETWEEN)) if name in result.data else None
-
-
 def law_table(result: Result, units: AnswerUnits) -> Table:
     """Tabulate the largest effort of each joint law."""
     table = table_of("Joint laws", "law", "joint", "kind", "largest\nin the motion")
     for one in law_efforts(result, units):
         table.add_row(escape(one.law), escape(one.joint), one.kind, f"{number(one.largest)} {one.unit}")
     return table
-
-
-def method_of(result: Result) -> str:
-    """Tell the method, and at how many positions there is an answer."""
-    count = result.data.sizes["theta"]
-    return f"{result.scene.analysis.method}, {count} position{'s' * (count > 1)}"
 
 
 def freedoms_table(result: Result, units: AnswerUnits) -> Table:
@@ -112,15 +99,23 @@ def freedoms_table(result: Result, units: AnswerUnits) -> Table:
     heads = ("least", "largest", "at the end", "fastest rate") if moves else ("at rest",)
     table = table_of("Freedoms", "joint", *heads)
     for i, name in enumerate(result.scene.freedoms):
-        slides = result.scene.joints[name].kind in ("slot", "prismatic")
-        place = places[:, i] if slides else np.degrees(places[:, i])
-        ends = (float(place.min()), float(place.max()), float(place[-1]))[0 if moves else 2 :]
-        cells = [shown(value, "length", units) if slides else f"{number(value)} \N{DEGREE SIGN}" for value in ends]
+        place = places[:, i]
+        cells = [
+            _place(result, name, value, units) for value in (place.min(), place.max(), place[-1])[2 * (not moves) :]
+        ]
         if moves:
             rates = result.data["freedom_rate"].to_numpy()[:, i]
-            cells.append(f"{number(float(rates[np.abs(rates).argmax()]))} {'m/s' if slides else 'rad/s'}")
+            unit = "m/s" if result.scene.joints[name].kind in SLIDES else "rad/s"
+            cells.append(f"{number(float(rates[np.abs(rates).argmax()]))} {unit}")
         table.add_row(escape(name), *cells)
     return table
+
+
+def _place(result: Result, name: str, value: float, units: AnswerUnits) -> str:
+    """Write the place of a freedom (m, rad) with its unit."""
+    if result.scene.joints[name].kind in SLIDES:
+        return shown(float(value), "length", units)
+    return f"{number(float(np.degrees(value)))} \N{DEGREE SIGN}"
 
 
 def running_lines(result: Result) -> list[str]:
@@ -144,33 +139,21 @@ def running_lines(result: Result) -> list[str]:
 def friction_lines(result: Result, units: AnswerUnits) -> list[str]:
     """Tell the range in which friction holds the freedom, and how much of it is used."""
     data, name = result.data, next(iter(result.scene.freedoms))
-    slides = result.scene.joints[name].kind in ("slot", "prismatic")
     ends = [float(data[f"rest_{end}"].sel(freedom=name)) for end in ("lowest", "highest")]
-    if np.isinf(ends).all():
-        lines = [f"Friction holds the freedom at joint {name} at all places."]
-    else:
-        said = [
-            "without limit"
-            if np.isinf(end)
-            else shown(end, "length", units)
-            if slides
-            else f"{number(float(np.degrees(end)))} \N{DEGREE SIGN}"
-            for end in ends
-        ]
-        lines = [f"Friction holds the freedom at joint {name} from {said[0]} to {said[1]}."]
+    first, last = ("without limit" if np.isinf(end) else _place(result, name, end, units) for end in ends)
+    held = "at all places" if np.isinf(ends).all() else f"from {first} to {last}"
     used = data["friction_used"].dropna("law")
-    lines += [
-        f"The friction {law} takes {percent(float(used.sel(law=law)))} of the most that it can."
-        for law in map(str, used["law"].to_numpy())
+    takes = [(str(law), percent(float(used.sel(law=law)))) for law in used["law"].to_numpy()]
+    return [
+        f"Friction holds the freedom at joint {name} {held}.",
+        *(f"The friction {law} takes {taken} of the most that it can." for law, taken in takes),
     ]
-    return lines
 
 
 def small_motions_table(result: Result) -> Table:
     """Tabulate the small motions about an equilibrium."""
     table = table_of("Small motions about the equilibrium", "motion", "frequency", "decays by")
-    for name, frequency, decay in zip(
-        *(result.data[what].to_numpy() for what in ("small_motion", "rest_frequency", "rest_decay"))
-    ):
+    columns = (result.data[what].to_numpy() for what in ("small_motion", "rest_frequency", "rest_decay"))
+    for name, frequency, decay in zip(*columns):
         table.add_row(str(name), f"{number(float(frequency))} Hz", f"{number(float(decay))} 1/s")
     return table

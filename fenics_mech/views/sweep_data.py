@@ -12,7 +12,7 @@ from fenics_mech.effects import EFFECTS
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.studies.sweep_peaks import unresolved
-from fenics_mech.views.judgements import TheorySizes
+from fenics_mech.views.judgements import level_of_theory
 from fenics_mech.views.prefixes import fitted, without_rounding
 from fenics_mech.views.tables import number
 
@@ -120,15 +120,7 @@ def theory_levels(data: xr.Dataset) -> xr.DataArray:
         for place, acting in np.ndenumerate(effects.to_numpy()):
             euler, bow, turn = (float(size[place]) for size in sizes)
             if np.isfinite(turn):
-                levels[place] = _level((euler, bow, turn), acting, [float(one[place]) for one in shares])
+                left = float(shares[0][place]), float(shares[1][place])
+                known = [EFFECTS[name] for name in acting.split(", ") if name in EFFECTS]
+                levels[place] = level_of_theory((euler, bow, turn), known, None if np.isnan(left).any() else left)
     return effects.copy(data=levels)
-
-
-def _level(sizes: tuple[float, float, float], acting: str, shares: list[float]) -> str:
-    """Judge the theory at one point: by what it leaves out, where that is known."""
-    effects = [EFFECTS[name] for name in acting.split(", ") if name in EFFECTS]
-    nonlinear, carried = (
-        any(getattr(effect, kind) for effect in effects) for kind in ("nonlinear", "stress_stiffening")
-    )
-    left = None if np.isnan(shares).any() else (shares[0], shares[1])
-    return TheorySizes(*sizes, nonlinear, carried, left).level

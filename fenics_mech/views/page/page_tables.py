@@ -7,7 +7,6 @@ import math
 
 import numpy as np
 
-from fenics_mech._arrays import Array
 from fenics_mech._constants import ROUNDING, TINY
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import percent
@@ -29,95 +28,67 @@ SHOWN = ("drive", "effects")  # elsewhere on the page
 def members(reading: Reading) -> Html:
     """Tabulate peak stress, strain and deflection of each member, the most stressed first."""
     stress, strain, length = (reading.units.label(kind) for kind in ("stress", "strain", "length"))
-    more = _more_of_stress(reading)
+    data, more = reading.result.data, dict[str, list[str]]()
+    if "stress_range" in data:
+        largest = data["stress_range"].max(("s", "fibre")).to_numpy() / reading.units.size("stress")
+        more[f"stress range, {stress}"] = [short(float(value)) for value in largest]
+    if "utilisation" in data:
+        used = data["utilisation"].to_numpy()
+        more["of strength"] = [share(float(value)) if np.isfinite(value) else "\N{EN DASH}" for value in used]
+    wrong = ["\N{EN DASH}"] * len(reading.members)
+    if "strain_error" in data:
+        total = data["strain_error"].sum("source").to_numpy() / np.maximum(data["largest_strain"].to_numpy(), TINY)
+        wrong = [share(float(value)) for value in total]
     head = ["member", f"peak stress, {stress}", f"strain, {strain}", "where<", "at", *more]
     head += [f"deflection, {length}", "where<", "error of strain"]
     left = [not i or text.endswith("<") for i, text in enumerate(head)]
     top, rows = max(float(np.abs(reading.stress).max()), TINY), []
     for i in reading.ranked:
         peak, bent = reading.peaks[i], reading.peak(reading.bent, i)
-        value = reading.stress[peak.k, i, peak.j, peak.f]
+        value = reading.stress[peak]
+        width = f"width:{100 * abs(value) / top:.1f}%"
         cells = [
             reading.members[i],
-            join([short(value), _bar(abs(value) / top)]),
-            short(reading.strain[peak.k, i, peak.j, peak.f]),
+            join([short(value), tag("span", tag("i", style=width), class_="bar", aria_hidden="true")]),
+            short(reading.strain[peak]),
             f"{reading.place(peak)}, {reading.side(peak)}",
             reading.at(peak.k),
             *(cells[i] for cells in more.values()),
-            short(reading.bent[bent.k, i, bent.j, 0]),
+            short(reading.bent[bent]),
             reading.place(bent),
-            _error_of(reading, i),
+            wrong[i],
         ]
         rows.append(line(cells, left, head, data_member=i))
     return table(head, rows, id="members")
 
 
-def _more_of_stress(reading: Reading) -> dict[str, list[str]]:
-    """Give cells of the stress range and of the used strength of each member, by the head of their column."""
-    data, found = reading.result.data, {}
-    if "stress_range" in data:
-        largest = data["stress_range"].max(("s", "fibre")).to_numpy() / reading.units.size("stress")
-        found[f"stress range, {reading.units.label('stress')}"] = [short(float(value)) for value in largest]
-    if "utilisation" in data:
-        used = data["utilisation"].to_numpy()
-        found["of strength"] = [share(float(value)) if np.isfinite(value) else "\N{EN DASH}" for value in used]
-    return found
-
-
-def _bar(size: float, class_: str = "bar") -> Html:
-    """Draw a bar of a share of the whole, as a picture in words that need no style."""
-    return tag("span", tag("i", style=f"width:{100 * size:.1f}%"), class_=class_, aria_hidden="true")
-
-
-def _error_of(reading: Reading, i: int) -> str:
-    """Write the relative error of a member's strain."""
-    data = reading.result.data
-    if "strain_error" not in data:
-        return "\N{EN DASH}"
-    error, largest = (data[name].sel(member=reading.members[i]) for name in ("strain_error", "largest_strain"))
-    return share(float(error.sum()) / max(float(largest), TINY))
-
-
 def joints(reading: ForceReading) -> Html:
     """Tabulate the joints' largest forces and that on the frame, beside the frame of their paths."""
-    # Where there are no joints nothing is given.
     if not reading.joints:
         return EMPTY
-    largest = [int(k) for k in reading.force.argmax(axis=0)]
     unit = reading.units.label("force")
     head = ["joint", f"largest force, {unit}", "at", f"in x, {unit}", f"in y, {unit}"]
     force = reading.of("joint_force", "joint", "component") / reading.units.size("force")
     ranked = np.argsort(-reading.force.max(axis=0), kind="stable")
-    curves = [(reading.joints[n], largest[n], force[:, n]) for n in ranked]
-    if reading.shaking is not None:
-        shaking = reading.shaking[0]
-        curves.append((ON_FRAME, int(np.linalg.norm(shaking, axis=-1).argmax()), shaking))
-    rows = [[name, *_force_cells(reading, k, curve[k])] for name, k, curve in curves]
+    curves = [(reading.joints[n], force[:, n]) for n in ranked]
+    curves += [(ON_FRAME, reading.shaking[0])] if reading.shaking is not None else []
+    rows = []
+    for name, curve in curves:
+        size = np.linalg.norm(curve, axis=-1)
+        k = int(size.argmax())
+        parts = np.where(np.abs(curve[k]) > ROUNDING * size[k], curve[k], 0.0)  # what is rounding is 0
+        rows.append([name, short(float(size[k])), reading.at(k), *(short(float(part)) for part in parts)])
     lead = (
         "The force of each joint's first body on its second, and of the mechanism on the frame, as the path of its "
         "arrow's tip: fixed frame, x to the right, y up. Each has its own scale, and the ring is its largest."
     )
     live = (tag("p", lead, class_="lead"), tag("div", id="forces", class_="polar"))
     shown = tag("div", *live, class_="live") if len(reading.theta) > 1 else EMPTY
-    laws = _joint_laws(reading)
-    return tag("section", tag("h2", "Joint forces"), shown, table(head, rows), laws, class_="card")
-
-
-def _joint_laws(reading: ForceReading) -> Html:
-    """Tabulate the largest effort of each joint law, between the positions too; nothing where there are none."""
     efforts = law_efforts(reading.result, reading.units)
-    if not efforts:
-        return EMPTY
-    rows = [[one.law, one.joint, one.kind, f"{short(one.largest)} {one.unit}"] for one in efforts]
-    head = ["joint law", "joint<", "kind<", "largest, between the positions too"]
-    return table(head, rows)
-
-
-def _force_cells(reading: ForceReading, k: int, force: Array) -> list[str]:
-    """Write a force's size, when it acts, and its components; a component that is rounding is 0."""
-    size = float(np.linalg.norm(force))
-    parts = np.where(np.abs(force) > ROUNDING * size, force, 0.0)
-    return [short(size), reading.at(k), *(short(float(part)) for part in parts)]
+    of_laws = [[one.law, one.joint, one.kind, f"{short(one.largest)} {one.unit}"] for one in efforts]
+    heads = ["joint law", "joint<", "kind<", "largest, between the positions too"]
+    laws = table(heads, of_laws) if efforts else EMPTY
+    return tag("section", tag("h2", "Joint forces"), shown, table(head, rows), laws, class_="card")
 
 
 def frequencies(reading: ForceReading) -> Html:
@@ -147,20 +118,16 @@ def effects(result: Result) -> Html:
         name = join([e["name"], tag("small", f"{meaning}{lacking}")])
         done = "not stated in the scene" if unstated_gravity(result, e["name"]) else done
         rows.append([name, *_size(e["size"], least, estimated), done])
-    said = (
-        "The program estimated from above by how much each effect changes the strains anywhere, and took those above "
-        f"{percent(least)} (the line). The scale is logarithmic, from 0.01 % to 100 %.{_solved(result)}"
-        if estimated
-        else "The scene lists its effects, so none was estimated. With effects = 'auto' the program estimates them."
-    )
+    said = "The scene lists its effects, so none was estimated. With effects = 'auto' the program estimates them."
+    if estimated:
+        said = (
+            "The program estimated from above by how much each effect changes the strains anywhere, and took those "
+            f"above {percent(least)} (the line). The scale is logarithmic, from 0.01 % to 100 %."
+        )
+        if (solved := change_by_vibration(result)) is not None:
+            said += f" As solved, vibration changes the peak stress by {share(solved)}."
     head = ["effect", "changes the strains by at most<", "", "done<"] if estimated else ["effect", "done<"]
     return join([tag("p", said, class_="lead"), table(head, rows, class_="effects")])
-
-
-def _solved(result: Result) -> str:
-    """Say by how much vibration changes the peak stress, as solved."""
-    solved = change_by_vibration(result)
-    return "" if solved is None else f" As solved, vibration changes the peak stress by {share(solved)}."
 
 
 def _size(size: float | None, least: float, estimated: bool) -> list[str]:

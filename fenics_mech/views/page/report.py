@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -24,6 +23,17 @@ from fenics_mech.views.reading import ForceReading, Reading, reading_of, reading
 from fenics_mech.views.safety_words import safety_sentences
 from fenics_mech.views.words import sentence, short
 
+STABILITY = (
+    "Each point is what one cycle leaves of a small disturbance (a Floquet multiplier). Inside the circle it dies out."
+)
+LEGEND = (
+    "Each side of a member shows the stress of that side: ",
+    tag("b", "blue compression", class_="comp"),
+    ", ",
+    tag("b", "red tension", class_="tens"),
+    ". The ring is the place of the peak. Dashed: the rigid linkage.",
+)
+SCALE = (tag("span", id="least"), tag("canvas", id="scale", width=512, height=1), tag("span", id="most"))
 SCRIPTS = ("data.js", "axes.js", "drawing.js", "plots.js", "forces.js", "controls.js")
 
 
@@ -40,13 +50,11 @@ def heading(reading: ForceReading) -> Html:
 
 def verdict_of(reading: ForceReading) -> Html:
     """Tell whether the machine is safe, the peak, whether the numbers can be used, and why; then warnings."""
-    judged = judgements(reading.result)
+    judged, (value, rest) = judgements(reading.result), headline(reading)
     exact, usable = verdict(judged)
-    level = exact
-    value, rest = headline(reading)
     reasons = [tag("li", tag("b", sentence(j.title)), tag("span", j.text), class_=j.level) for j in judged]
     warned = [tag("li", text) for text in reading.result.warnings]
-    safe = EMPTY
+    safe, level = EMPTY, exact
     if isinstance(reading, Reading):
         safe_level, (first, *others) = safety_sentences(reading.result, reading.units)
         safe = tag("p", tag("strong", first), " ", " ".join(others), class_=f"safe {safe_level}")
@@ -64,23 +72,21 @@ def verdict_of(reading: ForceReading) -> Html:
 
 def figures(reading: ForceReading) -> Html:
     """Show the numbers that a designer asks for first."""
-    found = [_deflection(reading)] if isinstance(reading, Reading) else []
+    found = list[Html]()
+    if isinstance(reading, Reading):
+        peak = reading.peak(reading.bent, int(reading.bent.max(axis=(0, 2, 3)).argmax()))
+        where = f"{reading.members[peak.i]}, {reading.place(peak)}, {reading.at(peak.k)}"
+        found.append(_tile("largest deflection", float(reading.bent.max()), reading.units.label("length"), where))
     if reading.joints:
         k, n = map(int, np.unravel_index(reading.force.argmax(), reading.force.shape))
-        found.append(
-            _tile(
-                "largest joint force",
-                float(reading.force[k, n]),
-                reading.units.label("force"),
-                f"joint {reading.joints[n]}, {reading.at(k)}",
-            )
-        )
+        where = f"joint {reading.joints[n]}, {reading.at(k)}"
+        found.append(_tile("largest joint force", float(reading.force[k, n]), reading.units.label("force"), where))
     if reading.effort is not None:
         (name, unit), k = reading.effort_name, int(np.abs(reading.effort).argmax())
-        span = (
-            f"; from {short(reading.effort.min())} to {short(reading.effort.max())}" if len(reading.theta) > 1 else ""
-        )
-        found.append(_tile(f"largest {name}", float(reading.effort[k]), unit, f"{reading.at(k)}{span}"))
+        where = reading.at(k)
+        if len(reading.theta) > 1:
+            where += f"; from {short(reading.effort.min())} to {short(reading.effort.max())}"
+        found.append(_tile(f"largest {name}", float(reading.effort[k]), unit, where))
     if reading.shaking is not None:
         force, moment = np.linalg.norm(reading.shaking[0], axis=-1), reading.shaking[1]
         k, m = int(force.argmax()), int(np.abs(moment).argmax())
@@ -89,24 +95,15 @@ def figures(reading: ForceReading) -> Html:
         found.append(_tile("shaking force on the frame", float(force[k]), reading.units.label("force"), where))
     if ranges := frequency_ranges(reading.result):
         least = min((low for low, _ in ranges if low > 0), default=np.inf)
-        found.append(
-            _tile("lowest natural frequency", least, "Hz", f"{short(least * reading.scene.period)} times the drive's")
-        )
+        where = f"{short(least * reading.scene.period)} times the drive's"
+        found.append(_tile("lowest natural frequency", least, "Hz", where))
     told = tag("p", f"In case {reading.result.case}, which governs:", class_="of") if reading.result.cases else EMPTY
     return join([told, tag("section", *found, class_="tiles")])
 
 
-def _deflection(reading: Reading) -> Html:
-    """Tell the largest deflection."""
-    peak = reading.peak(reading.bent, int(reading.bent.max(axis=(0, 2, 3)).argmax()))
-    where = f"{reading.members[peak.i]}, {reading.place(peak)}, {reading.at(peak.k)}"
-    return _tile("largest deflection", float(reading.bent.max()), reading.units.label("length"), where)
-
-
 def _tile(name: str, value: float, unit: str, where: str) -> Html:
-    return tag(
-        "div", tag("span", name), tag("b", short(value), " ", tag("small", unit)), tag("i", where), class_="tile"
-    )
+    number = tag("b", short(value), " ", tag("small", unit))
+    return tag("div", tag("span", name), number, tag("i", where), class_="tile")
 
 
 def moving(reading: ForceReading) -> Html:
@@ -125,36 +122,20 @@ def _drawing(reading: ForceReading) -> Html:
     to_peak = tag("button", "peak", id="to-peak", type="button")
     bends, arrows = isinstance(reading, Reading), tag("input", type="checkbox", id="arrows")
     magnify = tag("label", "deflection magnified ", tag("output", id="times"), _slider("magnify", "1"), class_="grow")
-    sizes = (magnify if bends else EMPTY, tag("label", arrows, " joint forces", class_="check"), _acting(reading))
+    sizes = [magnify if bends else EMPTY, tag("label", arrows, " joint forces", class_="check")]
+    if kinds := kinds_of(reading):
+        box = tag("input", type="checkbox", id="acting")
+        sizes.append(tag("label", box, f" {' and '.join(kinds)}", class_="check"))
     steps = tag("div", play, position, to_peak, class_="row") if len(reading.theta) > 1 else EMPTY
     label = "The mechanism at the chosen position" + (", its members coloured by stress" if bends else "")
     moves = (steps, tag("div", *sizes, class_="row"), tag("p", id="hint", class_="hint"))
     return tag(
         "section",
         tag("canvas", id="mechanism", role="img", aria_label=label),
-        _colours() if bends else EMPTY,
+        join([tag("div", *SCALE, class_="scale"), tag("p", *LEGEND, class_="hint")]) if bends else EMPTY,
         tag("div", *moves, class_="controls"),
         class_="card drawing live",
     )
-
-
-def _acting(reading: ForceReading) -> Html:
-    """Let loads and weights be drawn, where there are some."""
-    kinds, box = kinds_of(reading), tag("input", type="checkbox", id="acting")
-    return tag("label", box, f" {' and '.join(kinds)}", class_="check") if kinds else EMPTY
-
-
-def _colours() -> Html:
-    """Explain the colours of the drawing."""
-    legend = (
-        "Each side of a member shows the stress of that side: ",
-        tag("b", "blue compression", class_="comp"),
-        ", ",
-        tag("b", "red tension", class_="tens"),
-        ". The ring is the place of the peak. Dashed: the rigid linkage.",
-    )
-    scale = (tag("span", id="least"), tag("canvas", id="scale", width=512, height=1), tag("span", id="most"))
-    return join([tag("div", *scale, class_="scale"), tag("p", *legend, class_="hint")])
 
 
 def _slider(name: str, step: str) -> Html:
@@ -199,11 +180,7 @@ def dynamics(reading: ForceReading) -> Html:
     if "critical_speed" in data:
         cards.append(_card("Critical speeds", "", "", critical(reading)))
     if "multiplier" in data:
-        said = (
-            "Each point is what one cycle leaves of a small disturbance (a Floquet multiplier). "
-            "Inside the circle it dies out."
-        )
-        cards.append(_card("Stability", "", "stability", tag("p", said, class_="hint")))
+        cards.append(_card("Stability", "", "stability", tag("p", STABILITY, class_="hint")))
     return tag("div", *cards, class_="two") if cards else EMPTY
 
 
@@ -265,34 +242,25 @@ def pages_of_cases(result: Result, path: Path) -> dict[str, Path]:
 
 def page(result: Result, pages: dict[str, str] | None = None) -> str:
     """Give the text of the page."""
-    reading = reading_of(result)
+    reading, tables = reading_of(result), EMPTY
+    if isinstance(reading, Reading):  # where no link bends the joints stand beside the drawing
+        members = tag("section", tag("h2", "Members"), page_tables.members(reading), class_="card")
+        tables = join([safety(reading), members, joints(reading)])
+    cases = result.data.attrs.get("cases")
+    stated = json.loads(result.data.attrs["scene"] if cases is None else json.loads(cases)["scene"])
     pieces = {
         "heading": heading(reading),
         "verdict": verdict_of(reading),
         "figures": figures(reading),
         "moving": moving(reading),
         "cases": case_card(reading, pages or {}),
-        "tables": _tables(reading),
+        "tables": tables,
         "dynamics": dynamics(reading),
         "computed": _computed(reading),
-        "scene": tag("pre", json.dumps(_stated(result), indent=1, ensure_ascii=False)),
+        "scene": tag("pre", json.dumps(stated, indent=1, ensure_ascii=False)),
     }
     title = f"{reading.scene.name}: report of fenics_mech"
     return whole_page("page.html", title, pieces, payload(reading), SCRIPTS)
-
-
-def _stated(result: Result) -> Any:
-    """Give the scene as plain data, with its load cases where it has some."""
-    cases = result.data.attrs.get("cases")
-    return json.loads(result.data.attrs["scene"] if cases is None else json.loads(cases)["scene"])
-
-
-def _tables(reading: ForceReading) -> Html:
-    """Tabulate members and joints; where no link bends the joints stand beside the drawing."""
-    if not isinstance(reading, Reading):
-        return EMPTY
-    members = tag("section", tag("h2", "Members"), page_tables.members(reading), class_="card")
-    return join([safety(reading), members, page_tables.joints(reading)])
 
 
 def _computed(reading: ForceReading) -> Html:
