@@ -61,15 +61,16 @@ if TYPE_CHECKING:
     from fenics_mech.views.plots import (
         plot_deflection,
         plot_drive,
+        plot_force_path,
         plot_joint_forces,
+        plot_point_path,
+        plot_section_forces,
         plot_spectrum,
         plot_strain,
         plot_strain_map,
     )
     from fenics_mech.views.result_figures import plot_all
-    from fenics_mech.views.section_plots import plot_section_forces
     from fenics_mech.views.summary import summary
-    from fenics_mech.views.vector_plots import plot_force_path, plot_point_path
     from fenics_mech.views.workbook import write_workbook
 
 __all__ = [
@@ -255,13 +256,13 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_all": "views.result_figures",
     "plot_deflection": "views.plots",
     "plot_drive": "views.plots",
-    "plot_force_path": "views.vector_plots",
+    "plot_force_path": "views.plots",
     "plot_frequencies": "views.frequency_views",
     "plot_joint_forces": "views.plots",
     "plot_mode_shapes": "views.mode_plots",
-    "plot_point_path": "views.vector_plots",
+    "plot_point_path": "views.plots",
     "plot_scene": "views.model_plots",
-    "plot_section_forces": "views.section_plots",
+    "plot_section_forces": "views.plots",
     "plot_spectrum": "views.plots",
     "plot_strain": "views.plots",
     "plot_strain_map": "views.plots",

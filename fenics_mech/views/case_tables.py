@@ -16,9 +16,8 @@ from fenics_mech.safety.critical_speeds import speeds_to_avoid
 from fenics_mech.safety.load_cases import ENVELOPE, LEAST, envelope
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.joints import effort_units
-from fenics_mech.views.critical_words import speeds_in_words
 from fenics_mech.views.reading import ForceReading, Reading, reading_of
-from fenics_mech.views.safety_words import sized
+from fenics_mech.views.safety_words import sized, speeds_in_words
 from fenics_mech.views.tables import plain_table
 from fenics_mech.views.words import short
 

@@ -21,7 +21,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.studies.compare import COLUMNS
 from fenics_mech.studies.compared_curves import Curves, Quantity
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
-from fenics_mech.views.plot_marks import MEASURED
+from fenics_mech.views.plots import MEASURED
 from fenics_mech.views.prefixes import fitted, without_rounding
 from fenics_mech.views.reading import place_along
 from fenics_mech.views.tables import drive_of, number, table_of

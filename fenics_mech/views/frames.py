@@ -10,11 +10,19 @@ from fenics_mech._arrays import Array, turned
 from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.rigid_places import between_ends, ends_in
+from fenics_mech.views.drawn_parts import (
+    BLOCK_CORNERS,
+    load_arrows,
+    mass_places,
+    moving_guides,
+    pin_places,
+    point_places,
+    rigid_bars,
+    slider_angles,
+    trails,
+)
 from fenics_mech.views.geometry import Moments, ends_of
-from fenics_mech.views.joint_drawings import pin_places, rigid_bars, slider_angles
-from fenics_mech.views.moving_points import load_arrows, mass_places, moving_guides, point_places, trails
 from fenics_mech.views.reading import Peak, reading_of, reading_of_members
-from fenics_mech.views.symbols import BLOCK_CORNERS
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn
 ROUND = np.array([1, 2, 2.5, 5, 10])

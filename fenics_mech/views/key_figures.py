@@ -12,11 +12,10 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.safety.critical_speeds import CriticalSpeed, critical_speeds, speeds_to_avoid
 from fenics_mech.safety.load_cases import ENVELOPE, envelope
-from fenics_mech.views.critical_words import frequency_ranges
-from fenics_mech.views.force_summary import degrees_of, peak_of, values_of
+from fenics_mech.views.details import degrees_of, peak_of, values_of
 from fenics_mech.views.judgements import acting, judgements, verdict
 from fenics_mech.views.prefixes import prefixed
-from fenics_mech.views.safety_words import safety_figures
+from fenics_mech.views.safety_words import frequency_ranges, safety_figures
 
 ESTIMATES = ("error_estimate", "deflection_error_estimate", "joint_force_error_estimate", "drive_effort_error_estimate")
 FIGURES = ("solver", "elements", "dofs", "mobility", "power_balance_error", "energy_fluctuation", "speed_fluctuation")

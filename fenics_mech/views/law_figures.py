@@ -15,7 +15,7 @@ from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.joint_laws import Bushing, Clearance
 from fenics_mech.scene.joints import Revolute
 from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, finish, new_axes
-from fenics_mech.views.plot_marks import abscissa, mark_peak, over
+from fenics_mech.views.plots import abscissa, mark_peak, over
 from fenics_mech.views.reading import reading_of
 from fenics_mech.views.words import short
 

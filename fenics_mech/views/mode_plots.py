@@ -17,9 +17,9 @@ from fenics_mech.errors import ViewError
 from fenics_mech.kinematics import solve_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.studies.natural_frequencies import NaturalFrequencies
+from fenics_mech.views.drawn_parts import RIGID
 from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, finish
 from fenics_mech.views.skeleton import Skeleton, frame, height_for
-from fenics_mech.views.symbols import RIGID
 from fenics_mech.views.words import short
 
 LARGEST = 0.1  # of the linkage's size, as the largest displacement of a mode is drawn

@@ -10,7 +10,7 @@ from fenics_mech._constants import MILLI
 from fenics_mech.recovery import Result
 from fenics_mech.scene.joints import effort_units
 from fenics_mech.views.figures import empty_figure, finish
-from fenics_mech.views.plot_marks import abscissa, over
+from fenics_mech.views.plots import abscissa, over
 from fenics_mech.views.reading import ForceReading
 
 SHOWN = {"N m": ("deg", float(np.degrees(1.0))), "N": ("mm", MILLI)}  # unit of a freedom by that of its effort

@@ -17,7 +17,7 @@ from fenics_mech.errors import ViewError
 from fenics_mech.kinematics import Motion, solve_motion, start_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Clearance, CustomSection, Friction, Scene, TaperSection, VariableSection
-from fenics_mech.views.joint_drawings import pin_places
+from fenics_mech.views.drawn_parts import pin_places
 
 INSTALL = "a .dxf needs the library ezdxf, which is not installed: pip install 'fenics_mech[sketches]'"
 PINS = "pins"  # layer beside those of the links

@@ -21,18 +21,20 @@ from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figur
 from fenics_mech.views.frequency_views import plot_frequencies
 from fenics_mech.views.law_figures import law_figure, open_pins, orbit_figure
 from fenics_mech.views.motion_figures import freedom_figure, freedom_spectrum_figure, growth_figure, poincare_figure
-from fenics_mech.views.plot_marks import named
 from fenics_mech.views.plots import (
+    force_path_figure,
+    named,
+    path_points,
     plot_deflection,
     plot_drive,
     plot_joint_forces,
     plot_spectrum,
     plot_strain,
     plot_strain_map,
+    point_path_figure,
+    section_force_figure,
 )
 from fenics_mech.views.reading import SECTION_FORCES, Peak, Reading, reading_of, reading_of_a_file, reading_of_members
-from fenics_mech.views.section_plots import section_force_figure
-from fenics_mech.views.vector_plots import force_path_figure, path_points, point_path_figure
 
 MOST_ROWS = 6  # of a figure, one a member: more do not fit a page
 MOST_SPECTRA = 3

@@ -16,8 +16,21 @@ from fenics_mech.kinematics import Motion, start_motion
 from fenics_mech.recovery.rigid_places import ends_in
 from fenics_mech.scene import Ground, Link, Prismatic, Scene, Slot
 from fenics_mech.scene.joints import Joint
-from fenics_mech.views.joint_drawings import ground_points, guides_of, pin_places, rigid_bars, slider_angles
-from fenics_mech.views.symbols import BLOCK_CORNERS, DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
+from fenics_mech.views.drawn_parts import (
+    BLOCK_CORNERS,
+    DRAWN,
+    INK,
+    RIGID,
+    SHADE,
+    TRIANGLE,
+    ground_points,
+    guide_strokes,
+    guides_of,
+    pin_places,
+    rigid_bars,
+    slider_angles,
+    support_strokes,
+)
 
 PINS: dict[str, dict[str, Any]] = {  # look of a joint of each kind
     "revolute": {"marker": "o", "markersize": 6, "markerfacecolor": "white"},

@@ -10,8 +10,8 @@ import pyvista as pv
 from numpy.typing import NDArray
 
 from fenics_mech._arrays import Array, Index
+from fenics_mech.views.drawn_parts import DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
 from fenics_mech.views.frames import Frames
-from fenics_mech.views.symbols import DRAWN, INK, RIGID, SHADE, TRIANGLE, guide_strokes, support_strokes
 
 FONT = str(Path(mpl.get_data_path()) / "fonts/ttf/DejaVuSans.ttf")  # has the degree, times and micro signs
 COLOUR_MAP = "RdBu_r"

@@ -21,14 +21,20 @@ from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.bodies import POISSON
 from fenics_mech.views.case_tables import cases_table, governed, member_lines, speeds_of_cases
-from fenics_mech.views.critical_words import frequency_ranges, speeds_in_words
-from fenics_mech.views.details import damping_of, motion_rows
+from fenics_mech.views.details import (
+    damping_of,
+    freedoms_table,
+    law_table,
+    motion_rows,
+    rigid_parts,
+    running_lines,
+    small_motions_table,
+)
 from fenics_mech.views.details import details as all_details
 from fenics_mech.views.judgements import Judgement, Level, acting, headline, judgements, unstated_gravity, verdict
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import Reading, change_by_vibration, reading_of
-from fenics_mech.views.rigid_report import freedoms_table, law_table, rigid_parts, running_lines, small_motions_table
-from fenics_mech.views.safety_words import safety_row, safety_sentences
+from fenics_mech.views.safety_words import frequency_ranges, safety_row, safety_sentences, speeds_in_words
 from fenics_mech.views.tables import plain_table, rows_table
 from fenics_mech.views.words import AT_MOST, MINUS, share, short
 

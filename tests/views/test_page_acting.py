@@ -7,8 +7,7 @@ import pytest
 
 from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
-from fenics_mech.views.page.acting import kinds_of, member_mass
-from fenics_mech.views.page.curves import payload
+from fenics_mech.views.page.curves import kinds_of, member_mass, payload
 from fenics_mech.views.page.report import page
 from fenics_mech.views.reading import SECTION_FORCES, Reading
 from tests.common import response_of

@@ -1,10 +1,20 @@
-"""Pieces of HTML whose texts are escaped by construction: names in a result may come from strangers."""
+"""Pieces of HTML whose texts are escaped by construction, and a page of them that loads nothing from anywhere."""
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import html
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
+from pathlib import Path
+from string import Template
+
+from fenics_mech._files import write_whole
+from fenics_mech.errors import ViewError
+
+ENDINGS = (".html", ".htm")
 
 
 class Html(str):
@@ -14,7 +24,11 @@ class Html(str):
 
 
 EMPTY = Html()
+
+
 MANY = 5  # columns of a table that a narrow screen shows beside one another
+
+
 VOID = ("meta", "input", "br")
 
 
@@ -64,3 +78,54 @@ def json_in_page(data: object) -> Html:
     """Write data as JSON in which nothing can end the element that it stands in."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     return Html(text.translate({ord(c): f"\\u{ord(c):04x}" for c in "<>&\u2028\u2029"}))
+
+
+def page_file(path: str | Path) -> Path:
+    """Give the file of a page."""
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        raise ViewError(f"{path}: a report's file must end in .html, not in {path.suffix!r}")
+    return path
+
+
+def write_page(path: Path, text: str) -> None:
+    """Write a page as a whole."""
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def whole_page(template: str, title: str, pieces: Mapping[str, Html], data: object, scripts: Sequence[str]) -> str:
+    """Give the text of a page."""
+    script = joined(scripts)
+    shell = {
+        "policy": policy(script),
+        "title": tag("title", title),
+        "style": source("page.css"),
+        "body": Template(source(template)).substitute(pieces),
+        "data": json_in_page(data),
+        "script": script,
+    }
+    return Template(source("shell.html")).substitute(shell)
+
+
+def joined(names: Sequence[str]) -> str:
+    """Join files that stand beside this module to one script."""
+    return "(async () => {\n'use strict';\n" + "".join(source(name) for name in names) + "})();\n"
+
+
+def source(name: str) -> str:
+    """Read a file that stands beside this module."""
+    return (files(__package__) / name).read_text(encoding="utf-8")
+
+
+def policy(script: str) -> Html:
+    """Let the browser run this script and no other, load nothing, and send nothing."""
+    hashed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
+    rules = (
+        "default-src 'none'",
+        f"script-src 'sha256-{hashed}'",
+        "style-src 'unsafe-inline'",
+        "img-src data:",
+        "base-uri 'none'",
+        "form-action 'none'",
+    )
+    return tag("meta", http_equiv="Content-Security-Policy", content="; ".join(rules))

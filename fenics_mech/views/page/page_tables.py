@@ -1,4 +1,4 @@
-"""Tables of the page: members, joints, frequencies, effects, errors, and how the result was computed."""
+"""Tables of the page: members, joints, frequencies, effects, errors, safety, critical speeds, load cases."""
 
 from __future__ import annotations
 
@@ -11,18 +11,38 @@ from fenics_mech._constants import ROUNDING, TINY
 from fenics_mech.effects import EFFECTS
 from fenics_mech.errors import percent
 from fenics_mech.recovery import Result
-from fenics_mech.views.details import decisions, energy
+from fenics_mech.safety import KEYS, Check, judge
+from fenics_mech.safety.critical_speeds import (
+    CriticalSpeed,
+    cause_of,
+    critical_speeds,
+    multiplier_distances,
+    speeds_to_avoid,
+)
+from fenics_mech.safety.critical_speeds import turns as speed_of
+from fenics_mech.safety.load_cases import ENVELOPE, envelope
+from fenics_mech.views.case_tables import case_lines, case_words, member_lines
+from fenics_mech.views.details import decisions, energy, friction_lines, rigid_decisions, rigid_energy, running_lines
 from fenics_mech.views.judgements import SOURCES, unstated_gravity
 from fenics_mech.views.law_figures import law_efforts
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import ForceReading, Reading, change_by_vibration
-from fenics_mech.views.rigid_report import friction_lines, rigid_decisions, rigid_energy, running_lines
-from fenics_mech.views.words import share, short
+from fenics_mech.views.safety_words import acting, band_of, factor, rise_of, runs_in, speeds_in_words
+from fenics_mech.views.words import MINUS, share, short
 
 DECADES = 4  # of the bars of effects, up to 100 %
 LEAST_TOP = 0.05  # of the bars of errors
 ON_FRAME = "on the frame"
 SHOWN = ("drive", "effects")  # elsewhere on the page
+MEANING = (
+    "Speeds ({}) at which 1, 2, 3 and more times the drive's rate meets a mode; in bold where vibration then adds much "
+    "strain. Running: the mean frequency about the motion. Spin and axial forces are taken to grow with the square of "
+    "the speed, and deflections to stay small."
+)
+LEAD = (
+    "The largest of each load case, the least safe case first. The safety below is of all cases. Drawing, curves and "
+    "the other numbers below are of case {}, which governs; each other case has a page of its own."
+)
 
 
 def members(reading: Reading) -> Html:
@@ -179,3 +199,133 @@ def method(reading: ForceReading) -> Html:
     if "frequency" in result.data and "assurance" in result.data:
         rows["modes followed"] = f"lowest MAC between positions {short(float(result.data['assurance'].min()))}"
     return table(["", ""], list(rows.items()), class_="plain")
+
+
+def safety(reading: Reading) -> Html:
+    """Tabulate factors of safety by member and mode, the least safe member first."""
+    found = judge(reading.result)
+    known = {check.mode for checks in found.checks.values() for check in checks if check.known}
+    modes, rows = [mode for mode in KEYS if mode in known], []
+    for member, checks in found.checks.items():
+        by_mode = {check.mode: check for check in checks}
+        rows.append(tag("tr", tag("th", member, class_="t"), *(_safety_cell(by_mode[mode], reading) for mode in modes)))
+    lead = (
+        "Factors of safety over the cycle, and below them what acts of what is borne. Red: less than is wanted. "
+        "Hatched: it rests on an assumed grade, pin or limit, and does not decide."
+    )
+    lead += " Of several load cases it is that of the worst, which is named." if reading.result.cases else ""
+    lists = [_list("Taken as, where the scene does not say", found.assumed), _list("Not judged", found.missing)]
+    body = table(["member", *(f"{mode}<" for mode in modes)], rows, class_="safety")
+    return tag("section", tag("h2", "Safety"), tag("p", lead, class_="lead"), body, *lists, class_="card")
+
+
+def _safety_cell(check: Check, reading: Reading) -> Html:
+    """Write a factor of safety, and what acts of what is borne."""
+    if not check.known:
+        return tag("td", "\N{EN DASH}", class_="t none", title=check.missing, data_mode=check.mode)
+    kind = "bad" if check.share < 1 else "good"
+    assumed = "" if check.decides else " assumed"
+    return tag(
+        "td",
+        tag("b", factor(check)),
+        tag("span", acting(check, reading.units)),
+        tag("small", f"wanted {check.wanted:g}"),
+        class_=f"t {kind}{assumed}",
+        data_mode=check.mode,
+    )
+
+
+def _list(title: str, texts: tuple[str, ...]) -> Html:
+    if not texts:
+        return EMPTY
+    return tag("p", tag("b", f"{title}: "), "; ".join(texts), ".", class_="hint")
+
+
+def critical(reading: ForceReading) -> Html:
+    """List the nearest speeds to avoid, and tabulate the critical speeds of each mode."""
+    result = reading.result
+    near = []
+    for one in speeds_to_avoid(result):
+        level = "warn" if runs_in(result, one) else "note"
+        near.append(tag("li", tag("b", band_of(result, one)), _about(reading, one), class_=level))
+    nearest = tag("ul", *near, class_="reasons") if near else tag("p", f"To be avoided: {speeds_in_words(result)}.")
+    unit = speed_of(result, 1.0).split()[1]
+    return join([nearest, tag("p", MEANING.format(unit), class_="hint"), _by_mode(reading)])
+
+
+def _about(reading: ForceReading, one: CriticalSpeed) -> Html:
+    """Say of a critical speed where it is, which mode it is of, and how strong it is."""
+    side = "above" if one.distance >= 0 else "below"
+    where = f"{speed_of(reading.result, one.speed)}, {percent(abs(one.distance))} {side} the present speed"
+    return tag("span", f"Critical at {where}: {cause_of(reading.result, one)}; {rise_of(one)}.")
+
+
+def _by_mode(reading: ForceReading) -> Html:
+    """Tabulate link, frequencies, damping, distance from resonance and critical speeds of each mode."""
+    data = reading.result.data
+    by_mode: dict[int, dict[float, CriticalSpeed]] = {}
+    for one in critical_speeds(reading.result):
+        by_mode.setdefault(one.mode, {})[one.order] = one
+    modes = sorted(by_mode)
+    of_modes = [next(iter(by_mode[mode].values())) for mode in modes]
+    near, frequency = multiplier_distances(reading.result), data["mode_frequency"].sel(mode=modes)
+    rows = [
+        ["link", *(one.link for one in of_modes)],
+        ["veers with", *(" ".join(str(other) for other in one.modes if other != one.mode) for one in of_modes)],
+        ["held, Hz", *(short(float(value)) for value in frequency.sel(limit="mean"))],
+        ["running, Hz", *(short(float(value)) for value in frequency.sel(limit="running"))],
+        ["damping ratio", *(percent(one.damping) for one in of_modes)],
+        [f"|1 {MINUS} \N{GREEK SMALL LETTER MU}|", *(short(near.get(mode, np.nan)) for mode in modes)],
+    ]
+    rows = [row for row in rows if any(text.strip("\N{EN DASH}") for text in row[1:])]
+    for order in sorted({order for found in by_mode.values() for order in found}):
+        cells = [_speed_cell(by_mode[mode].get(order)) for mode in modes]
+        rows.append([f"{order:g}\N{MULTIPLICATION SIGN}", *cells])
+    return table(["", *(f"mode {mode}" for mode in modes)], rows)
+
+
+def _speed_cell(one: CriticalSpeed | None) -> Html:
+    """Write a critical speed; in bold where it is to be avoided."""
+    if one is None:
+        return EMPTY
+    text = short(one.speed * 30 / np.pi)
+    return tag("b", text) if one.band else tag("span", text)
+
+
+def case_card(reading: ForceReading, pages: dict[str, str]) -> Html:
+    """Tabulate the load cases, and what governs each member."""
+    result = reading.result
+    if not result.cases:
+        return EMPTY
+    heads, lines = case_lines(result, reading.units)
+    names = {name: tag("a", name, href=pages[name]) if name in pages else tag("b", name) for name in result.cases}
+    rows = [[names[line.name], *line.least, *(f"{value} ({owner})" for value, owner in line.numbers)] for line in lines]
+    head = ["load case", "least factor<", "by<", *(one.replace("\n", ", ") for one in heads)]
+    parts = [tag("p", LEAD.format(result.case), class_="lead"), table(head, rows)]
+    return tag("section", tag("h2", "Load cases"), *parts, *_envelopes(reading), class_="card")
+
+
+def _envelopes(reading: ForceReading) -> list[Html]:
+    """Tabulate members and joints with their largest numbers over all cases."""
+    result, found = reading.result, list[Html]()
+    if isinstance(reading, Reading):
+        unit = {kind: reading.units.label(kind) for kind in ("stress", "strain", "length")}
+        head = ["member", f"stress, {unit['stress']}", f"strain, {unit['strain']}", "where<", "at", "in case<"]
+        head += [f"deflection, {unit['length']}", "in case<"]
+        rows = [
+            [one.name, one.stress, one.strain, *one.where, one.case, one.deflection, one.bent_in]
+            for one in member_lines(result, reading.units)
+        ]
+        found.append(join([tag("h3", "Members, the largest of all cases"), table(head, rows)]))
+    most = envelope(result)
+    rows = []
+    for variable in ("case_joint_force", "case_effort"):
+        labels = most[ENVELOPE[variable]].to_numpy() if variable in most else ()
+        for n, label in enumerate(labels):
+            words, size, of = case_words(reading, variable, n)
+            value = short(float(most[variable].to_numpy()[n]) / size)
+            rows.append([str(label), words, f"{value} {of}", str(most[f"{variable}_in"].to_numpy()[n])])
+    if rows:
+        head = ["joint or drive", "<", "of all cases", "in case<"]
+        found.append(join([tag("h3", "Joints and drives, the largest of all cases"), table(head, rows)]))
+    return found

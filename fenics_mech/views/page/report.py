@@ -8,19 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from fenics_mech.recovery import Result
-from fenics_mech.views.critical_words import frequency_ranges
 from fenics_mech.views.judgements import headline, judgements, verdict
 from fenics_mech.views.page import page_tables
-from fenics_mech.views.page.acting import kinds_of
-from fenics_mech.views.page.case_cards import case_card
-from fenics_mech.views.page.critical_table import critical
-from fenics_mech.views.page.curves import payload, sections_of
-from fenics_mech.views.page.html import EMPTY, Html, join, tag
-from fenics_mech.views.page.page_tables import frequencies, joints
-from fenics_mech.views.page.safety_table import safety
-from fenics_mech.views.page.shell import page_file, whole_page, write_page
+from fenics_mech.views.page.curves import kinds_of, payload, sections_of
+from fenics_mech.views.page.html import EMPTY, Html, join, page_file, tag, whole_page, write_page
+from fenics_mech.views.page.page_tables import case_card, critical, frequencies, joints, safety
 from fenics_mech.views.reading import ForceReading, Reading, reading_of, reading_of_a_file
-from fenics_mech.views.safety_words import safety_sentences
+from fenics_mech.views.safety_words import frequency_ranges, safety_sentences
 from fenics_mech.views.words import sentence, short
 
 STABILITY = (

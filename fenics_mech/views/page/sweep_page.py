@@ -12,10 +12,9 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.page.curves import packed
-from fenics_mech.views.page.html import EMPTY, Html, join, table, tag
-from fenics_mech.views.page.shell import page_file, whole_page, write_page
-from fenics_mech.views.sweep_curves import UNSTABLE
+from fenics_mech.views.page.html import EMPTY, Html, join, page_file, table, tag, whole_page, write_page
 from fenics_mech.views.sweep_data import named, range_of, units_of, unstable_points, written
+from fenics_mech.views.sweep_plots import UNSTABLE
 from fenics_mech.views.sweep_summary import sweep_summary
 from fenics_mech.views.words import sentence, short
 

@@ -1,8 +1,10 @@
-"""Points that move with the mechanism, as an animation shows them: traced points, masses, loads, and their trails."""
+"""Parts of a drawn mechanism: symbols, where pins, guides and rigid links are, and what moves with them."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,11 +15,179 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.link_motion import place_in_link
 from fenics_mech.recovery.result import at_place
 from fenics_mech.scene import LineLoad, Load, Prismatic, Scene, Slot
+from fenics_mech.scene.joints import Joint
 from fenics_mech.views.geometry import Moments
-from fenics_mech.views.symbols import ARROWS
 
+INK, SHADE, RIGID = "#222222", "#d9d9d9", "#a0a0a0"
+OVERHANG = 0.15  # of a slider's travel, by which its guide is drawn longer
 MOST_INSTANTS = 360  # of a trail
 STILL = 1e-6  # of the largest path, below which a joint does not move
+
+
+@dataclass(frozen=True)
+class Proportions:
+    """Half widths and radii over the extent of the motion, and margins of the picture."""
+
+    ribbon: float = 0.008
+    outline: float = 0.0102
+    pin: float = 0.013
+    hole: float = 0.008
+    peak: float = 0.026
+    traced: float = 0.009
+    mass: float = 0.02  # of the largest point mass
+    load: float = 0.14  # length of the arrow of the largest load
+    head: float = 0.035  # of it, the length of its head
+    name: float = 0.018  # from a pin to its name, in both directions
+    support: float = 0.045
+    block: float = 0.018
+    margin: float = 0.06  # around the motion
+    bar: float = 0.17  # of the picture's width, kept free for the colour bar
+    text: float = 0.1  # of its height, kept free for text above and below
+
+
+DRAWN = Proportions()
+
+
+TRIANGLE = np.array([[0, 0], [-0.6, -1], [0.6, -1]])  # of a support, below its point; of height 1
+
+
+BLOCK_CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
+
+
+ARROWS = 7  # of a load along a member
+
+
+COILS = 5  # of a spring
+
+
+def support_strokes() -> Array:
+    """Give the line under a support's triangle, and its hatch, ``(strokes, 2, 2)``."""
+    left = np.linspace(-0.9, 0.7, 6)
+    hatch = np.stack([np.stack([left, left * 0 - 1.35], -1), np.stack([left + 0.3, left * 0 - 1], -1)], axis=1)
+    return np.concatenate([[[[-0.95, -1], [0.95, -1]]], hatch])
+
+
+def guide_strokes(guide: Array, extent: float) -> Array:
+    """Give the line under a slider's block, and its hatch, ``(strokes, 2, 2)``."""
+    # guide: both ends of the slider's travel (m), ``(2, 2)``; extent: of the motion (m)
+    first, second = guide
+    along = (second - first) / max(float(np.linalg.norm(second - first)), 1e-300)
+    normal = np.array([-along[1], along[0]])
+    below = DRAWN.block * extent * normal
+    count = max(int(np.linalg.norm(second - first) / (0.32 * DRAWN.support * extent)), 2)
+    tops = np.linspace(first - below, second - below, count)
+    feet = tops - 0.35 * DRAWN.support * extent * (normal + 0.85 * along)
+    return np.concatenate([[[tops[0], tops[-1]]], np.stack([feet, tops], axis=1)])
+
+
+def coil(ends: Array, half_width: float) -> Array:
+    """Give the zigzag of a spring between two points, ``(points, 2)``."""
+    # ends: the points (m), ``(2, 2)``; half_width: of the zigzag (m)
+    places = np.concatenate([[0, 0.2], 0.2 + 0.6 * (np.arange(2 * COILS) + 0.5) / (2 * COILS), [0.8, 1]])
+    sides = np.concatenate([[0, 0], (-1.0) ** np.arange(2 * COILS), [0, 0]])
+    return _beside(ends, places, half_width * sides)
+
+
+def dashpot(ends: Array, half_width: float) -> list[Array]:
+    """Give the strokes of a damper between two points: rod with piston, cylinder, and what holds it."""
+    strokes = [
+        ([0, 0.52], [0, 0]),
+        ([0.52, 0.52], [-0.8, 0.8]),
+        ([0.4, 0.62, 0.62, 0.4], [-1, -1, 1, 1]),
+        ([0.62, 1], [0, 0]),
+    ]
+    return [_beside(ends, np.array(places), half_width * np.array(sides)) for places, sides in strokes]
+
+
+def arc(centre: Array, radius: float, start: float, end: float) -> Array:
+    """Give an arc of a circle, ``(points, 2)``."""
+    # centre: its centre (m); radius: its radius (m); start, end: angles (rad); the arc runs from the one to the other
+    turn = np.linspace(start, end, 40)
+    return centre + radius * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+
+
+def _beside(ends: Array, places: Array, across: Array) -> Array:
+    """Points at shares of the line between two points, and at distances across it, ``(points, 2)``."""
+    line = ends[1] - ends[0]
+    normal = np.array([-line[1], line[0]]) / max(float(np.linalg.norm(line)), 1e-300)
+    return np.asarray(ends[0] + places[:, None] * line + across[:, None] * normal)
+
+
+def pin_places(scene: Scene, motion: Motion, path: Array) -> Array:
+    """Positions of the joints (m), ``(angles, joints, 2)``: on the drawn members where one ends in the joint."""
+    # path: centre lines of the members as drawn (m), ``(angles, members, stations, 2)``
+    ends = {
+        f"{link}.{point}": (index, station)
+        for index, (link, member) in enumerate(scene.members().values())
+        for end, station in zip(member.ends, (0, -1))
+        for point in scene.links[link].points
+        if scene.links[link].end_at(point) == end
+    }
+    places: list[Array] = []
+    moved: dict[str, Array] = {}  # by deflection, of links' pins
+    for joint in scene.joints.values():
+        points = _held(joint)
+        drawn = [path[:, *ends[point]] for point in points if point in ends]
+        places.append(drawn[0] if drawn else motion.of_point(*scene.point(points[0]))[0])
+        if drawn:
+            moved |= {point.split(".")[0]: drawn[0] - motion.of_point(*scene.point(point))[0] for point in points}
+    for i, joint in enumerate(scene.joints.values()):
+        if isinstance(joint, Prismatic) and joint.connect[1] not in ends:  # a rigid block goes where its pin goes
+            places[i] = places[i] + moved.get(joint.connect[1].split(".")[0], 0.0)
+    return np.stack(places, axis=1) if places else np.zeros((len(motion.theta), 0, 2))
+
+
+def rigid_bars(scene: Scene, motion: Motion, pins: Array) -> Array:
+    """Sides of the rigid links' polygons (m), ``(angles, sides, 2, 2)``, that meet the `pins` as drawn."""
+    joint_of = {point: i for i, joint in enumerate(scene.joints.values()) for point in _held(joint)}
+    sides = []
+    for link, body in scene.links.items():
+        if body.rigid is None:
+            continue
+        corners = [
+            pins[:, joint_of[name]] if (name := f"{link}.{point}") in joint_of else motion.of_point(link, place)[0]
+            for point, place in body.points.items()
+        ]
+        around = [*corners, corners[0]] if len(corners) > 2 else corners
+        sides += [np.stack(side, axis=1) for side in pairwise(around)]
+    return np.stack(sides, axis=1) if sides else np.zeros((len(motion.theta), 0, 2, 2))
+
+
+def slider_angles(scene: Scene, motion: Motion) -> tuple[list[int], Array]:
+    """Indices of the joints with a guide, and the directions of the guides (rad), ``(angles, guides)``."""
+    found, angles = [], [np.zeros((len(motion.theta), 0))]
+    for i, joint in enumerate(scene.joints.values()):
+        if isinstance(joint, Slot | Prismatic):
+            body = joint.connect[0].split(".")[0]
+            turned = 0.0 if body == "ground" else motion.angle[:, motion.links.index(body)]
+            found.append(i)
+            angles.append(np.broadcast_to(turned + scene.guide_angle(joint), len(motion.theta))[:, None])
+    return found, np.concatenate(angles, axis=1)
+
+
+def ground_points(scene: Scene) -> Array:
+    """Points of the ground that pins go through (m), ``(points, 2)``."""
+    points = [point for joint in scene.joints.values() for point in _held(joint) if point.startswith("ground.")]
+    return np.array([scene.point(point)[1] for point in points]).reshape(-1, 2)
+
+
+def guides_of(scene: Scene, motion: Motion, least: float = 0.0) -> Array:
+    """Guides on the ground (m), from one end of their slider's travel to the other, ``(guides, 2, 2)``."""
+    # least: how far they reach beyond the travel at least (m)
+    guides = []
+    for joint in scene.joints.values():
+        if isinstance(joint, Slot | Prismatic) and joint.connect[0].startswith("ground."):
+            along = np.array([np.cos(joint.angle), np.sin(joint.angle)])
+            start = np.array(scene.point(joint.connect[0])[1])
+            travel: Array = (motion.of_point(*scene.point(joint.connect[1]))[0] - start) @ along
+            more = max(OVERHANG * np.ptp(travel), least)
+            guides.append([start + (travel.min() - more) * along, start + (travel.max() + more) * along])
+    return np.array(guides, dtype=float).reshape(-1, 2, 2)
+
+
+def _held(joint: Joint) -> tuple[str, ...]:
+    """Points that a joint's pin goes through."""
+    return joint.connect[1:] if isinstance(joint, Slot | Prismatic) else joint.connect
 
 
 def point_places(shown: Moments, points: list[str], magnify: float) -> Array:
