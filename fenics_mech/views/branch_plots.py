@@ -14,7 +14,8 @@ from rich.text import Text
 
 from fenics_mech._arrays import Array
 from fenics_mech.views.figures import COLOURS, empty_figure, finish, save_all, with_unit
-from fenics_mech.views.sweep_data import labelled, units_of
+from fenics_mech.views.prefixes import labelled
+from fenics_mech.views.sweep_data import units_of
 from fenics_mech.views.tables import number, table_of
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 from fenics_mech.views.figures import COLOURS, curve, finish, new_figure, save
-from fenics_mech.views.sweep_data import labelled
+from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -16,7 +15,7 @@ from rich.text import Text
 
 from fenics_mech.studies.design.result_curves import Curve
 from fenics_mech.views.figures import COLOURS, angle_axis, empty_figure, finish, save_all
-from fenics_mech.views.study_units import number_unit, variable_unit
+from fenics_mech.views.study_units import cost_of, number_unit, variable_unit
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
@@ -33,7 +32,7 @@ def identify_summary(found: Identified) -> Group:
     """Tell what measured data say of the variables."""
     parts: list[RenderableType] = [Text(headline(found), style="bold"), _variables(found)]
     parts += [Text(line) for line in (*_correlations(found), *doubts(found))]
-    return Group(*parts, _fit(found), Text(_cost(found)))
+    return Group(*parts, _fit(found), Text(cost_of(found.history, found.seconds)))
 
 
 def headline(found: Identified) -> str:
@@ -42,14 +41,12 @@ def headline(found: Identified) -> str:
     rest = [name for name in found.names if name not in told]
     if not rest:
         return f"The data tell {_listed(told)}."
-    first = (
-        f"The data tell {_listed(told)}, and not {_listed(rest)}." if told else f"The data do not tell {_listed(rest)}."
-    )
-    ways = "; ".join(
-        " and ".join(f"{part:+.2f} of the range of {name}" for name, part in one.items()) for one in found.untold
-    )
-    single = all(len(one) == 1 for one in found.untold)
-    return first if single else f"{first} These change hardly any prediction together: {ways}."
+    first = f"The data tell {_listed(told)}, and not" if told else "The data do not tell"
+    first = f"{first} {_listed(rest)}."
+    if all(len(one) == 1 for one in found.untold):
+        return first
+    ways = (" and ".join(f"{part:+.2f} of the range of {name}" for name, part in one.items()) for one in found.untold)
+    return f"{first} These change hardly any prediction together: {'; '.join(ways)}."
 
 
 def doubts(found: Identified) -> list[str]:
@@ -66,15 +63,15 @@ def doubts(found: Identified) -> list[str]:
                 f"The differences of {one.text} follow one another (correlation {follows:.2f}): the model lacks "
                 f"something, or the noise is not independent. The intervals are too narrow."
             )
-    weighted = np.array([found.fit.weighted[found.parts[k].start] for k in _known(found)])
-    if len(weighted) and np.abs(weighted).max() > UNUSUAL:
-        worst = found.observations[_known(found)[int(np.abs(weighted).argmax())]]
-        said.append(f"{worst.text} is {np.abs(weighted).max():.1f} standard deviations off: the model does not fit.")
+    known = [
+        (abs(found.fit.weighted[part.start]), one.text)
+        for one, part in zip(found.observations, found.parts)
+        if not math.isnan(one.deviation)
+    ]
+    most, name = max(known, key=lambda pair: pair[0], default=(0.0, ""))
+    if most > UNUSUAL:
+        said.append(f"{name} is {most:.1f} standard deviations off: the model does not fit.")
     return said
-
-
-def _known(found: Identified) -> list[int]:
-    return [k for k, one in enumerate(found.observations) if not math.isnan(one.deviation)]
 
 
 def _listed(names: list[str]) -> str:
@@ -96,15 +93,13 @@ def _variables(found: Identified) -> Table:
 
 def _correlations(found: Identified) -> list[str]:
     """Name the pairs of variables that the data hardly tell from one another."""
-    covariance, deviation, said = found.covariance, found.deviation, []
-    for i, first in enumerate(found.names):
-        for j, second in enumerate(found.names[:i]):
-            correlation = covariance[i, j] / (deviation[i] * deviation[j])
-            if abs(correlation) > CORRELATED:
-                said.append(
-                    f"{second} and {first} are correlated ({correlation:.2f}): the data tell a combination better."
-                )
-    return said
+    correlation = found.covariance / np.outer(found.deviation, found.deviation)
+    return [
+        f"{second} and {first} are correlated ({correlation[i, j]:.2f}): the data tell a combination better."
+        for i, first in enumerate(found.names)
+        for j, second in enumerate(found.names[:i])
+        if abs(correlation[i, j]) > CORRELATED
+    ]
 
 
 def _fit(found: Identified) -> Table:
@@ -115,12 +110,6 @@ def _fit(found: Identified) -> Table:
         noise = told.text(found.fit.noise[k], 3) + " (estimated)" * math.isnan(one.deviation)
         table.add_row(escape(one.text), str(len(one.values)), told.text(rms, 3), noise, told.unit)
     return table
-
-
-def _cost(found: Identified) -> str:
-    history = found.history
-    run = sum(trial.seconds for trial in history)
-    return f"{len(history)} trials of {run:.1f} s in all; {found.seconds:.0f} s in this run."
 
 
 def plot_identified(found: Identified, folder: str | Path) -> list[Path]:
@@ -158,11 +147,6 @@ def numbers_figure(found: Identified) -> Figure:
     """Draw the differences of single numbers in units of their deviation, at the start and in the end."""
     which = [k for k, one in enumerate(found.observations) if not isinstance(one.of, Curve)]
     figure, (axes,) = empty_figure(height=1.6 + 0.35 * len(which))
-    _draw_numbers(axes, found, which)
-    return figure
-
-
-def _draw_numbers(axes: Axes, found: Identified, which: list[int]) -> None:
     rows = np.arange(len(which))[::-1]
     points = [found.parts[k].start for k in which]
     measured, noise = found.fit.data.values[points], found.fit.noise[which]
@@ -173,3 +157,4 @@ def _draw_numbers(axes: Axes, found: Identified, which: list[int]) -> None:
     axes.set_ylim(-0.6, len(which) - 0.4)
     axes.set_xlabel("measured less predicted value, in standard deviations of the measurement")
     finish(axes, "Prediction and measurement", "")
+    return figure

@@ -18,6 +18,7 @@ from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
 from fenics_mech.views.figures import COLOURS, SIZE, angle_axis, curve, empty_figure, figure_in, finish, new_axes
 from fenics_mech.views.geometry import at_angles
+from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Peak, Reading, reading_of, reading_of_members
 from fenics_mech.views.words import DEGREE, MINUS, in_degrees, sentence, short
 
@@ -95,11 +96,6 @@ def mark_peak(axes: Axes, reading: ForceReading, k: int, value: float) -> None:
     """Mark a peak with its value and where it occurs, on the side where the curve is not; see `mark`."""
     mark(axes, reading, k, value, f"{short(value)} at {reading.at(k)}", beyond=1 if value >= 0 else -1)
     axes.margins(y=ROOM)
-
-
-def named(kind: str, reading: ForceReading, name: str = "") -> str:
-    """Name what an axis shows, with its unit."""
-    return f"{name or kind} ({reading.units.label(kind)})"
 
 
 def number_of(reading: Reading, member: str) -> int:
@@ -215,7 +211,7 @@ def plot_strain(
     else:
         draw_measured(axes, result, member, (s, fibre))
     abscissa(axes, reading)
-    finish(axes, f"Strain of {member}, {where}", named("strain", reading))
+    finish(axes, f"Strain of {member}, {where}", labelled(reading.units, "strain"))
     return axes
 
 
@@ -307,7 +303,10 @@ def plot_deflection(result: Result, axes: Axes | None = None) -> Axes:
     abscissa(axes, reading)
     some = f", the {len(ranked)} largest of {len(reading.members)}" if len(ranked) < len(reading.members) else ""
     finish(
-        axes, f"Deflection of each member where it is largest{some}", named("length", reading, "deflection"), columns=3
+        axes,
+        f"Deflection of each member where it is largest{some}",
+        labelled(reading.units, "length", "deflection"),
+        columns=3,
     )
     axes.set_ylim(bottom=0)
     return axes
@@ -343,7 +342,7 @@ def plot_joint_forces(result: Result, axes: Axes | None = None) -> Axes:
         mark_peak(axes, reading, k, float(reading.force[k, n]))
     abscissa(axes, reading)
     some = f", the {len(ranked)} largest of {len(reading.joints)}" if len(ranked) < len(reading.joints) else ""
-    finish(axes, f"Magnitude of the joint forces{some}", named("force", reading))
+    finish(axes, f"Magnitude of the joint forces{some}", labelled(reading.units, "force"))
     axes.set_ylim(bottom=0)
     return axes
 
@@ -430,7 +429,7 @@ def plot_spectrum(result: Result, member: str, axes: Axes | None = None) -> Axes
     said = mark_modes(axes, result, last + 0.6)
     axes.set_xlabel("; ".join(filter(None, [f"harmonic of the drive ({1 / result.scene.period:.4g} Hz)", said])))
     where = f"{reading.place(Peak(0, i, j))}, {side} side"
-    finish(axes, f"Harmonics of the strain of {member}, {where}", named("strain", reading))
+    finish(axes, f"Harmonics of the strain of {member}, {where}", labelled(reading.units, "strain"))
     return axes
 
 

@@ -50,6 +50,11 @@ def prefixed(result: Result, units: AnswerUnits) -> AnswerUnits:
     return fitted(_largest(result), units)
 
 
+def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:
+    """Name what an axis or a column shows, with its unit."""
+    return f"{name or kind} ({units.label(kind)})"
+
+
 def fitted(of_kinds: Mapping[str, float], units: AnswerUnits) -> AnswerUnits:
     """Give units whose prefixes fit numbers; those that are stated stay."""
     known = dict(units.known)

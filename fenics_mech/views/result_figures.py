@@ -23,7 +23,6 @@ from fenics_mech.views.law_figures import law_figure, open_pins, orbit_figure
 from fenics_mech.views.motion_figures import freedom_figure, freedom_spectrum_figure, growth_figure, poincare_figure
 from fenics_mech.views.plots import (
     force_path_figure,
-    named,
     path_points,
     plot_deflection,
     plot_drive,
@@ -34,6 +33,7 @@ from fenics_mech.views.plots import (
     point_path_figure,
     section_force_figure,
 )
+from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.reading import SECTION_FORCES, Peak, Reading, reading_of, reading_of_a_file, reading_of_members
 
 MOST_ROWS = 6  # of a figure, one a member: more do not fit a page
@@ -161,7 +161,7 @@ def map_figure(result: Result) -> Figure:
         plot_strain_map(result, reading.members[i], axes)
         if axes is not panels[-1]:
             axes.set_xlabel("")
-    label = f"{named('strain', reading)}: blue compression, red tension"
+    label = f"{labelled(reading.units, 'strain')}: blue compression, red tension"
     bar = figure.colorbar(panels[0].images[0], ax=panels, label=label, shrink=0.9, aspect=34, pad=0.02)
     bar.outline.set_visible(False)
     _tell_left_out(figure, reading)

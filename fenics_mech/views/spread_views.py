@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.markup import escape
@@ -19,11 +17,10 @@ from fenics_mech.errors import percent
 from fenics_mech.studies.design.problem import bounds_of
 from fenics_mech.studies.design.spread import statistics
 from fenics_mech.views.figures import COLOURS, angle_axis, curve, empty_figure, finish, save_all
-from fenics_mech.views.study_units import Told, number_unit
+from fenics_mech.views.study_units import Told, cost_of, failures_of, number_unit
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
-    from fenics_mech.studies.design.problem import Bound
     from fenics_mech.studies.design.spread import Spread
 
 UNLIKE = 0.2  # difference of the linear estimate from the deviation of the samples, relative, that is told
@@ -35,9 +32,9 @@ MOST_ROWS = 6  # numbers in a picture
 def spread_summary(found: Spread) -> Group:
     """Tell how the numbers of a result scatter."""
     parts: list[RenderableType] = [Text(headline(found), style="bold")]
-    parts += [_numbers(found)] if found.names else []
-    parts += [_shares(found)] if found.names else []
-    return Group(*parts, *(Text(line) for line in (*_notes(found), _cost(found))))
+    parts += [_numbers(found), _shares(found)] if found.names else []
+    cost = cost_of([*found.samples, *found.explorer.history], found.seconds)
+    return Group(*parts, *map(Text, (*_notes(found), cost)))
 
 
 def headline(found: Spread) -> str:
@@ -76,14 +73,13 @@ def _shares(found: Spread) -> Table:
     for name in found.names:
         rows = {"linear": ["-" if np.isnan(share) else f"{share:.2f}" for share in found.linear_shares(name)]}
         if (chaos := found.told_by_polynomials(name)) is not None:
-            both = zip(("polynomials, alone", "with others"), (chaos.first, chaos.total))
-            rows |= {kind: [f"{share:.2f}" for share in shares] for kind, shares in both}
+            rows["polynomials, alone"] = [f"{share:.2f}" for share in chaos.first]
+            rows["with others"] = [f"{share:.2f}" for share in chaos.total]
         if (known := found.indices.get(name)) is not None:
             kinds = "samples, alone", "samples, with others"
             for kind, shares, doubt in zip(kinds, (known.first, known.total), known.doubt):
-                rows[kind] = [
-                    "-" if np.isnan(share) else f"{share:.2f} ± {wide:.2f}" for share, wide in zip(shares, doubt)
-                ]
+                cells = zip(shares, doubt)
+                rows[kind] = ["-" if np.isnan(share) else f"{share:.2f} ± {wide:.2f}" for share, wide in cells]
         for kind, cells in rows.items():
             table.add_row(escape(name) if kind == "linear" else "", kind, *cells)
     return table
@@ -93,19 +89,18 @@ def _notes(found: Spread) -> list[str]:
     """Say which limits are broken, where the linear estimate misleads, what failed, and where samples are too few."""
     said = []
     if len(found.passed) > 1 and found.samples:
-        said += [f"{percent(float(good.mean()), 3)} keep {_limit(found, one)}." for one, good in found.passed.items()]
+        for one, good in found.passed.items():
+            limit = f"{one.of} {one.words} {unit_of(found, one.of).whole(one.limit)}"
+            said.append(f"{percent(float(good.mean()), 3)} keep {limit}.")
     for name in found.names if len(found.independent) > 1 else ():
         nominal, _, deviation, linear, *_ = statistics(found, name)
         scatters = deviation > ROUNDING * abs(nominal)
         if scatters and abs(linear - deviation) > UNLIKE * deviation:
-            said.append(
-                f"{name} is not linear in what scatters: the linear estimate is {linear / deviation:.2f} of it."
-            )
-    rough = [name for name in found.chaos if found.told_by_polynomials(name) is None]
-    if rough:
-        said.append(
-            f"Polynomials leave {percent(found.chaos[rough[0]].left)} of the variance of {rough[0]}: take more samples."
-        )
+            part = f"{linear / deviation:.2f}"
+            said.append(f"{name} is not linear in what scatters: the linear estimate is {part} of it.")
+    if rough := [name for name in found.chaos if found.told_by_polynomials(name) is None]:
+        left = percent(found.chaos[rough[0]].left)
+        said.append(f"Polynomials leave {left} of the variance of {rough[0]}: take more samples.")
     unknown = {
         variable.name
         for name in found.names
@@ -116,21 +111,9 @@ def _notes(found: Spread) -> list[str]:
         said.append(f"Derivatives by {', '.join(sorted(unknown))} are not known: the trials on both sides failed.")
     if any(one.doubt.max() > FEW for one in found.indices.values()):
         said.append("Some indices are uncertain by more than 0.1: take more samples.")
-    if failures := Counter(trial.error for trial in found.samples if trial.failed):
-        kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
+    if kinds := failures_of(found.samples):
         said.append(f"Samples that failed, and keep no limit: {kinds}.")
     return said
-
-
-def _limit(found: Spread, bound: Bound) -> str:
-    """Say in words what a limit asks for."""
-    return f"{bound.of} {bound.words} {unit_of(found, bound.of).whole(bound.limit)}"
-
-
-def _cost(found: Spread) -> str:
-    trials = [*found.samples, *found.explorer.history]
-    run = sum(trial.seconds for trial in trials)
-    return f"{len(trials)} trials of {run:.1f} s in all; {found.seconds:.0f} s in this run."
 
 
 def plot_spread(found: Spread, folder: str | Path) -> list[Path]:
@@ -150,24 +133,20 @@ def distributions_figure(found: Spread) -> Figure:
     names = found.names[:MOST_ROWS]
     figure, rows = empty_figure(rows=len(names), height=0.6 + 2.3 * len(names), shared=False)
     for axes, name in zip(rows, names):
-        _draw_distribution(axes, found, name)
+        told = unit_of(found, name)
+        values = found.data["result"].sel(name=name).dropna("sample").to_numpy() / told.size
+        axes.hist(values, bins="auto", color=COLOURS[5], edgecolor="white", lw=0.4)
+        for share in np.quantile(values, (0.05, 0.95)) if len(values) else ():
+            axes.axvline(share, color=COLOURS[0], ls="--", lw=1.1, label="5 % and 95 %")
+        axes.axvline(found.explorer.first.numbers[name] / told.size, color="black", lw=1.2, label="at the means")
+        for bound in bounds_of(found.scattered.design.study):
+            if bound.of == name:
+                axes.axvline(bound.limit / told.size, color=COLOURS[1], lw=1.6, label="limit")
+        handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
+        axes.legend(handles.values(), handles.keys(), loc="best", fontsize=8)
+        axes.set_xlabel(told.label(name))
+        axes.set_ylabel("samples")
     return figure
-
-
-def _draw_distribution(axes: Axes, found: Spread, name: str) -> None:
-    told = unit_of(found, name)
-    values = found.data["result"].sel(name=name).dropna("sample").to_numpy() / told.size
-    axes.hist(values, bins="auto", color=COLOURS[5], edgecolor="white", lw=0.4)
-    for share in np.quantile(values, (0.05, 0.95)) if len(values) else ():
-        axes.axvline(share, color=COLOURS[0], ls="--", lw=1.1, label="5 % and 95 %")
-    axes.axvline(found.explorer.first.numbers[name] / told.size, color="black", lw=1.2, label="at the means")
-    for bound in bounds_of(found.scattered.design.study):
-        if bound.of == name:
-            axes.axvline(bound.limit / told.size, color=COLOURS[1], lw=1.6, label="limit")
-    handles = dict(zip(*reversed(axes.get_legend_handles_labels())))
-    axes.legend(handles.values(), handles.keys(), loc="best", fontsize=8)
-    axes.set_xlabel(told.label(name))
-    axes.set_ylabel("samples")
 
 
 def band_figure(found: Spread, which: int) -> Figure:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,6 +21,9 @@ from fenics_mech.studies.design.design_variables import Design, DesignVariable
 from fenics_mech.studies.design.result_curves import ResultNumbers
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.views.prefixes import fitted
+
+if TYPE_CHECKING:
+    from fenics_mech.studies.design.trial import Trial
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,18 @@ class Told:
     def behind(self) -> str:
         """What stands behind a number."""
         return "" if self.unit == "1" else f" {self.unit}"
+
+
+def failures_of(trials: Iterable[Trial]) -> str:
+    """Say how many trials failed with which kind of error; nothing where none did."""
+    failures = Counter(trial.error for trial in trials if trial.failed)
+    return ", ".join(f"{count} with {kind}" for kind, count in failures.items())
+
+
+def cost_of(trials: Sequence[Trial], seconds: float, digits: int = 1) -> str:
+    """Say how many trials there are, and how long they took in all and in this run."""
+    run = sum(trial.seconds for trial in trials)
+    return f"{len(trials)} trials of {run:.{digits}f} s in all; {seconds:.0f} s in this run."
 
 
 def number_unit(of: ResultNumbers, design: Design, shown: ArrayLike) -> Told:

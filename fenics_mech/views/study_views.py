@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,7 +20,7 @@ from fenics_mech.studies.design.design_variables import Design
 from fenics_mech.studies.design.problem import PROBLEM
 from fenics_mech.studies.design.result_numbers import Quantity
 from fenics_mech.views.figures import COLOURS, empty_figure, finish, save_all
-from fenics_mech.views.study_units import Told, number_unit, variable_unit
+from fenics_mech.views.study_units import Told, cost_of, failures_of, number_unit, variable_unit
 from fenics_mech.views.tables import table_of
 
 if TYPE_CHECKING:
@@ -39,14 +38,13 @@ FAILED: dict[str, Any] = {"ls": "", "marker": "|", "color": "0.5", "label": "fai
 
 def study_summary(found: Optimum) -> Group:
     """Tell what an optimisation found."""
-    parts: list[RenderableType] = [
-        Text(f"{verdict(found)} {_end(found)}".rstrip(), style="bold"),
-        _variables(found),
-        _numbers(found),
-        Text(_cost(found)),
-    ]
-    if failures := Counter(trial.error for trial in found.history if trial.failed):
-        kinds = ", ".join(f"{count} with {kind}" for kind, count in failures.items())
+    said, why = found.ending.message.rstrip("."), found.problem.why_differences
+    end = "" if found.ending.converged else f" It was not searched to the end ({said}): more --steps may find better."
+    cost = f"{cost_of(found.history, found.seconds, 0)} The search ended with: {said}."
+    cost += f" Derivatives are differences of trials, as {why}." if why else ""
+    parts: list[RenderableType] = [Text(f"{verdict(found)}{end}", style="bold"), _variables(found), _numbers(found)]
+    parts.append(Text(cost))
+    if kinds := failures_of(found.history):
         parts.append(Text(f"Trials that failed, and were passed over: {kinds}."))
     if finer := in_words(str(found.result.data.attrs.get("refined", ""))):
         why = "as the program may choose mesh and steps. What that changes counts in the error"
@@ -71,9 +69,9 @@ def verdict(found: Optimum) -> str:
         gain = 1 - math.sqrt(found.problem.size(found.best) / found.problem.size(found.problem.first))
         return f"The root of the sum of the squares is {percent(gain, 3)} less than at the start."
     if len(found.problem.aims) > 1:
-        several = f"{len(found.front)} designs are best in their own way: none is better than another in every aim."
         return (
-            f"{several} The tables and best.toml hold the one with the least sum of all aims, over those of the start."
+            f"{len(found.front)} designs are best in their own way: none is better than another in every aim. The "
+            "tables and best.toml hold the one with the least sum of all aims, over those of the start."
         )
     ((name, gain),), error = found.gains().items(), found.errors()[found.problem.aims[0][0]]
     if gain <= 0:
@@ -90,13 +88,13 @@ def missed(found: Optimum) -> str:
     """Say which limits the best trial misses, and by how much."""
     problem, said = found.problem, []
     for bound, excess in zip(problem.bounds, problem.excess_of(found.best)):
-        number = found.best.numbers[bound.of]
-        beyond = bound.sign * (number - bound.limit)
         if excess > PROBLEM.within:
-            told = unit_of(found, bound.of)
+            number, told = found.best.numbers[bound.of], unit_of(found, bound.of)
+            beyond = bound.sign * (number - bound.limit)
             far = f" ({percent(beyond / abs(bound.limit))} beyond it)" if bound.limit else ""
-            asked = f"{bound.words} {told.whole(bound.limit)} is asked"
-            said.append(f"{bound.of} is {told.whole(number)}, where {asked}{far}")
+            said.append(
+                f"{bound.of} is {told.whole(number)}, where {bound.words} {told.whole(bound.limit)} is asked{far}"
+            )
     return ", and ".join(said)
 
 
@@ -105,13 +103,6 @@ def unit_of(found: Optimum, name: str) -> Told:
     trials = found.problem.trials
     shown = [trial.numbers[name] for trial in (found.problem.first, found.best)]
     return number_unit(trials.quantity(name), trials.design, shown)
-
-
-def _end(found: Optimum) -> str:
-    """Say so where the search did not converge."""
-    if found.ending.converged:
-        return ""
-    return f"It was not searched to the end ({found.ending.message.rstrip('.')}): more --steps may find better."
 
 
 def _variables(found: Optimum) -> Table:
@@ -136,14 +127,6 @@ def _numbers(found: Optimum) -> Table:
         values = [told.text(trial.numbers[name]) for trial in (problem.first, found.best)]
         table.add_row(escape(name), *values, ", ".join(limits), told.unit)
     return table
-
-
-def _cost(found: Optimum) -> str:
-    run, count = sum(trial.seconds for trial in found.history), len(found.history)
-    said = found.ending.message.rstrip(".")
-    cost = f"{count} trials of {run:.0f} s in all; {found.seconds:.0f} s in this run. The search ended with: {said}."
-    why = found.problem.why_differences
-    return f"{cost} Derivatives are differences of trials, as {why}." if why else cost
 
 
 def plot_study(found: Optimum, folder: str | Path) -> list[Path]:

@@ -42,11 +42,6 @@ def units_of(data: xr.Dataset) -> AnswerUnits:
     return fitted(without_rounding(largest, force), stated)
 
 
-def labelled(units: AnswerUnits, kind: str, name: str = "") -> str:
-    """Name what an axis or a column shows, with its unit."""
-    return f"{name or kind} ({units.label(kind)})"
-
-
 def edges(x: Array) -> Array:
     """Give the ends of the range and the middles between its points: what surrounds each point."""
     return np.concatenate([x[:1], (x[1:] + x[:-1]) / 2, x[-1:]])
@@ -64,10 +59,10 @@ def named(data: xr.Dataset, path: str) -> str:
     return f"{path} ({unit})" if unit else path
 
 
-def range_of(data: xr.Dataset, path: str, first: int, last: int) -> str:
-    """Say from which of its values to which a swept field goes, with the unit."""
+def range_of(data: xr.Dataset, path: str, first: int, last: int | None = None) -> str:
+    """Say from which of its values to which a swept field goes, or which it has at one point, with the unit."""
     values = written(data, path)
-    text = number(values[first]) if first == last else f"{number(values[first])} to {number(values[last])}"
+    text = number(values[first]) if last in (None, first) else f"{number(values[first])} to {number(values[last])}"
     return f"{text} {written_unit(data, path)}".strip()
 
 
@@ -94,10 +89,8 @@ def without_unstable(data: xr.Dataset) -> xr.Dataset:
     """Give the data with no numbers at points whose motion was refused as unstable."""
     if "unstable" not in data or not bool((refused := data["unstable"].astype(str) != "").any()):
         return data
-    numbers = {
-        name: part.where(~refused) for name, part in data.data_vars.items() if part.dtype.kind == "f" and part.dims
-    }
-    return data.assign({name: part.transpose(*data[name].dims) for name, part in numbers.items()})
+    numbers = {name: part for name, part in data.data_vars.items() if part.dtype.kind == "f" and part.dims}
+    return data.assign({name: part.where(~refused).transpose(*part.dims) for name, part in numbers.items()})
 
 
 def beyond_theory(data: xr.Dataset) -> xr.DataArray:
@@ -110,9 +103,8 @@ def theory_levels(data: xr.Dataset) -> xr.DataArray:
     effects = data["effects"].astype(str)
     levels = np.full(effects.shape, "", dtype=object)
     if "rotation" in data:  # a point has a result
-        sizes = [
-            data[name].max("member").transpose(*effects.dims).to_numpy() for name in ("euler_ratio", "bow", "rotation")
-        ]
+        names = "euler_ratio", "bow", "rotation"
+        sizes = [data[name].max("member").transpose(*effects.dims).to_numpy() for name in names]
         shares = [
             data[name].transpose(*effects.dims).to_numpy() if name in data else np.full(effects.shape, np.nan)
             for name in ("theory_share", "deflection_theory_share")

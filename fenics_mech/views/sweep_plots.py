@@ -21,6 +21,7 @@ from fenics_mech._arrays import Array
 from fenics_mech.errors import ViewError
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.views.figures import COLOURS, SIZE, STYLE, empty_figure, finish, logarithmic, save_all
+from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.resonances import (
     RESONANCE,
     Resonance,
@@ -36,7 +37,6 @@ from fenics_mech.views.sweep_data import (
     BEYOND,
     beyond_theory,
     edges,
-    labelled,
     named,
     units_of,
     unresolved_at,

@@ -115,7 +115,7 @@ def _points(sweep: Sweep) -> Html:
         by = " ".join(str(data[f"safety_{name}"].to_numpy()[k]) for name in ("member", "mode"))
         numbers = stress[k] / units.size("stress"), force[k] / units.size("force"), safety[k]
         known = [short(float(value)) for value in numbers]  # a dash where there is none
-        rows.append([range_of(data, path, k, k), *known, by.strip(), states[k] or "stable"])
+        rows.append([range_of(data, path, k), *known, by.strip(), states[k] or "stable"])
     head = [path, f"stress ({units.label('stress')})", f"joint force ({units.label('force')})", "safety over wanted"]
     found = table([*head, "by<", "motion<"], rows)
     if len(states) <= MOST_ROWS:
@@ -158,7 +158,7 @@ def _payload(sweep: Sweep) -> dict[str, Any]:
         "sweep": {
             "name": named(data, path),
             "values": [float(f"{value:.8g}") for value in written(data, path)],
-            "told": [range_of(data, path, k, k) for k in range(data.sizes[path])],
+            "told": [range_of(data, path, k) for k in range(data.sizes[path])],
             "state": states,
             "message": messages,
             "members": [str(name) for name in data["member"].to_numpy()],
