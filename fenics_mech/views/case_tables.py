@@ -137,19 +137,10 @@ def member_lines(result: Result, units: AnswerUnits) -> list[MemberLine]:
         i = reading.members.index(member)
         peak = reading.peaks[i]
         stress = float(reading.stress[peak])
-        where = f"{reading.place(peak).removeprefix('at ')}, {reading.fibres[peak.f]}"
-        lines.append(
-            MemberLine(
-                member,
-                short(stress),
-                short(float(reading.strain[peak])),
-                (where, reading.at(peak.k)),
-                stressed,
-                short(units.number(float(one["case_deflection"]), "length")),
-                bent,
-                abs(stress),
-            )
-        )
+        where = f"{reading.place(peak).removeprefix('at ')}, {reading.fibres[peak.f]}", reading.at(peak.k)
+        strain = short(float(reading.strain[peak]))
+        deflection = short(units.number(float(one["case_deflection"]), "length"))
+        lines.append(MemberLine(member, short(stress), strain, where, stressed, deflection, bent, abs(stress)))
     return sorted(lines, key=lambda line: -line.size)
 
 

@@ -46,17 +46,9 @@ class Proportions:
 
 
 DRAWN = Proportions()
-
-
 TRIANGLE = np.array([[0, 0], [-0.6, -1], [0.6, -1]])  # of a support, below its point; of height 1
-
-
 BLOCK_CORNERS = np.array([[-1.6, -1.0], [1.6, -1.0], [1.6, 1.0], [-1.6, 1.0]])  # of a slider's block
-
-
 ARROWS = 7  # of a load along a member
-
-
 COILS = 5  # of a spring
 
 

@@ -74,6 +74,17 @@ def empty_figure(
         return figure, panels.tolist() if columns > 1 else list(panels[:, 0])
 
 
+def figure_of(count: int, most: int, above: float, ratio: float = 1.0, least: float = 0.0) -> tuple[Figure, list[Axes]]:
+    """Make a figure of panels, as tall as a share of their width, or at least so tall, and room above (inches)."""
+    columns = min(most, count)
+    rows = -(-count // columns)
+    figure, panels = empty_figure(rows, above + max(SIZE[0] / columns * rows * ratio, least), columns, shared=False)
+    flat = [axes for row in panels for axes in row] if columns > 1 else list(panels)
+    for axes in flat[count:]:
+        axes.set_axis_off()
+    return figure, flat[:count]
+
+
 def new_figure(rows: int = 1, height: float = SIZE[1]) -> tuple[Figure, Sequence[Axes]]:
     """Make a figure with axes over the drive angle."""
     figure, axes = empty_figure(rows, height)

@@ -60,6 +60,12 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
     scene, shown = result.scene, Moments(result, at)
     motion = shown.motion
     ends, path = _lines(result, shown, magnify)
+    half, sides = np.zeros((0, 2)), np.zeros((*path.shape[:3], 2))
+    if scene.members():
+        rigidities = scene.rigidities(result.data["s"].to_numpy())
+        half = np.array([np.abs(np.diff(here.fibre, axis=-1)[:, 0]) / 2 for here in rigidities])
+        values = result.data[quantity].sel(fibre=["+", "-"]).transpose("theta", "member", "s", "fibre").to_numpy()
+        sides = shown.of(values) / reading_of(result).units.size(quantity)
     pins = pin_places(scene, motion, path)
     where, angle = slider_angles(scene, motion)
     most = peak_of(result, quantity)
@@ -68,8 +74,8 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
         labels=shown.labels,
         rigid=ends,
         path=path,
-        half_width=_half_widths(result),
-        sides=_sides(result, shown, quantity) if scene.members() else np.zeros((*path.shape[:3], 2)),
+        half_width=half,
+        sides=sides,
         pins=pins,
         bars=rigid_bars(scene, motion, pins),
         sliders=turned(BLOCK_CORNERS, angle[..., None]),
@@ -85,12 +91,6 @@ def frames_at(result: Result, at: Array, magnify: float, quantity: str = "stress
     )
 
 
-def _sides(result: Result, shown: Moments, quantity: str) -> Array:
-    """Stress or strain of both sides, as `Frames` has them."""
-    values = result.data[quantity].sel(fibre=["+", "-"]).transpose("theta", "member", "s", "fibre").to_numpy()
-    return np.asarray(shown.of(values) / reading_of(result).units.size(quantity))
-
-
 def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array]:
     """Ends of the members at rest, and their bent lines, as `Frames` has them."""
     data = result.data
@@ -99,16 +99,6 @@ def _lines(result: Result, shown: Moments, magnify: float) -> tuple[Array, Array
         return ends, np.zeros((len(ends), 0, 2, 2))
     bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
     return ends, between_ends(ends, data["s"].to_numpy()) + magnify * shown.of(bent)
-
-
-def _half_widths(result: Result) -> Array:
-    """Half of the distance of the outer fibres (m), ``(members, stations)``."""
-    if not result.scene.members():
-        return np.zeros((0, 2))
-    found = [
-        np.abs(np.diff(here.fibre, axis=-1)[:, 0]) / 2 for here in result.scene.rigidities(result.data["s"].to_numpy())
-    ]
-    return np.array(found)
 
 
 def cycle(result: Result, count: int) -> Array:

@@ -52,12 +52,17 @@ def one_turn(theta: Array, values: Array) -> tuple[Array, Array]:
 
 def at_angles(theta: Array, values: Array, wanted: Array) -> Array:
     """Interpolate a periodic history linearly at the angles `wanted` (rad), ``(wanted, ...)``."""
-    knots, values = one_turn(theta, values)
-    place = np.mod(np.round(wanted, 12), TURN)
-    before = np.clip(np.searchsorted(knots, place, side="right") - 1, 0, len(knots) - 2)
-    weight = (place - knots[before]) / (knots[before + 1] - knots[before])
-    weight = weight.reshape(-1, *[1] * (values.ndim - 1))
-    return (1 - weight) * values[before] + weight * values[before + 1]
+    return interpolated(*one_turn(theta, values), np.mod(np.round(wanted, 12), TURN))
+
+
+def interpolated(knots: Array, values: Array, at: Array) -> Array:
+    """Interpolate values ``(knots, ...)`` at ascending knots linearly, which may coincide, ``(at, ...)``."""
+    before = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, max(len(knots) - 2, 0))
+    after = np.minimum(before + 1, len(knots) - 1)
+    span = knots[after] - knots[before]
+    share = np.divide(at - knots[before], span, out=np.zeros(len(at)), where=span > 0)
+    share = share.reshape(-1, *[1] * (values.ndim - 1))
+    return np.asarray((1 - share) * values[before] + share * values[after])
 
 
 @dataclass(frozen=True)
@@ -83,13 +88,7 @@ class Moments:
         """Interpolate values at the positions of the result, ``(positions, ...)``, linearly."""
         if not self.in_time:
             return at_angles(self.result.data["theta"].to_numpy(), values, self.at)
-        time = self.result.data["time"].to_numpy()
-        before = np.clip(np.searchsorted(time, self.at, side="right") - 1, 0, max(len(time) - 2, 0))
-        after = np.minimum(before + 1, len(time) - 1)
-        span = time[after] - time[before]
-        share = np.divide(self.at - time[before], span, out=np.zeros(len(self.at)), where=span > 0)
-        share = share.reshape(-1, *[1] * (values.ndim - 1))
-        return np.asarray((1 - share) * values[before] + share * values[after])
+        return interpolated(self.result.data["time"].to_numpy(), values, self.at)
 
     @cached_property
     def motion(self) -> Motion:

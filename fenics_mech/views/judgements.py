@@ -378,14 +378,9 @@ def _decided(result: Result) -> list[dict[str, Any]]:
     return found
 
 
-def chose_effects(result: Result) -> bool:
-    """Whether a result says how large an effect is that it leaves out."""
-    return any(one["size"] is not None for one in _decided(result))
-
-
 def advice(result: Result) -> str:
     """Say what takes along what linear theory leaves out."""
-    if chose_effects(result):
+    if any(one["size"] is not None for one in _decided(result)):  # the program chose effects
         return f"Write effects = {_with(result, EXACT_STRAINS)} to take it along."
     return "Write effects = 'auto' to take what is needed."
 
@@ -398,24 +393,22 @@ def remedy(result: Result, source: str) -> str:
         left = [one for one in _decided(result) if not one["acts"]]
         if lacking := max((e for e in left if e["lacking"]), key=lambda e: e["size"] or 0.0, default=None):
             return f", as {lacking['name']} lacks data. {lacking['lacking']}"
-        if _takes_tolerance(result):
-            stated = result.scene.tolerances
-            return f", which {SMALLER if stated else f'a tolerance below {percent(result.scene.neglected)}'} lowers"
-        largest = max(left, key=lambda one: one["size"] or 0.0)["name"]
-        return f", which effects = {_with(result, largest)} lowers"
+        try:  # whether a tolerance can be stated for the scene
+            refuse_stated(result.scene)
+            refuse_unknown(result.scene)
+        except SceneError:
+            largest = max(left, key=lambda one: one["size"] or 0.0)["name"]
+            return f", which effects = {_with(result, largest)} lowers"
+        stated = result.scene.tolerances
+        return f", which {SMALLER if stated else f'a tolerance below {percent(result.scene.neglected)}'} lowers"
     if source not in REMEDIES:
         return ""
-    return f", which {_of_numbers(result, source)} lowers"
-
-
-def _of_numbers(result: Result, source: str) -> str:
-    """Name what lowers an error by steps, mesh, modes or stations."""
-    analysis = result.scene.analysis
+    cure = REMEDIES[source]
     if "chosen" in result.data.attrs:
-        return SMALLER
-    if source == "time" and analysis.method == "transient":
-        return "a smaller analysis.time_tolerance"
-    return REMEDIES[source]
+        cure = SMALLER
+    elif source == "time" and result.scene.analysis.method == "transient":
+        cure = "a smaller analysis.time_tolerance"
+    return f", which {cure} lowers"
 
 
 def _with(result: Result, name: str) -> str:
@@ -423,13 +416,3 @@ def _with(result: Result, name: str) -> str:
     acting = [one["name"] for one in _decided(result) if one["acts"] and one["name"] in EFFECTS]
     named = [one for one in acting if not EFFECTS[one].stated_by and one != EFFECTS[name].replaces]
     return str([*named, name])
-
-
-def _takes_tolerance(result: Result) -> bool:
-    """Whether a tolerance can be stated for the scene of a result."""
-    try:
-        refuse_stated(result.scene)
-        refuse_unknown(result.scene)
-    except SceneError:
-        return False
-    return True

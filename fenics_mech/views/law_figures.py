@@ -14,7 +14,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.scene.answer_units import AnswerUnits
 from fenics_mech.scene.joint_laws import Bushing, Clearance
 from fenics_mech.scene.joints import Revolute
-from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, finish, new_axes
+from fenics_mech.views.figures import COLOURS, SIZE, empty_figure, figure_of, finish, new_axes
 from fenics_mech.views.plots import abscissa, mark_peak, over
 from fenics_mech.views.reading import reading_of
 from fenics_mech.views.words import short
@@ -115,13 +115,8 @@ def plot_pin_orbit(result: Result, law: str, axes: Axes | None = None) -> Axes:
 def orbit_figure(result: Result) -> Figure:
     """Draw the orbits of the loose pins."""
     pins = open_pins(result)[: 2 * COLUMNS]
-    columns = min(COLUMNS, len(pins))
-    rows = -(-len(pins) // columns)
-    figure, panels = empty_figure(rows, 0.6 + max(SIZE[0] / columns * rows * 0.9, 3.0), columns, shared=False)
-    flat = [axes for row in panels for axes in row] if columns > 1 else list(panels)
-    for axes in flat[len(pins) :]:
-        axes.set_axis_off()
-    for axes, law in zip(flat, pins):
+    figure, panels = figure_of(len(pins), COLUMNS, 0.6, 0.9, 3.0)
+    for axes, law in zip(panels, pins):
         plot_pin_orbit(result, law, axes)
         axes.set_title(axes.get_title("left").replace(". ", "\n"), fontsize=10, loc="left")
     return figure

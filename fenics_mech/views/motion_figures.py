@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from fenics_mech._constants import MILLI
@@ -35,7 +34,8 @@ def freedom_figure(result: Result) -> Figure:
 def poincare_figure(result: Result) -> Figure:
     """Draw the rate of each freedom over its angle or stroke, in the Poincaré section."""
     # Angles are drawn within a turn.
-    panels, figure = _panels(result)
+    rows = result.data.sizes["freedom"]
+    figure, panels = empty_figure(rows=rows, height=max(4.2, ROW * rows), shared=False)
     for axes, freedom, (unit, factor, turns) in zip(panels, result.data["freedom"].to_numpy(), _units(result)):
         place, rate = (result.data[name].sel(freedom=freedom).to_numpy() for name in ("section_place", "section_rate"))
         if turns:
@@ -51,11 +51,8 @@ def growth_figure(result: Result) -> Figure:
     """Draw the logarithms of what disturbances of a motion have grown by; their slopes are the Lyapunov exponents."""
     figure, (axes,) = empty_figure(height=4.2)
     time, data = result.data["time"].to_numpy(), result.data
-    for exponent, size, curve in zip(
-        data["exponent"].to_numpy(),
-        data["lyapunov_exponent"].to_numpy(),
-        data["disturbance_growth"].transpose("exponent", "theta").to_numpy(),
-    ):
+    curves = data["disturbance_growth"].transpose("exponent", "theta").to_numpy()
+    for exponent, size, curve in zip(data["exponent"].to_numpy(), data["lyapunov_exponent"].to_numpy(), curves):
         axes.plot(time, curve, label=f"exponent {exponent}: {size:.4g} 1/s")
     finish(axes, "Growth of disturbances; exponents over the second half", "natural logarithm")
     axes.set_xlabel("time (s)")
@@ -74,21 +71,10 @@ def freedom_spectrum_figure(result: Result) -> Figure:
     units = " or ".join(sorted({f"{unit}/s" for unit, _, _ in _units(result)}))
     finish(axes, "Spectrum of the freedoms' rates", f"amplitude ({units})")
     axes.set_xlabel("frequency (Hz)")
-    _until_small(axes, frequency, spectrum.max("freedom").to_numpy())
+    sizes = spectrum.max("freedom").to_numpy()[1:]  # nothing larger than a thousandth of the largest follows
+    heard = np.flatnonzero(sizes > 1e-3 * sizes.max())
+    axes.set_xlim(0, float(frequency[min(len(frequency) - 1, 2 + int(heard[-1]))] if len(heard) else frequency[-1]))
     return figure
-
-
-def _until_small(axes: Axes, frequency: np.ndarray, sizes: np.ndarray) -> None:
-    """End the axis where nothing larger than a thousandth of the largest amplitude follows."""
-    heard = np.flatnonzero(sizes[1:] > 1e-3 * sizes[1:].max())
-    last = frequency[min(len(frequency) - 1, 2 + int(heard[-1]))] if len(heard) else frequency[-1]
-    axes.set_xlim(0, float(last))
-
-
-def _panels(result: Result) -> tuple[list[Axes], Figure]:
-    rows = result.data.sizes["freedom"]
-    figure, panels = empty_figure(rows=rows, height=max(4.2, ROW * rows), shared=False)
-    return panels, figure
 
 
 def _units(result: Result) -> list[tuple[str, float, bool]]:

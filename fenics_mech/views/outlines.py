@@ -92,19 +92,12 @@ def write_outlines(scene: Scene, path: str | Path, angle: float | None = None) -
     path = Path(path)
     if path.suffix.lower() != ".dxf":
         raise ViewError(f"{path}: outlines are written as .dxf, not as {path.suffix!r}")
-    motion = _motion(scene, angle)
+    if angle is not None and not scene.drives:
+        raise ViewError("nothing is driven, so that the outlines have no drive angle: leave the angle out")
+    motion = start_motion(scene) if angle is None else solve_motion(scene, np.array([angle]))
     document = _document(list(outlines(scene, motion)), pins(scene, motion), layer_names(scene))
     write_whole(path, document.saveas)
     return path
-
-
-def _motion(scene: Scene, angle: float | None) -> Motion:
-    """Give the links at an angle, or at the start."""
-    if angle is None:
-        return start_motion(scene)
-    if not scene.drives:
-        raise ViewError("nothing is driven, so that the outlines have no drive angle: leave the angle out")
-    return solve_motion(scene, np.array([angle]))
 
 
 def outlines(scene: Scene, motion: Motion) -> Iterator[Outline]:
@@ -118,11 +111,9 @@ def outlines(scene: Scene, motion: Motion) -> Iterator[Outline]:
         here = scene.rigidity(label, s)
         along = (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0])
         normal = np.array([-along[1], along[0]])
-        sides = [
-            ends[0] + s[:, None] * (ends[1] - ends[0]) + (here.neutral + here.fibre[:, side])[:, None] * normal
-            for side in (0, 1)
-        ]
-        yield Outline(link, MILLI * np.concatenate([sides[0], sides[1][::-1]]), closed=True)
+        line, away = ends[0] + s[:, None] * (ends[1] - ends[0]), here.neutral + here.fibre.T
+        first, second = (line + side[:, None] * normal for side in away)
+        yield Outline(link, MILLI * np.concatenate([first, second[::-1]]), closed=True)
     for link, body in scene.links.items():
         if body.rigid is not None and len(body.points) > 1:
             corners = np.array([motion.of_point(link, place)[0][0] for place in body.points.values()])

@@ -16,7 +16,16 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
-from fenics_mech.views.figures import COLOURS, SIZE, angle_axis, curve, empty_figure, figure_in, finish, new_axes
+from fenics_mech.views.figures import (
+    COLOURS,
+    angle_axis,
+    curve,
+    empty_figure,
+    figure_in,
+    figure_of,
+    finish,
+    new_axes,
+)
 from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Peak, Reading, reading_of, reading_of_members
@@ -105,20 +114,6 @@ def number_of(reading: Reading, member: str) -> int:
     return reading.members.index(member)
 
 
-def method_of(result: Result) -> str:
-    """Say what a curve of a result holds."""
-    still = result.scene.analysis.method in ("quasi-static", "static")
-    return "with deflection, quasi-static" if still else "with vibration"
-
-
-def still_at(reading: Reading, peak: Peak) -> Array | None:
-    """Give the strain without vibration at the place of a peak, where the result has it."""
-    if "strain_quasi_static" not in reading.result.data:
-        return None
-    curves = reading.result.data["strain_quasi_static"].transpose("theta", "member", "s", "fibre").to_numpy()
-    return smoothed(reading.result, curves[:, peak.i, peak.j, peak.f], "strain")[1] / reading.units.size("strain")
-
-
 def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Array, Array | None]:
     """Strain at a place of a member, and that without vibration where the result has it."""
     still, result, size = "strain_quasi_static", reading.result, reading.units.size("strain")
@@ -128,16 +123,6 @@ def strains_at(reading: Reading, member: str, s: float, fibre: str) -> tuple[Arr
     except ResultError as error:
         raise ViewError(str(error)) from error
     return curves[0], (curves[1] if len(curves) > 1 else None)
-
-
-def draw_measured(axes: Axes, result: Result, member: str, place: tuple[float, str]) -> None:
-    """Draw the points that were measured at a place and side of a member."""
-    s, fibre = place
-    for measurement in result.scene.measurements if result.scene.analysis.method != "transient" else ():
-        if measurement.member == member and measurement.fibre == fibre and np.isclose(measurement.s, s):
-            angle, strain = read_measurement(measurement.file)
-            size = result.scene.answer_units.size("strain")
-            axes.plot(np.degrees(angle) % 360, strain / size, label="measured", **MEASURED)
 
 
 def mark_modes(axes: Axes, result: Result, limit: float) -> str:
@@ -196,20 +181,28 @@ def plot_strain(
     'Strain of follower, 149 mm from C, + side'
     """
     axes, reading = axes or new_axes(), reading_of_members(result)
-    peak = reading.peaks[number_of(reading, member)]
+    peak, without = reading.peaks[number_of(reading, member)], None
     if s is None:
         values, where = reading.strain[:, peak.i, peak.j, peak.f], f"{reading.place(peak)}, {reading.side(peak)}"
-        without = still_at(reading, peak)
+        if (name := "strain_quasi_static") in result.data:
+            curves = result.data[name].transpose("theta", "member", "s", "fibre").to_numpy()
+            without = smoothed(result, curves[:, peak.i, peak.j, peak.f], "strain")[1] / reading.units.size("strain")
     else:
         values, without = strains_at(reading, member, s, fibre)
         where = f"{'mid-span' if s == 0.5 else f's = {s:g}'}, {fibre.replace('-', MINUS)} side"
     if without is not None:
         axes.plot(*over(reading, without), **STILL)
-    axes.plot(*over(reading, values), color=COLOURS[0], linestyle="-", label=method_of(result))
+    still = result.scene.analysis.method in ("quasi-static", "static")
+    label = "with deflection, quasi-static" if still else "with vibration"
+    axes.plot(*over(reading, values), color=COLOURS[0], linestyle="-", label=label)
     if s is None:
         mark_peak(axes, reading, peak.k, float(values[peak.k]))
-    else:
-        draw_measured(axes, result, member, (s, fibre))
+    elif not reading.in_time:
+        for one in result.scene.measurements:
+            if (one.member, one.fibre) == (member, fibre) and np.isclose(one.s, s):
+                angle, strain = read_measurement(one.file)
+                measured = strain / result.scene.answer_units.size("strain")
+                axes.plot(np.degrees(angle) % 360, measured, label="measured", **MEASURED)
     abscissa(axes, reading)
     finish(axes, f"Strain of {member}, {where}", labelled(reading.units, "strain"))
     return axes
@@ -660,18 +653,13 @@ def force_path_figure(result: Result) -> Figure:
     size = reading.force.max(axis=0)
     ranked = [n for n in np.argsort(-size, kind="stable") if size[n] > ROUNDING * size.max()]
     joints = shaking + [reading.joints[n] for n in sorted(ranked[: MOST_JOINTS - len(shaking)])]
-    rows = -(-len(joints) // COLUMNS)
-    columns = min(COLUMNS, len(joints))
-    figure, panels = empty_figure(rows, 0.4 + SIZE[0] / columns * rows, columns, shared=False)
-    flat = [axes for row in panels for axes in row] if columns > 1 else list(panels)
-    for axes in flat[len(joints) :]:
-        axes.set_axis_off()
-    for n, (axes, joint) in enumerate(zip(flat, joints)):
+    figure, panels = figure_of(len(joints), COLUMNS, 0.4)
+    for n, (axes, joint) in enumerate(zip(panels, joints)):
         plot_force_path(result, joint, axes)
         title = axes.get_title("left").replace(", at most", "\nat most")
         title = "\nat ".join(title.rsplit(" at ", 1)) if reading.in_time else title
         axes.set_title(title, fontsize=9, loc="left")
-        if n % columns:
+        if n % COLUMNS:
             axes.set_ylabel("")
         axes.tick_params(labelsize=8)
     _explain_dots(figure, reading)

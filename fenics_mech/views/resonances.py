@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from scipy.signal import find_peaks
 
 from fenics_mech._arrays import Array, Index
 
@@ -76,24 +77,12 @@ def peak_of_speed(data: xr.Dataset) -> tuple[int, float] | None:
     points = points[np.argsort(rate)]
     found = None
     for strain in data["peak_strain"].transpose("member", ...).to_numpy()[:, points]:
-        below = np.maximum(*_lowest_beside(strain))
-        times = np.divide(strain, below, out=np.zeros_like(strain), where=below > 0)[1:-1]
-        best = int(times.argmax())
-        if times[best] > max(RESONANCE.named, 0.0 if found is None else found[1]):
-            found = int(points[best + 1]), float(times[best])
+        peaks, known = find_peaks(strain, prominence=0)
+        below = strain[peaks] - known["prominences"]  # the higher one of the valleys beside it
+        for place, times in zip(peaks[below > 0], (strain[peaks] / np.where(below > 0, below, 1.0))[below > 0]):
+            if times > max(RESONANCE.named, 0.0 if found is None else found[1]):
+                found = int(points[place]), float(times)
     return found
-
-
-def _lowest_beside(strain: Array) -> tuple[Array, Array]:
-    """Lowest strain on each side of every point, as far as none is higher than that of the point."""
-    sides = []
-    for values in (strain, strain[::-1]):
-        found = values.copy()
-        for i, value in enumerate(values):
-            higher = np.flatnonzero(values[:i] > value)
-            found[i] = values[higher[-1] + 1 if len(higher) else 0 : i + 1].min()
-        sides.append(found)
-    return sides[0], sides[1][::-1]
 
 
 def whole_points(data: xr.Dataset) -> Index:

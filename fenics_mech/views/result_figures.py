@@ -78,7 +78,7 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     ['strain.png', 'strain_map.png']
     """
     folder = Path(folder)
-    known = FIGURES | _of_packages()
+    known = FIGURES | {plugin.name: (lambda result: True, _drawing(plugin)) for plugin in plugins("views")}
     if unknown := sorted(set(only) - set(known)):
         raise ViewError(f"there is no plot {unknown[0]!r}; there are {', '.join(known)}")
     if ending not in ENDINGS:
@@ -92,8 +92,10 @@ def plot_all(result: Result, folder: str | Path, only: Collection[str] = (), end
     with reading_of_a_file():
         chosen = {name: build for name, (has, build) in known.items() if has(result) and (not only or name in only)}
         drawn = {name: figure for name, build in chosen.items() if (figure := build(result)) is not None}
-        for figure in drawn.values():
-            _tell_case(figure, result)
+        if result.case:
+            text = f"load case {result.case}" + (", which governs" if result.cases else "")
+            for figure in drawn.values():
+                figure.text(0.995, 0.003, text, ha="right", va="bottom", fontsize=8, color="#555555")
         paths = save_all(drawn, folder, ending=ending)
     for member, s, fibre in sorted({(m.member, m.s, m.fibre) for m in result.scene.measurements} if not only else ()):
         name = f"strain_{member}_s{s:g}_{'plus' if fibre == '+' else 'minus'}"
@@ -120,13 +122,6 @@ def strain_figure(result: Result) -> Figure:
         _draw_place(axes, reading, reading.peaks[i], float(size[i] / (size.max() or 1.0)))
     _tell_left_out(figure, reading)
     return figure
-
-
-def _tell_case(figure: Figure, result: Result) -> None:
-    """Name the load case that is drawn, where the scene has several."""
-    if result.case:
-        text = f"load case {result.case}" + (", which governs" if result.cases else "")
-        figure.text(0.995, 0.003, text, ha="right", va="bottom", fontsize=8, color="#555555")
 
 
 def _tell_left_out(figure: Figure, reading: Reading) -> None:
@@ -197,11 +192,6 @@ def spectrum_figure(result: Result) -> Figure:
 def _bends(result: Result) -> bool:
     """Whether a link bends."""
     return bool(result.scene.members())
-
-
-def _of_packages() -> dict[str, Build]:
-    """Plots of other packages: functions of a result that give a figure, or None where it has nothing for them."""
-    return {plugin.name: (lambda result: True, _drawing(plugin)) for plugin in plugins("views")}
 
 
 def _drawing(plugin: Plugin) -> Callable[[Result], Figure | None]:

@@ -111,18 +111,19 @@ def safety_sentences(result: Result, units: AnswerUnits) -> tuple[Level, list[st
     if found.doubtful is not None:
         member, check = found.doubtful
         level = "warn" if level == "good" else level
-        said.append(f"By assumptions {_failing(member, check)}: {_to_state(result, check)}.")
+        names = sorted({text.split()[0] for text in check.rests_on} & set(result.scene.materials))
+        key = "ultimate" if check.mode == "fatigue" else "yield"
+        state = " and ".join(f"materials.{name}.{key}" for name in names)
+        said.append(f"By assumptions {_failing(member, check)}: state {state}.")
     elif level == "good" and (open_modes := undecided(found)):
         said.append(f"Not decided: {', '.join(open_modes)}.")
     return level, said
 
 
 def _failing(member: str, check: Check) -> str:
-    detail = f"{check.detail}: " if check.detail else ""
-    sizes = sized(check)
-    sizes += f", case {check.case}" * bool(check.case)
+    detail, case = f"{check.detail}: " * bool(check.detail), f", case {check.case}" * bool(check.case)
     at = f"at {short(check.share, 2)} of its wanted factor"
-    return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sizes})"
+    return f"member {member!r} {FAILS[check.mode]} {at} ({detail}{sized(check)}{case})"
 
 
 def _of(check: Check) -> str:
@@ -172,13 +173,6 @@ def _cured(result: Result, check: Check, cure: Cure | None, units: AnswerUnits) 
     thin = cure.key == "width" and isinstance(section, RectangleSection) and section.width < section.height
     made = f"its diameter {needed}" if cure.key == "diameter" else f"it {needed} {'thick' if thin else SIZED[cure.key]}"
     return f"For these loads make {made}, now {now} ({cure.place})."
-
-
-def _to_state(result: Result, check: Check) -> str:
-    """Say what the scene is to state, so that a mode decides."""
-    names = {text.split()[0] for text in check.rests_on} & set(result.scene.materials)
-    keys = "ultimate" if check.mode == "fatigue" else "yield"
-    return "state " + " and ".join(f"materials.{name}.{keys}" for name in sorted(names))
 
 
 def undecided(found: Verdict) -> list[str]:

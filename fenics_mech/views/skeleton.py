@@ -99,11 +99,6 @@ class Skeleton:
         return rigid_bars(self.scene, self.motion, self.pins[None])[0]
 
     @cached_property
-    def guides(self) -> Array:
-        """Guides on the ground (m), ``(guides, 2, 2)``."""
-        return guides_of(self.scene, self.motion, GUIDE * self.extent)
-
-    @cached_property
     def rails(self) -> Array:
         """Guides on links that move (m), ``(guides, 2, 2)``; those along members are drawn as these."""
         lines = []
@@ -132,8 +127,9 @@ class Skeleton:
     @cached_property
     def strokes(self) -> Array:
         """Lines and hatches under supports and guides (m), ``(strokes, 2, 2)``."""
+        guides = guides_of(self.scene, self.motion, GUIDE * self.extent)
         under = self.supports + DRAWN.support * self.extent * support_strokes().reshape(-1, 2)
-        return np.concatenate([under.reshape(-1, 2, 2), *(guide_strokes(guide, self.extent) for guide in self.guides)])
+        return np.concatenate([under.reshape(-1, 2, 2), *(guide_strokes(guide, self.extent) for guide in guides)])
 
     @cached_property
     def blocks(self) -> Array:

@@ -78,8 +78,8 @@ def _shares(found: Spread) -> Table:
         if (known := found.indices.get(name)) is not None:
             kinds = "samples, alone", "samples, with others"
             for kind, shares, doubt in zip(kinds, (known.first, known.total), known.doubt):
-                cells = zip(shares, doubt)
-                rows[kind] = ["-" if np.isnan(share) else f"{share:.2f} ± {wide:.2f}" for share, wide in cells]
+                pairs = zip(shares, doubt)
+                rows[kind] = ["-" if np.isnan(share) else f"{share:.2f} ± {wide:.2f}" for share, wide in pairs]
         for kind, cells in rows.items():
             table.add_row(escape(name) if kind == "linear" else "", kind, *cells)
     return table

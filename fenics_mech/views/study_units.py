@@ -15,7 +15,6 @@ from fenics_mech.recovery.exports import KIND_OF
 from fenics_mech.recovery.variables import STRAINS
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import AnswerUnits, named_units
-from fenics_mech.scene.study import Study
 from fenics_mech.scene.units import unit_written
 from fenics_mech.studies.design.design_variables import Design, DesignVariable
 from fenics_mech.studies.design.result_curves import ResultNumbers
@@ -69,8 +68,12 @@ def number_unit(of: ResultNumbers, design: Design, shown: ArrayLike) -> Told:
     kind = "strain" if of.name in STRAINS else KIND_OF.get(of.unit, "")
     if kind in (named := named_units(design.scene.units)):
         return Told(*named[kind])
-    if isinstance(of, Quantity) and (written := _of_limit(of, design.study)):
-        return Told(*written)
+    for limit in design.study.limits:
+        values = [value for value in (limit.most, limit.least) if value is not None]
+        if not isinstance(of, Quantity) or limit.of != of.text:
+            continue
+        if found := unit_written([str(v) for v in values], [of.in_si(v) for v in values]):
+            return Told(*found)
     if not kind:
         return Told(of.unit)
     sizes = np.abs(np.asarray(shown, dtype=float))
@@ -81,12 +84,3 @@ def variable_unit(variable: DesignVariable, scene: Scene) -> Told:
     """Give the unit of a variable: one that the scene names for answers, that in which it is written, or SI."""
     kind, named = KIND_OF.get(variable.unit, ""), named_units(scene.units)
     return Told(*(named.get(kind) or variable.written or (variable.unit, 1.0)))
-
-
-def _of_limit(of: Quantity, study: Study) -> tuple[str, float] | None:
-    """Give the unit in which a limit of a number is written; None where there is none."""
-    for limit in study.limits:
-        values = [value for value in (limit.most, limit.least) if value is not None]
-        if limit.of == of.text and (found := unit_written([str(v) for v in values], [of.in_si(v) for v in values])):
-            return found
-    return None

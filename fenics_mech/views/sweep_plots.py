@@ -92,14 +92,6 @@ def dot_beyond(axes: Axes, sweep: Sweep) -> None:
         axes.axvspan(around[first], around[end], label="" if k else BEYOND, **look)
 
 
-def mark_unresolved(axes: Axes, sweep: Sweep) -> None:
-    """Mark on the upper edge where between its points the peak strain of a sweep is not resolved."""
-    if len(places := unresolved_at(sweep.data, sweep.paths)):
-        look: dict[str, Any] = {"linestyle": "none", "marker": "v", "markersize": 5, "color": "#777777"}
-        edge = axes.get_xaxis_transform()
-        axes.plot(places, 0 * places + 1, transform=edge, clip_on=False, label="not resolved", **look)
-
-
 def draw(axes: Axes, sweep: Sweep, values: xr.DataArray, index: int, label: str = "") -> None:
     """Draw a curve over the swept field: a line where motions are stable, and rings on dashes where they are not."""
     x, unstable = along(sweep), unstable_points(sweep.data).to_numpy()
@@ -148,7 +140,12 @@ def campbell_figure(sweep: Sweep) -> Figure:
     places, rate = _rates(x, own)
     lines = np.arange(1, MOST_ORDERS + 1)[:, None] * rate
     top = min(1.08 * float(np.nanmax(high)), 1.3 * max(float(lines.max()), float(np.nanmax(high[:, 0]))))
-    _draw_modes(axes, x, (low, high), top)
+    for mode, (least, most) in enumerate(zip(low.T, high.T)):  # that begin below the upper edge
+        if np.nanmin(least) <= top:
+            colour = COLOURS[mode % len(COLOURS)]
+            axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
+            for edge in (least, most):
+                axes.plot(x, edge, color=colour, linewidth=1, linestyle="-")
     lines = lines[lines.min(axis=1) < top]
     axes.plot(places, lines.T, color="#777777", linewidth=0.8, linestyle=(0, (5, 3)), zorder=1.5)
     axes.set_ylim(0, top)
@@ -158,39 +155,19 @@ def campbell_figure(sweep: Sweep) -> Figure:
             x, data["peak_strain"].sel(member=member) / units.size("strain"), label=str(member), **look_of(i, len(x))
         )
     dot_beyond(lower, sweep)
-    if found := resonances_of(data):
-        _draw_strains(axes, sweep)
+    if found := resonances_of(data):  # dots where modes raise harmonics of the strain
+        rates, least, most, amplitude = sizes_at(data, points := whole_points(data))
+        shown = raised(gains(rates, amplitude), amplitude, distances(rates, least, most, amplitude.shape[2]))
+        k, order = np.nonzero(shown * (np.arange(shown.shape[1]) * rates[:, None] <= top))
+        look: dict[str, Any] = {"color": COLOURS[0], "alpha": 0.6, "zorder": 3, "linewidth": 0, "clip_on": False}
+        sizes = LARGEST_DOT * shown[k, order] / shown.max(initial=1e-300)
+        axes.scatter(x[points][k], order * rates[k], s=sizes, **look)
     _name_resonances((axes, lower), sweep, [one for one in found if one.order * own[one.point] < top], own)
     title = f"Natural frequencies, multiples of the drive (dashed){', raised strains (dots)' if found else ''}"
     settle(axes, sweep, title, "frequency in the motion (Hz)" if "running_lowest" in data else "frequency (Hz)")
     settle(lower, sweep, "Largest strain in a cycle", labelled(units, "strain"), last=True)
     _mark_scene((axes, lower), x, own, data)
     return figure
-
-
-def _draw_modes(axes: Axes, x: Array, modes: tuple[Array, Array], top: float) -> None:
-    """Shade the range of each mode that begins below the upper edge."""
-    for mode, (least, most) in enumerate(zip(modes[0].T, modes[1].T)):
-        if np.nanmin(least) > top:
-            continue
-        colour = COLOURS[mode % len(COLOURS)]
-        axes.fill_between(x, least, most, color=colour, alpha=0.35, linewidth=0, label=f"mode {mode + 1}")
-        axes.plot(x, least, color=colour, linewidth=1, linestyle="-")
-        axes.plot(x, most, color=colour, linewidth=1, linestyle="-")
-
-
-def _draw_strains(axes: Axes, sweep: Sweep) -> None:
-    """Draw dots where modes raise harmonics of the strain."""
-    if not len(points := whole_points(sweep.data)):
-        return
-    rate, low, high, amplitude = sizes_at(sweep.data, points)
-    shown = raised(gains(rate, amplitude), amplitude, distances(rate, low, high, amplitude.shape[2]))
-    size = LARGEST_DOT * shown / (shown.max() or 1.0)
-    k, order = np.nonzero(size)
-    inside = order * rate[k] <= axes.get_ylim()[1]
-    k, order = k[inside], order[inside]
-    look: dict[str, Any] = {"color": COLOURS[0], "alpha": 0.6, "zorder": 3, "linewidth": 0, "clip_on": False}
-    axes.scatter(along(sweep)[points][k], order * rate[k], s=size[k, order], **look)
 
 
 def _name_resonances(panels: tuple[Axes, Axes], sweep: Sweep, found: list[Resonance], rate: Array) -> None:
@@ -385,7 +362,10 @@ def response_figure(sweep: Sweep) -> Figure:
             draw(axes, sweep, curve, i, str(member))
             mark_between(axes, sweep, name, str(member), i, units.size(kind))
         dot_beyond(axes, sweep)
-        mark_unresolved(axes, sweep)
+        if len(places := unresolved_at(data, sweep.paths)):
+            look: dict[str, Any] = {"linestyle": "none", "marker": "v", "markersize": 5, "color": "#777777"}
+            edge = axes.get_xaxis_transform()
+            axes.plot(places, 0 * places + 1, transform=edge, clip_on=False, label="not resolved", **look)
         settle(axes, sweep, f"Largest {name} in a cycle", labelled(units, kind, name), last=axes is panels[-1])
     return figure
 
@@ -429,20 +409,13 @@ def waterfall_figure(sweep: Sweep, member: str) -> Figure:
     sign = gauge["fibre"].replace("-", "\N{MINUS SIGN}")
     title = f"Strain of {member} at {place}, {sign} side: harmonics"
     settle(axes, sweep, title, "harmonic of the drive", last=True)
-    _scale_bar(axes, HIGHEST, largest, units.label("strain"))
-    return figure
-
-
-def _scale_bar(axes: Axes, height: float, largest: float, unit: str) -> None:
-    """Draw what a round amplitude is long, right of the axes."""
     decade = 10.0 ** math.floor(math.log10(largest))
     amount = max(step * decade for step in (1, 2, 5) if step * decade <= largest)
-    foot = 1.0
-    head = foot + height * amount / largest
-    beside = axes.get_yaxis_transform()
-    axes.plot([1.02, 1.02], [foot, head], color="black", linewidth=2, linestyle="-", transform=beside, clip_on=False)
-    text = f"{amount:g} {unit}"
-    axes.text(1.035, (foot + head) / 2, text, transform=beside, va="center", fontsize=9)
+    ends, beside = np.array([1.0, 1.0 + HIGHEST * amount / largest]), axes.get_yaxis_transform()
+    axes.plot([1.02, 1.02], ends, color="black", linewidth=2, linestyle="-", transform=beside, clip_on=False)
+    text = f"{amount:g} {units.label('strain')}"
+    axes.text(1.035, float(ends.mean()), text, transform=beside, va="center", fontsize=9)
+    return figure
 
 
 def safety_figure(sweep: Sweep) -> Figure:

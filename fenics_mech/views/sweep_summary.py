@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from fenics_mech._arrays import Index
 from fenics_mech.accuracy.remarks import NO_ESTIMATE
 from fenics_mech.errors import percent
 from fenics_mech.planning.answer_remarks import in_words
@@ -231,7 +231,7 @@ def _changing_effects(data: xr.Dataset, paths: list[str]) -> list[Text]:
     return [Text(f"{text} throughout.")]
 
 
-def _where(data: xr.Dataset, paths: list[str], places: Index) -> str:
+def _where(data: xr.Dataset, paths: list[str], places: NDArray[Any]) -> str:
     """Say where some points of a sweep are: ``(points, fields)`` in the order of the grid, or a mask of the grid."""
     places = np.argwhere(places) if places.dtype == bool else places
     if len(paths) > 1:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import zlib
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -92,25 +93,22 @@ def _lines(reading: ForceReading, count: int) -> tuple[Array, tuple[Array, Array
 def _masses(reading: ForceReading, shown: Moments, lines: tuple[Array, Array]) -> tuple[Array, Array, Array]:
     """Masses (kg), and their centres without and with deflection (m), ``(angles, masses, 2)``."""
     scene, motion = reading.scene, motion_of(reading.result)
-    masses: list[float] = []
-    places: list[tuple[Array, Array]] = []
+    found: list[tuple[Any, ...]] = []
     for i, label in enumerate(scene.members()):
         mass, s = member_mass(scene, label)
         stations = reading.result.data["s"].to_numpy()
-        masses.append(mass)
-        places.append(tuple(at_place(np.moveaxis(line[:, i], 1, -1), stations, s) for line in lines))  # type: ignore[arg-type]
+        straight, bent = (at_place(np.moveaxis(line[:, i], 1, -1), stations, s) for line in lines)
+        found.append((mass, straight, bent))
     for link, body in scene.links.items():
         if body.rigid is not None and body.rigid.mass:
             place = motion.of_point(link, body.rigid.centre)[0]
-            masses.append(body.rigid.mass)
-            places.append((place, place))
+            found.append((body.rigid.mass, place, place))
     points = [mass_places(shown, times)[0] for times in (0.0, 1.0)]
     for i, point in enumerate(scene.masses.values()):
         if point.mass:
-            masses.append(point.mass)
-            places.append((points[0][:, i], points[1][:, i]))
-    straight, bent = (np.stack([pair[n] for pair in places], axis=1) for n in (0, 1))
-    return np.array(masses), straight, bent
+            found.append((point.mass, points[0][:, i], points[1][:, i]))
+    straight, bent = (np.stack([one[n] for one in found], axis=1) for n in (1, 2))
+    return np.array([one[0] for one in found]), straight, bent
 
 
 def member_mass(scene: Scene, label: str) -> tuple[float, float]:
@@ -255,24 +253,22 @@ def _curves(reading: ForceReading) -> dict[str, Array]:
 def _places(reading: ForceReading) -> dict[str, Array]:
     """Where members, pins, guides and traced points are in the rigid linkage, and how far deflection moves them (m)."""
     result, scene = reading.result, reading.scene
-    data, motion = result.data, motion_of(result)
-    found, straight = {}, np.zeros((len(motion.theta), 0, 2, 2))
-    bent = straight
+    motion = motion_of(result)
+    ends, lines = _lines(reading, len(motion.theta))
+    found = {}
     if isinstance(reading, Reading):
-        ends = ends_of(result)
-        bent = data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
-        straight = between_ends(ends, reading.s)
+        bent = result.data["deflection"].transpose("theta", "member", "s", "component").to_numpy()
         found = {"ends": ends, "bent": bent}
-    pins = pin_places(scene, motion, straight)
-    moved = pin_places(scene, motion, straight + bent)
-    bars, moved_bars = (rigid_bars(scene, motion, at) for at in (pins, moved))
-    traced, moved_traced = (places_of(result, _traced(reading), times) for times in (0.0, 1.0))
+    pins = [pin_places(scene, motion, line) for line in lines]
+    both = {  # in the rigid linkage, and with deflection
+        "pins": pins,
+        "bars": [rigid_bars(scene, motion, at) for at in pins],
+        "rails": [moving_guides(result, motion, partial(places_of, result, magnify=times)) for times in (0.0, 1.0)],
+        "traced": [places_of(result, _traced(reading), times) for times in (0.0, 1.0)],
+    }
+    for name, (rigid, moved) in both.items():
+        found |= {name: rigid, f"{name}_bent": moved - rigid}
     _, angles = slider_angles(scene, motion)
-    found |= {"pins": pins, "pins_bent": moved - pins, "bars": bars, "bars_bent": moved_bars - bars}
-    rails = moving_guides(result, motion, lambda points: places_of(result, points, 0.0))
-    moved_rails = moving_guides(result, motion, lambda points: places_of(result, points, 1.0))
-    found |= {"rails": rails, "rails_bent": moved_rails - rails}
-    found |= {"traced": traced, "traced_bent": moved_traced - traced}
     found["guides"] = np.stack([np.cos(angles), np.sin(angles)], axis=-1)
     return {name: smoothed(result, values)[1] for name, values in found.items()}
 

@@ -34,17 +34,14 @@ VOID = ("meta", "input", "br")
 
 def tag(name: str, *content: str, **attributes: str | float | bool | None) -> Html:
     """Make an element."""
-    written = "".join(
-        _attribute(key, value) for key, value in attributes.items() if value is not None and value is not False
-    )
+    written = ""
+    for key, value in attributes.items():
+        if value is not None and value is not False:
+            written += f" {key.rstrip('_').replace('_', '-')}"
+            written += "" if value is True else f'="{html.escape(str(value))}"'
     if name in VOID:
         return Html(f"<{name}{written}>")
     return Html(f"<{name}{written}>{join(content)}</{name}>")
-
-
-def _attribute(key: str, value: str | float | bool | None) -> str:
-    key = key.rstrip("_").replace("_", "-")
-    return f" {key}" if value is True else f' {key}="{html.escape(str(value))}"'
 
 
 def join(parts: Iterable[str]) -> Html:
@@ -55,15 +52,13 @@ def join(parts: Iterable[str]) -> Html:
 def table(head: Sequence[str], rows: Iterable[Sequence[str]], **attributes: str) -> Html:
     """Make a table whose rows begin with their head; on a narrow screen rows of many columns are lists."""
     left = [not i or text.endswith("<") for i, text in enumerate(head)]
-    heads = [
-        tag("th", text.removesuffix("<"), scope="col", class_="t" if left[i] else None) for i, text in enumerate(head)
-    ]
+    looks = ["t" if to_left else None for to_left in left]
+    heads = [tag("th", text.removesuffix("<"), scope="col", class_=look) for text, look in zip(head, looks)]
     body = [row if isinstance(row, Html) else line(row, left, head) for row in rows]
-    many = {"class_": " ".join(filter(None, [attributes.pop("class_", ""), "many"]))} if len(head) > MANY else {}
-    whole = tag(
-        "table", tag("thead", tag("tr", *heads)) if any(head[1:]) else EMPTY, tag("tbody", *body), **attributes, **many
-    )
-    return tag("div", whole, class_="scroll")
+    if len(head) > MANY:
+        attributes = {**attributes, "class_": f"{attributes.get('class_', '')} many".strip()}
+    top = tag("thead", tag("tr", *heads)) if any(head[1:]) else EMPTY
+    return tag("div", tag("table", top, tag("tbody", *body), **attributes), class_="scroll")
 
 
 def line(cells: Sequence[str], left: Sequence[bool], head: Sequence[str], **attributes: str | float) -> Html:
@@ -120,12 +115,5 @@ def source(name: str) -> str:
 def policy(script: str) -> Html:
     """Let the browser run this script and no other, load nothing, and send nothing."""
     hashed = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    rules = (
-        "default-src 'none'",
-        f"script-src 'sha256-{hashed}'",
-        "style-src 'unsafe-inline'",
-        "img-src data:",
-        "base-uri 'none'",
-        "form-action 'none'",
-    )
-    return tag("meta", http_equiv="Content-Security-Policy", content="; ".join(rules))
+    rules = f"default-src 'none'; script-src 'sha256-{hashed}'; style-src 'unsafe-inline'; img-src data:"
+    return tag("meta", http_equiv="Content-Security-Policy", content=f"{rules}; base-uri 'none'; form-action 'none'")

@@ -279,17 +279,12 @@ def _by_mode(reading: ForceReading) -> Html:
     ]
     rows = [row for row in rows if any(text.strip("\N{EN DASH}") for text in row[1:])]
     for order in sorted({order for found in by_mode.values() for order in found}):
-        cells = [_speed_cell(by_mode[mode].get(order)) for mode in modes]
+        found = [by_mode[mode].get(order) for mode in modes]
+        cells = [
+            EMPTY if one is None else tag("b" if one.band else "span", short(one.speed * 30 / np.pi)) for one in found
+        ]
         rows.append([f"{order:g}\N{MULTIPLICATION SIGN}", *cells])
     return table(["", *(f"mode {mode}" for mode in modes)], rows)
-
-
-def _speed_cell(one: CriticalSpeed | None) -> Html:
-    """Write a critical speed; in bold where it is to be avoided."""
-    if one is None:
-        return EMPTY
-    text = short(one.speed * 30 / np.pi)
-    return tag("b", text) if one.band else tag("span", text)
 
 
 def case_card(reading: ForceReading, pages: dict[str, str]) -> Html:
