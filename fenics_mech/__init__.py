@@ -53,8 +53,7 @@ if TYPE_CHECKING:
     from fenics_mech.studies.system_matrices import SystemMatrices, matrices, participation
     from fenics_mech.views.animation import animate
     from fenics_mech.views.frequency_views import plot_frequencies
-    from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes
-    from fenics_mech.views.model_plots import plot_scene
+    from fenics_mech.views.model_plots import animate_modes, plot_mode_shapes, plot_scene
     from fenics_mech.views.notebook import interactive
     from fenics_mech.views.outlines import write_outlines
     from fenics_mech.views.page.report import report
@@ -240,7 +239,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "Verdict": "safety",
     "analyse": "analysis",
     "animate": "views.animation",
-    "animate_modes": "views.mode_plots",
+    "animate_modes": "views.model_plots",
     "balance": "studies.synthesis.balancing",
     "envelope": "safety.load_cases",
     "fatigue": "recovery.stress_figures",
@@ -259,7 +258,7 @@ NOT_IN_SCENE = {  # modules of the names that are not in the room of that name
     "plot_force_path": "views.plots",
     "plot_frequencies": "views.frequency_views",
     "plot_joint_forces": "views.plots",
-    "plot_mode_shapes": "views.mode_plots",
+    "plot_mode_shapes": "views.model_plots",
     "plot_point_path": "views.plots",
     "plot_scene": "views.model_plots",
     "plot_section_forces": "views.plots",

@@ -68,7 +68,7 @@ def modes(
         tell(f"Warning: {warning}.")
     tell_written(written, folder)
     if draw is not None:
-        from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
+        from fenics_mech.views.model_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
 
         make_folder(draw.parent)
         if draw.suffix.lower() == ".gif":

@@ -16,9 +16,8 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.drawn_parts import ground_points, guides_of, load_names
+from fenics_mech.views.drawn_parts import ground_points, guides_of, load_names, motion_of
 from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, peak_of
-from fenics_mech.views.geometry import motion_of
 from fenics_mech.views.reading import reading_of, reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of

@@ -35,7 +35,7 @@ from fenics_mech.views.judgements import (
     too_uncertain,
     verdict,
 )
-from fenics_mech.views.law_figures import law_efforts
+from fenics_mech.views.motion_figures import law_efforts
 from fenics_mech.views.prefixes import largest_force, least_moment, least_power, prefixed
 from fenics_mech.views.reading import change_by_vibration
 from fenics_mech.views.safety_words import safety_table

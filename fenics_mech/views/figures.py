@@ -21,7 +21,7 @@ from PIL import Image
 from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
-from fenics_mech.views.geometry import one_turn
+from fenics_mech.views.drawn_parts import one_turn
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 STYLE: Any = {

@@ -12,6 +12,8 @@ from fenics_mech.recovery.peaks import between_positions
 from fenics_mech.recovery.rigid_places import between_ends, ends_in
 from fenics_mech.views.drawn_parts import (
     BLOCK_CORNERS,
+    Moments,
+    ends_of,
     load_arrows,
     mass_places,
     moving_guides,
@@ -21,7 +23,6 @@ from fenics_mech.views.drawn_parts import (
     slider_angles,
     trails,
 )
-from fenics_mech.views.geometry import Moments, ends_of
 from fenics_mech.views.reading import Peak, reading_of, reading_of_members
 
 DEFLECTED = 0.08  # of the linkage's size, for the largest deflection as drawn

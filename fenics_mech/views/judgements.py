@@ -27,7 +27,7 @@ from fenics_mech.safety.load_cases import most_stressed
 from fenics_mech.scene.base import SCENE
 from fenics_mech.scene.joints import effort_units
 from fenics_mech.solve.stability_limits import STABILITY
-from fenics_mech.views.law_figures import law_efforts
+from fenics_mech.views.motion_figures import law_efforts
 from fenics_mech.views.prefixes import prefixed
 from fenics_mech.views.reading import ForceReading, Reading, reading_of
 from fenics_mech.views.words import UNSEEN, error_share, sentence, share, short

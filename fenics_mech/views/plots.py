@@ -16,6 +16,7 @@ from fenics_mech.recovery import Result
 from fenics_mech.recovery.measured import read_measurement
 from fenics_mech.recovery.peaks import smoothed
 from fenics_mech.recovery.signal import PEAK as AT_PEAK
+from fenics_mech.views.drawn_parts import at_angles
 from fenics_mech.views.figures import (
     COLOURS,
     angle_axis,
@@ -26,7 +27,6 @@ from fenics_mech.views.figures import (
     finish,
     new_axes,
 )
-from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.prefixes import labelled
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Peak, Reading, reading_of, reading_of_members
 from fenics_mech.views.words import DEGREE, MINUS, in_degrees, sentence, short

@@ -19,8 +19,15 @@ from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
 from fenics_mech.views.figures import COLOURS, ENDINGS, SIZE, STYLE, empty_figure, figure_in, new_axes, save, save_all
 from fenics_mech.views.frequency_views import plot_frequencies
-from fenics_mech.views.law_figures import law_figure, open_pins, orbit_figure
-from fenics_mech.views.motion_figures import freedom_figure, freedom_spectrum_figure, growth_figure, poincare_figure
+from fenics_mech.views.motion_figures import (
+    freedom_figure,
+    freedom_spectrum_figure,
+    growth_figure,
+    law_figure,
+    open_pins,
+    orbit_figure,
+    poincare_figure,
+)
 from fenics_mech.views.plots import (
     force_path_figure,
     path_points,

@@ -22,25 +22,23 @@ from fenics_mech.errors import ViewError
 from fenics_mech.solve.stability_limits import STABILITY
 from fenics_mech.views.figures import COLOURS, SIZE, STYLE, empty_figure, finish, logarithmic, save_all
 from fenics_mech.views.prefixes import labelled
-from fenics_mech.views.resonances import (
+from fenics_mech.views.sweep_data import (
+    BEYOND,
     RESONANCE,
     Resonance,
+    beyond_theory,
     distances,
+    edges,
     gains,
+    named,
     raised,
     ranges,
     resonances_of,
     sizes_at,
-    whole_points,
-)
-from fenics_mech.views.sweep_data import (
-    BEYOND,
-    beyond_theory,
-    edges,
-    named,
     units_of,
     unresolved_at,
     unstable_points,
+    whole_points,
     written,
     written_unit,
 )

@@ -19,14 +19,18 @@ from fenics_mech.planning.answer_remarks import in_words
 from fenics_mech.recovery.peaks import PEAK
 from fenics_mech.studies.sweep_peaks import RESOLVED
 from fenics_mech.views.prefixes import labelled
-from fenics_mech.views.resonances import RESONANCE, peak_of_speed, resonances_of, rising_at_ends, whole_points
 from fenics_mech.views.sweep_data import (
+    RESONANCE,
     beyond_theory,
     named,
+    peak_of_speed,
     range_of,
+    resonances_of,
+    rising_at_ends,
     theory_levels,
     units_of,
     unresolved_at,
+    whole_points,
     without_unstable,
     written,
     written_unit,

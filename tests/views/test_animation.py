@@ -17,9 +17,8 @@ from fenics_mech.scene import parse
 from fenics_mech.scene.factories import seed_four_bar
 from fenics_mech.views import rendering
 from fenics_mech.views.animation import animate
-from fenics_mech.views.drawn_parts import DRAWN, load_names
+from fenics_mech.views.drawn_parts import DRAWN, at_angles, load_names
 from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, peak_of
-from fenics_mech.views.geometry import at_angles
 from fenics_mech.views.judgements import headline
 from fenics_mech.views.reading import Reading
 from fenics_mech.views.stage import Stage, ribbon

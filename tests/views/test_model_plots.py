@@ -10,8 +10,7 @@ from fenics_mech.kinematics import start_motion
 from fenics_mech.scene import parse
 from fenics_mech.views.drawn_parts import arc, coil, guide_strokes
 from fenics_mech.views.figures import figure_in, new_axes
-from fenics_mech.views.model_plots import LOOKS, TURN, Labels, plot_scene
-from fenics_mech.views.skeleton import Skeleton
+from fenics_mech.views.model_plots import LOOKS, TURN, Labels, Skeleton, plot_scene
 from tests.common import DEMOS, ROOT
 from tests.documents import blocks
 

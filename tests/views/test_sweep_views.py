@@ -16,8 +16,7 @@ from fenics_mech.studies.kept_points import TEXTS
 from fenics_mech.studies.sweep import Sweep, run_sweep
 from fenics_mech.studies.sweep_axes import parse_axes
 from fenics_mech.views.judgements import theory
-from fenics_mech.views.resonances import distances, gains, raised, resonances
-from fenics_mech.views.sweep_data import theory_levels
+from fenics_mech.views.sweep_data import distances, gains, raised, resonances, theory_levels
 from fenics_mech.views.sweep_plots import (
     NAME,
     _apart,

@@ -19,11 +19,14 @@ from fenics_mech.recovery.signal import PEAK as AT_PEAK
 from fenics_mech.scene import Scene
 from fenics_mech.scene.answer_units import KINDS
 from fenics_mech.views.drawn_parts import (
+    Moments,
+    ends_of,
     ground_points,
     guides_of,
     load_arrows,
     load_names,
     mass_places,
+    motion_of,
     moving_guides,
     pin_places,
     places_of,
@@ -31,7 +34,6 @@ from fenics_mech.views.drawn_parts import (
     slider_angles,
 )
 from fenics_mech.views.frames import default_magnification
-from fenics_mech.views.geometry import Moments, ends_of, motion_of
 from fenics_mech.views.judgements import acting
 from fenics_mech.views.reading import SECTION_FORCES, ForceReading, Reading
 from fenics_mech.views.words import DEGREE, short

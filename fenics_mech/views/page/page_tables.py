@@ -24,7 +24,7 @@ from fenics_mech.safety.load_cases import ENVELOPE, envelope
 from fenics_mech.views.case_tables import case_lines, case_words, member_lines
 from fenics_mech.views.details import decisions, energy, friction_lines, rigid_decisions, rigid_energy, running_lines
 from fenics_mech.views.judgements import SOURCES, unstated_gravity
-from fenics_mech.views.law_figures import law_efforts
+from fenics_mech.views.motion_figures import law_efforts
 from fenics_mech.views.page.html import EMPTY, Html, join, line, table, tag
 from fenics_mech.views.reading import ForceReading, Reading, change_by_vibration
 from fenics_mech.views.safety_words import acting, band_of, factor, rise_of, runs_in, speeds_in_words
