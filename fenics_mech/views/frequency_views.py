@@ -56,7 +56,7 @@ def frequency_table(
     ranges = [f"{limit}{gap}({unit})" for unit, _ in units for limit in ("lowest", "highest")]
     theory = np.zeros(frequency.shape[1]) if theory is None else theory
     by_theory = theory.max(initial=0.0) >= TOLD
-    errors = ["mesh error"] + ["theory error"] * by_theory
+    errors = ["mesh error"] + ["theory error"] * bool(by_theory)
     table = table_of("Natural frequencies over the cycle", "mode", *ranges, *errors, "lowest MAC")
 
     def span(line: Array) -> Iterator[str]:
