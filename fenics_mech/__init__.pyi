@@ -152,8 +152,8 @@ from fenics_mech.studies.system_matrices import (
     participation as participation,
 )
 from fenics_mech.views.animation import animate as animate
-from fenics_mech.views.frequency_plot import plot_frequencies as plot_frequencies
-from fenics_mech.views.mode_plots import animate_modes as animate_modes, plot_mode_shapes as plot_mode_shapes
+from fenics_mech.views.frequency_views import plot_frequencies as plot_frequencies
+from fenics_mech.views.model_plots import animate_modes as animate_modes, plot_mode_shapes as plot_mode_shapes
 from fenics_mech.views.model_plots import plot_scene as plot_scene
 from fenics_mech.views.notebook import interactive as interactive
 from fenics_mech.views.outlines import write_outlines as write_outlines
@@ -167,7 +167,7 @@ from fenics_mech.views.plots import (
     plot_strain_map as plot_strain_map,
 )
 from fenics_mech.views.result_figures import plot_all as plot_all
-from fenics_mech.views.section_plots import plot_section_forces as plot_section_forces
+from fenics_mech.views.plots import plot_section_forces as plot_section_forces
 from fenics_mech.views.summary import summary as summary
-from fenics_mech.views.vector_plots import plot_force_path as plot_force_path, plot_point_path as plot_point_path
+from fenics_mech.views.plots import plot_force_path as plot_force_path, plot_point_path as plot_point_path
 from fenics_mech.views.workbook import write_workbook as write_workbook

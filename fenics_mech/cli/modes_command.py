@@ -35,8 +35,13 @@ def modes(
         from fenics_mech.scene.answer_units import named_units  # noqa: PLC0415
         from fenics_mech.studies.natural_frequencies import modes as solved  # noqa: PLC0415
         from fenics_mech.views.figures import figure_in, new_axes, save  # noqa: PLC0415
-        from fenics_mech.views.frequency_plot import draw_frequencies  # noqa: PLC0415
-        from fenics_mech.views.frequency_table import TOLD, changes, frequency_table, write_frequencies  # noqa: PLC0415
+        from fenics_mech.views.frequency_views import (  # noqa: PLC0415
+            TOLD,
+            changes,
+            draw_frequencies,
+            frequency_table,
+            write_frequencies,
+        )
 
     loaded = with_units(refined(loaded_scene(scene, strict), refine), units)
     speed = named_units(loaded.units).get("speed")
@@ -63,7 +68,7 @@ def modes(
         tell(f"Warning: {warning}.")
     tell_written(written, folder)
     if draw is not None:
-        from fenics_mech.views.mode_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
+        from fenics_mech.views.model_plots import animate_modes, plot_mode_shapes  # noqa: PLC0415
 
         make_folder(draw.parent)
         if draw.suffix.lower() == ".gif":

@@ -33,8 +33,7 @@ def spread(
     """
     with loading():
         from fenics_mech.studies.design.spread import spread as scattered  # noqa: PLC0415
-        from fenics_mech.views.spread_plots import plot_spread  # noqa: PLC0415
-        from fenics_mech.views.spread_summary import spread_summary  # noqa: PLC0415
+        from fenics_mech.views.spread_views import plot_spread, spread_summary  # noqa: PLC0415
 
     first, loaded = one_voice(), with_units(loaded_scene(scene, strict, cases=True), units)
     width = 1 if not indices or loaded.study is None else len(loaded.study.scatter) + 2

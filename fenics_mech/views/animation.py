@@ -16,10 +16,8 @@ from fenics_mech._arrays import Array
 from fenics_mech._files import write_whole
 from fenics_mech.errors import ViewError
 from fenics_mech.recovery import Result
-from fenics_mech.views.frames import ShownPeak, cycle, default_magnification, frames_at, moment_of_peak, peak_of
-from fenics_mech.views.geometry import motion_of
-from fenics_mech.views.joint_drawings import ground_points, guides_of
-from fenics_mech.views.moving_points import load_names
+from fenics_mech.views.drawn_parts import ground_points, guides_of, load_names, motion_of
+from fenics_mech.views.frames import cycle, default_magnification, frames_at, moment_of_peak, peak_of
 from fenics_mech.views.reading import reading_of, reading_of_a_file
 from fenics_mech.views.rendering import prepare_rendering
 from fenics_mech.views.tables import drive_of
@@ -101,7 +99,11 @@ def animate(
     """
     path = Path(path)
     ending = check_ending(path)
-    _check_options(magnify, frames, fps, size)
+    if magnify is not None and not (math.isfinite(magnify) and magnify >= 0):
+        raise ViewError(f"magnify must be a number that is not negative, found {magnify}")
+    for name, value in (("frames", frames), ("fps", fps), ("width", size[0]), ("height", size[1])):
+        if value < 1:
+            raise ViewError(f"{name} must be at least 1, found {value}")
     if colour not in COLOURED:
         raise ViewError(f"colours show {' or '.join(COLOURED)}, found {colour!r}")
     if "link_position" not in result.data:
@@ -111,9 +113,7 @@ def animate(
         size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
     at = np.array([moment_of_peak(result, colour)]) if ending == ".png" else cycle(result, frames)
     factor = default_magnification(result) if magnify is None else magnify
-    scene = result.scene
-    written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
-    pictures = _pictures(result, (at, factor), size, (colour, written, true_width), progress)
+    pictures = _pictures(result, at, factor, size, colour, names, true_width, progress)
     try:
         write_whole(path, lambda temporary: WRITERS[ending](temporary, pictures, fps))
     finally:
@@ -122,67 +122,49 @@ def animate(
 
 
 def check_ending(path: Path) -> str:
-    """Give the ending of an animation's file in small letters.
-
-    Raises
-    ------
-    ViewError
-        When no animation is written with this ending.
-    """
+    """Give the ending of an animation's file in small letters."""
     ending = path.suffix.lower()
     if ending not in WRITERS:
         raise ViewError(f"{path}: an animation's file must end in one of {', '.join(WRITERS)}, not in {path.suffix!r}")
     return ending
 
 
-def _check_options(magnify: float | None, frames: int, fps: int, size: tuple[int, int]) -> None:
-    if magnify is not None and not (math.isfinite(magnify) and magnify >= 0):
-        raise ViewError(f"magnify must be a number that is not negative, found {magnify}")
-    for name, value in (("frames", frames), ("fps", fps), ("width", size[0]), ("height", size[1])):
-        if value < 1:
-            raise ViewError(f"{name} must be at least 1, found {value}")
-
-
 def _pictures(
     result: Result,
-    drawn: tuple[Array, float],
+    at: Array,
+    factor: float,
     size: tuple[int, int],
-    look: tuple[str, tuple[str, ...], bool],
+    colour: str,
+    names: bool,
+    true_width: bool,
     progress: Progress,
 ) -> Pictures:
     """Render the mechanism at instants with a magnification, one picture after the other."""
-    from fenics_mech.views.stage import Look, Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
+    from fenics_mech.views.stage import Stage  # noqa: PLC0415 - VTK is loaded only where something is rendered
 
     scene = result.scene
     with reading_of_a_file():
-        shown, peak = frames_at(result, *drawn, look[0]), peak_of(result, look[0])
+        shown, peak = frames_at(result, at, factor, colour), peak_of(result, colour)
     driven = drive_of(scene) if len(scene.drives) < 2 else f"{len(scene.drives)} drives; period {scene.period:.4g} s"
     ground = (ground_points(scene), guides_of(scene, motion_of(result)))
-    unit = reading_of(result).units.label(look[0])
-    text = f"{scene.name}, {driven}", _caption(peak, f"{look[0]} {{}} {unit}", drawn[1])
-    limit = 1.0 if peak is None else peak.limit
-    stage = Stage(shown, ground, size, Look(limit, f"{look[0]} ({unit})", *look[1:]), text)
+    unit = reading_of(result).units.label(colour)
+    written = (*scene.joints, *scene.points, *load_names(scene)) if names else ()
+    limit, caption = 1.0, "links do not bend"
+    if peak is not None:
+        limit = peak.limit
+        caption = (
+            f"ring: {colour} {short(peak.value)} {unit} {peak.words}\n"
+            f"deflection \N{MULTIPLICATION SIGN} {factor:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
+            f"colour: {colour} of each side; grey: rigid linkage"
+        )
+    text = f"{scene.name}, {driven}", caption
+    stage = Stage(shown, ground, size, limit, f"{colour} ({unit})", text, written, true_width)
     try:
         for index in range(len(shown.labels)):
             progress(index, len(shown.labels))
             yield stage.picture(index)
     finally:
         stage.close()
-
-
-def _caption(peak: ShownPeak | None, measure: str, magnify: float) -> str:
-    """Say what is drawn; `measure` is what the colours show, with its unit and room for a value."""
-    if peak is None:
-        return "links do not bend"
-    return (
-        f"ring: {measure.format(short(peak.value))} {peak.words}\n"
-        f"deflection \N{MULTIPLICATION SIGN} {magnify:.4g}, of paths \N{MULTIPLICATION SIGN} 1; "
-        f"colour: {measure.split(maxsplit=1)[0]} of each side; grey: rigid linkage"
-    )
-
-
-def _write_png(path: Path, pictures: Pictures, fps: int) -> None:
-    Image.fromarray(next(pictures)).save(path)
 
 
 def _write_gif(path: Path, pictures: Pictures, fps: int) -> None:
@@ -230,5 +212,5 @@ def _write_mp4(path: Path, pictures: Pictures, fps: int) -> None:
 WRITERS: dict[str, Callable[[Path, Pictures, int], None]] = {
     ".gif": _write_gif,
     ".mp4": _write_mp4,
-    ".png": _write_png,
+    ".png": lambda path, pictures, fps: Image.fromarray(next(pictures)).save(path),
 }

@@ -20,21 +20,8 @@ from fenics_mech.views.tables import scene_overview
 
 
 def html(shown: Scene | Result) -> str:
-    """Write a scene or a result as HTML.
-
-    A scene that cannot be assembled, and a result of which parts are missing, are shown by name and reason.
-
-    Parameters
-    ----------
-    shown
-        The scene, or the result.
-
-    Examples
-    --------
-    >>> from fenics_mech.views.notebook import html
-    >>> html(fm.load("demos/four_bar.toml")).startswith("<pre")
-    True
-    """
+    """Write a scene or a result as HTML."""
+    # A scene that cannot be assembled, and a result of which parts are missing, are shown by name and reason.
     try:
         return html_of(scene_overview(shown, reachable_range(shown)) if isinstance(shown, Scene) else summary(shown))
     except MechanismError as error:
@@ -44,18 +31,10 @@ def html(shown: Scene | Result) -> str:
 
 @dataclass(frozen=True)
 class InFrame:
-    """A page that a notebook shows in a frame, where it can do nothing but run its own script and save its curves.
+    """A page that a notebook shows in a frame, where it can do nothing but run its own script and save its curves."""
 
-    Parameters
-    ----------
-    page
-        The page's HTML.
-    height
-        Height of the frame (pixels).
-    """
-
-    page: str
-    height: int
+    page: str  # the page's HTML
+    height: int  # height of the frame (pixels)
 
     def _repr_html_(self) -> str:
         """HTML of the frame, which notebooks ask for by this name."""

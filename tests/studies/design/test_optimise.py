@@ -19,8 +19,7 @@ from fenics_mech.studies.design.optimise import History
 from fenics_mech.studies.design.problem import Problem
 from fenics_mech.studies.design.slopes import slopes as slopes_of
 from fenics_mech.studies.design.trial import Trial, Trials
-from fenics_mech.views.study_plots import history_figure, pareto_figure
-from fenics_mech.views.study_summary import study_summary, verdict
+from fenics_mech.views.study_views import history_figure, pareto_figure, study_summary, verdict
 from tests.common import DEMOS
 
 PARTS, LENGTH, HEIGHT, LOAD, MODULUS = 4, 0.8, 5e-3, 3.0, 70e9
