@@ -1,0 +1,71 @@
+"""Scenes of machines in space that several tests state."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+import fenics_mech as fm
+
+STEEL = {"modulus": 207e9, "density": 7800.0, "poisson": 0.3}
+ALUMINIUM = {"modulus": 70e9, "density": 2700.0, "poisson": 0.3}
+X, Y, Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+ORIGIN = (0.0, 0.0, 0.0)
+
+
+def place(p: Sequence[float]) -> tuple[float, ...]:
+    """Give a place or a direction as a scene takes it."""
+    return tuple(float(x) for x in p)
+
+
+def scene(links: Mapping[str, Any], joints: Mapping[str, Any], **keys: Any) -> fm.SpatialScene:
+    """Make a scene without estimates of its errors, if `analysis` does not ask for them."""
+    analysis = {"error_estimates": False} | dict(keys.pop("analysis", {}))
+    data = {"materials": {"steel": STEEL, "aluminium": ALUMINIUM}, "links": links, "joints": joints}
+    return fm.SpatialScene.read(data | keys | {"analysis": analysis})
+
+
+def bar(
+    first: Sequence[float], last: Sequence[float], up: Sequence[float] | None = Z, ends: str = "AB", **more: Any
+) -> dict[str, Any]:
+    """Give a link of one member of section "bar"; `ends` names its two points by a letter each."""
+    one, other = ends
+    member = {"ends": (one, other), "section": "bar", "material": "steel", "up": up} | more
+    return {"points": {one: place(first), other: place(last)}, "members": {one + other: member}}
+
+
+def body(points: Mapping[str, Sequence[float]], mass: float, inertia: Any, centre: Any, **more: Any) -> dict[str, Any]:
+    """Give a link that does not bend."""
+    rigid = {"mass": mass, "inertia": place(inertia), "centre": place(centre)} | more
+    return {"points": {name: place(p) for name, p in points.items()}, "rigid": rigid}
+
+
+def cantilever(places: Any, section: Any, force: Any, up: Any = Z, **keys: Any) -> fm.SpatialScene:
+    """Clamp a chain of straight members at its first place, and load its last by a force.
+
+    Each member has one element of its own `up`, if several are given, unless `mesh` says otherwise.
+    """
+    places, count = [place(p) for p in places], len(places) - 1
+    ups = [None] * count if up is None else [place(u) for u in np.broadcast_to(np.array(up, dtype=float), (count, 3))]
+    members = {
+        f"m{k}": {"ends": (f"P{k}", f"P{k + 1}"), "section": "bar", "material": "made", "up": ups[k]}
+        for k in range(count)
+    }
+    link = {"points": {f"P{k}": p for k, p in enumerate(places)}, "members": members}
+    analysis = {"method": "static", "modes": 0, "stations": 2} | keys.pop("analysis", {})
+    return scene(
+        {"arm": link},
+        {"foot": {"connect": ("ground.O", "arm.P0"), "kind": "weld"}},
+        ground={"points": {"O": places[0]}},
+        sections={"bar": section},
+        loads={"tip": {"at": f"arm.P{count}", "force": place(force)}} if np.any(force) else {},
+        analysis=analysis,
+        **({"materials": {"made": STEEL}, "mesh": {"elements": 1}} | keys),
+    )
+
+
+def tip(result: Any) -> np.ndarray:
+    """Give how far the last member's last end has moved ``(3,)`` (m)."""
+    return np.asarray(result.data["deflection"].isel(member=-1, s=-1)[0])
