@@ -69,3 +69,64 @@ def cantilever(places: Any, section: Any, force: Any, up: Any = Z, **keys: Any) 
 def tip(result: Any) -> np.ndarray:
     """Give how far the last member's last end has moved ``(3,)`` (m)."""
     return np.asarray(result.data["deflection"].isel(member=-1, s=-1)[0])
+
+
+RSSR_Q, RSSR_A = np.array([0.3, 0.1, 0.05]), np.array([0.1, 0.0, 0.0])
+COUPLER, ROCKER = 0.4, 0.25  # m
+
+
+def rssr_output(crank: Any) -> np.ndarray:
+    """Give the rocker's angle from Z towards X by that of the crank: B is on a circle, at a distance from A."""
+    crank = np.asarray(crank, dtype=float)
+    way = 0.1 * np.stack([np.cos(crank), np.sin(crank), 0 * crank], axis=-1) - RSSR_Q
+    reach = (np.sum(way**2, axis=-1) + ROCKER**2 - COUPLER**2) / (2 * ROCKER)
+    return np.arctan2(way[..., 0], way[..., 2]) - np.arccos(reach / np.hypot(way[..., 0], way[..., 2]))
+
+
+def rssr_ball(crank: Any) -> np.ndarray:
+    """Give the place of B by the angle of the crank ``(..., 3)`` (m)."""
+    angle = rssr_output(crank)
+    return np.asarray(RSSR_Q + ROCKER * np.stack([np.sin(angle), 0 * angle, np.cos(angle)], axis=-1))
+
+
+def rssr(links: Mapping[str, Any], *, balls: int = 1, **keys: Any) -> fm.SpatialScene:
+    """Give an RSSR of three links "crank" (O, A), "coupler" (A, B) and "rocker" (Q, B), with one ball or two."""
+    across = np.cross(Z, rssr_ball(0.0) - RSSR_A)
+    fork = {"kind": "ball"} if balls == 2 else {"kind": "universal", "axes": (Z, place(across))}
+    joints = {
+        "O": {"connect": ("ground.O", "crank.O"), "axis": Z},
+        "A": {"connect": ("crank.A", "coupler.A"), **fork},
+        "B": {"connect": ("coupler.B", "rocker.B"), "kind": "ball"},
+        "Q": {"connect": ("ground.Q", "rocker.Q"), "axis": Y},
+    }
+    ground = {"points": {"O": ORIGIN, "Q": place(RSSR_Q)}}
+    return scene(links, joints, ground=ground, **({"drive": {"joint": "O", "speed": 10.0}} | keys))
+
+
+def slim(a: Sequence[float], b: Sequence[float], mass: float = 1.0) -> dict[str, Any]:
+    """Give the inertia of a thin rod between two places."""
+    way = np.asarray(b, dtype=float) - np.asarray(a, dtype=float)
+    second = mass * np.outer(way, way) / 12
+    moments = np.trace(second) - np.diag(second)
+    return {
+        "mass": mass,
+        "inertia": place(moments),
+        "products": (second[0, 1], second[0, 2], second[1, 2]),
+        "centre": place((np.asarray(a) + np.asarray(b)) / 2),
+    }
+
+
+def rod(points: Mapping[str, Sequence[float]], mass: float = 1.0) -> dict[str, Any]:
+    """Give a link that is a thin rigid rod between its first two points."""
+    ends = list(points.values())
+    return {"points": {name: place(p) for name, p in points.items()}, "rigid": slim(ends[0], ends[1], mass)}
+
+
+def rigid_rssr_links(masses: Sequence[float] = (1.0, 1.0, 1.0)) -> dict[str, Any]:
+    """Give the links of an RSSR as thin rigid rods."""
+    B = rssr_ball(0.0)
+    return {
+        "crank": rod({"O": ORIGIN, "A": RSSR_A}, masses[0]),
+        "coupler": rod({"A": RSSR_A, "B": B}, masses[1]),
+        "rocker": rod({"Q": RSSR_Q, "B": B}, masses[2]),
+    }
