@@ -21,7 +21,6 @@ from fenics_mech.scene.springs_dampers import HingeDamper, LineDamper, LineSprin
 from fenics_mech.sections import SectionNumbers, numbers_of
 from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Measure, Spring
 
-SAME = 1e-9  # of a member's length, between nodes that are one
 STROKE_AXIS = {"slider": 0, "cylinder": 2}  # along which axis of its ends a joint slides
 
 

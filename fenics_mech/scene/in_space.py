@@ -40,6 +40,7 @@ NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 AtPlace = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
 GAP = 1e-6  # of the machine's size, by which points of a joint may miss each other: digits of a written coordinate
 PARALLEL = 1e-6  # sine of the angle between two directions that are to differ
+NEAR = 1e-4  # of a member's length between places along it: 1e-5 loses its bending to rounding
 MEETING = ("revolute", "ball", "universal", "weld")  # kinds whose two points are one
 WITH_AXIS = ("revolute", "cylinder", "slider", "plane")
 TURNING = ("revolute", "cylinder", "plane")  # kinds with an angle, which a drive, a spring or a damper may take
@@ -747,6 +748,16 @@ def _check_acting(scene: SpatialScene) -> None:
                 _check_freedom(scene, joint, needed, f"{place}.joint")
                 if isinstance(part, SpatialTorque) and bool(part.torque) == bool(part.push):
                     raise SceneError("a load at a joint has either a torque or a push", place=place)
+    for label, inside in scene.places_inside().items():
+        places = np.unique([0.0, *inside, 1.0])
+        if (gaps := np.diff(places)).min() < (1 - GAP) * NEAR:
+            k = int(np.argmin(gaps))
+            raise SceneError(
+                f"the places {places[k]:.12g} and {places[k + 1]:.12g} along member {label} are {gaps[k]:.3g} of its "
+                f"length apart, and an element between them is stiff beyond rounding: expected {NEAR:g} at least",
+                place="links",
+                hint="Name one place for both, or the member's end",
+            )
     driven: set[str] = set()
     for number, drive in enumerate(scene.drives):
         place = "drive" if len(scene.drives) == 1 else f"drive.{number}"

@@ -51,6 +51,7 @@ RSSR = fm.load(DEMOS / "space" / "rssr.toml")
         ({"drive": ()}, "analysis.method", "no cycle"),
         ({"masses": {"m": {"at": "couple@0.5", "mass": 1.0}}}, "masses.m.at", "coupler"),
         ({"masses": {"m": {"at": "coupler", "mass": 1.0}}}, "masses.m.at", "no point"),
+        ({"masses": {"m": {"at": "coupler@0.0000001", "mass": 1.0}}}, "links", "0 and 1e-07 along member coupler"),
         ({"loads": {"t": {"joint": "B", "torque": 1.0}}}, "loads.t.joint", "no such freedom"),
         ({"loads": {"t": {"joint": "O", "torque": 1.0, "push": 1.0}}}, "loads.t.joint", "no such freedom"),
         ({"loads": {"t": {"joint": "O"}}}, "loads.t", "torque or a push"),
