@@ -130,3 +130,38 @@ def rigid_rssr_links(masses: Sequence[float] = (1.0, 1.0, 1.0)) -> dict[str, Any
         "coupler": rod({"A": RSSR_A, "B": B}, masses[1]),
         "rocker": rod({"Q": RSSR_Q, "B": B}, masses[2]),
     }
+
+
+RSSP_CRANK, RSSP_ROD, RSSP_P = 0.06, 0.25, np.array([0.1, 0.05, -0.04])
+RSSP_N = np.array([0.9, 0.2, 0.387]) / np.linalg.norm([0.9, 0.2, 0.387])
+
+
+def rssp_pin(theta: Any) -> np.ndarray:
+    """Give the place of the crank's ball by its angle ``(..., 3)`` (m)."""
+    theta = np.asarray(theta, dtype=float)
+    return RSSP_CRANK * np.stack([np.cos(theta), np.sin(theta), 0 * theta], axis=-1)
+
+
+def rssp_stroke(theta: Any) -> np.ndarray:
+    """Give the stroke of the slider of an RSSP from P along n: it is the rod's length from the crank's ball."""
+    way = rssp_pin(theta) - RSSP_P
+    along = way @ RSSP_N
+    return np.asarray(along + np.sqrt(RSSP_ROD**2 - np.sum(way**2, axis=-1) + along**2))
+
+
+def rssp(guide: str = "slider", **keys: Any) -> fm.SpatialScene:
+    """Give a rigid slider-crank in space with a rod between two balls; the slider may also be in a cylinder."""
+    A, S = rssp_pin(0.0), RSSP_P + rssp_stroke(0.0) * RSSP_N
+    links = {
+        "crank": rod({"O": ORIGIN, "A": A}),
+        "rod": rod({"A": A, "S": S}),
+        "slider": body({"S": S}, 1.0, (1e-3, 1e-3, 1e-3), S),
+    }
+    joints = {
+        "O": {"connect": ("ground.O", "crank.O"), "axis": Z},
+        "A": {"connect": ("crank.A", "rod.A"), "kind": "ball"},
+        "S": {"connect": ("rod.S", "slider.S"), "kind": "ball"},
+        "P": {"connect": ("ground.P", "slider.S"), "kind": guide, "axis": place(RSSP_N)},
+    }
+    ground = {"points": {"O": ORIGIN, "P": place(RSSP_P)}}
+    return scene(links, joints, ground=ground, **({"drive": {"joint": "O", "speed": 4.0}} | keys))

@@ -11,6 +11,8 @@ import fenics_mech as fm
 from fenics_mech.errors import MechanismError
 from tests.space.machines import (
     ORIGIN,
+    RSSP_N,
+    RSSP_P,
     X,
     Y,
     Z,
@@ -19,6 +21,8 @@ from tests.space.machines import (
     place,
     rigid_rssr_links,
     rod,
+    rssp,
+    rssp_stroke,
     rssr,
     rssr_ball,
     scene,
@@ -56,37 +60,12 @@ def test_a_drive_may_go_back_and_forth():
 
 def test_a_slider_crank_in_space_has_its_closed_stroke():
     """RSSP: the slider on a skew line, |P + s n - A| = l of the rod between two balls."""
-    r, length, P, n = 0.06, 0.25, np.array([0.1, 0.05, -0.04]), np.array([0.9, 0.2, 0.387])
-    n /= np.linalg.norm(n)
-
-    def stroke(theta):
-        A = r * np.stack([np.cos(theta), np.sin(theta), 0 * theta], axis=-1)
-        along = (A - P) @ n
-        return along + np.sqrt(length**2 - np.sum((A - P) ** 2, axis=-1) + along**2)
-
-    A, S = np.array([r, 0, 0]), P + stroke(np.zeros(1))[0] * n
-    made = scene(
-        {
-            "crank": rod({"O": ORIGIN, "A": A}),
-            "rod": rod({"A": A, "S": S}),
-            "slider": body({"S": S}, 1.0, (1e-3, 1e-3, 1e-3), S),
-        },
-        {
-            "O": {"connect": ("ground.O", "crank.O"), "axis": Z},
-            "A": {"connect": ("crank.A", "rod.A"), "kind": "ball"},
-            "S": {"connect": ("rod.S", "slider.S"), "kind": "ball"},
-            "P": {"connect": ("ground.P", "slider.S"), "kind": "slider", "axis": place(n)},
-        },
-        ground={"points": {"O": ORIGIN, "P": place(P)}},
-        drive={"joint": "O", "speed": -4.0},
-        analysis={"positions": 48},
-    )
-    result = fm.analyse(made)
-    found = (places_of(result, "P") - P) @ n
+    result = fm.analyse(rssp(drive={"joint": "O", "speed": -4.0}, analysis={"positions": 48}))
+    found = (places_of(result, "P") - RSSP_P) @ RSSP_N
     theta = np.asarray(result.data["theta"])
     assert theta[1] < 0  # the drive turns backwards
-    np.testing.assert_allclose(found, stroke(theta), atol=ROUNDING)
-    assert np.ptp(found) == pytest.approx(np.ptp(stroke(np.linspace(0, 2 * np.pi, 2001))), rel=2e-3)  # 48 positions
+    np.testing.assert_allclose(found, rssp_stroke(theta), atol=ROUNDING)
+    assert np.ptp(found) == pytest.approx(np.ptp(rssp_stroke(np.linspace(0, 2 * np.pi, 2001))), rel=2e-3)
 
 
 @pytest.mark.parametrize("degrees", [10.0, 40.0])
