@@ -303,6 +303,8 @@ class SpatialJoint(Part):
             self.axes is not None and self.kind != "universal"
         ):
             raise ValueError(f"a {self.kind} joint has no such direction: leave `axis` or `axes` out")
+        if self.misaligned is not None and self.kind == "ball":
+            raise ValueError("a ball has no axis that could lean: leave `misaligned` out")
         for way in (self.axis, *(self.axes or ()), None if self.misaligned is None else self.misaligned.about):
             if way is not None and not any(way):
                 raise ValueError("a direction of three zeros is none")
@@ -742,6 +744,15 @@ def _check_acting(scene: SpatialScene) -> None:
                     _check_point(scene, at, f"{place}.at")
             for point in getattr(part, "between", ()):
                 _check_point(scene, point, f"{place}.between")
+            if between := getattr(part, "between", ()):
+                first, last = (np.array(scene.point(point)[1]) for point in between)
+                if np.linalg.norm(last - first) <= GAP * scene.size:
+                    raise SceneError(
+                        f"the points {between[0]} and {between[1]} are at one place, and what acts along a line "
+                        "between them has no direction",
+                        place=f"{place}.between",
+                        hint="Name two places, or a joint for what acts about its axis",
+                    )
             if (joint := getattr(part, "joint", None)) is not None:
                 check_known(joint, scene.joints, "joint", f"{place}.joint")
                 needed = SLIDING if getattr(part, "push", 0.0) else TURNING
