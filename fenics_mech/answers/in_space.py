@@ -16,7 +16,7 @@ from fenics_mech._version import __version__
 from fenics_mech.answers.spatial_in_time import in_time
 from fenics_mech.errors import SceneError, SolverError, UnstableError
 from fenics_mech.machine.motion import Motion
-from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine, spatial_machine
+from fenics_mech.machine.spatial import MemberInSpace, SpatialMachine, held_as_drawn, spatial_machine
 from fenics_mech.machine.spatial_forces import SpatialSections, of_joints, of_members
 from fenics_mech.recovery.spatial_result import SpatialResult, described
 from fenics_mech.scene.in_space import SpatialScene
@@ -125,7 +125,9 @@ def answer_in_space(scene: SpatialScene, finer: int = 1, stages: int = STAGES) -
     if method == "static":
         t = np.zeros(1)
     else:
-        machine.chart = rigid_cycle(machine, scene.period)
+        with held_as_drawn(made):
+            chart = rigid_cycle(machine, scene.period)
+        machine.chart = chart
         t = scene.period * np.arange(scene.analysis.positions) / scene.analysis.positions
         _count_turns_of_springs(made)
     if method == "periodic" and machine.n > machine.held:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -11,16 +12,16 @@ import numpy as np
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SceneError
 from fenics_mech.geometry import SPACE, End
-from fenics_mech.joints import kind_of
+from fenics_mech.joints import Row, kind_of
+from fenics_mech.joints.kinds import turn
 from fenics_mech.machine.groups import Drag
 from fenics_mech.machine.machine import Machine
 from fenics_mech.machine.mobility import hold_idle, loosen, mobility
 from fenics_mech.scene.in_space import PointDamper, SpatialForce, SpatialMember, SpatialScene, SpatialTorque
 from fenics_mech.scene.springs_dampers import HingeDamper, LineDamper, LineSpring
 from fenics_mech.sections import SectionNumbers, numbers_of
-from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Spring
+from fenics_mech.terms import Damper, DeadLoad, Effort, Element, Look, Measure, Spring
 
-SAME = 1e-9  # of a member's length, between nodes that are one
 STROKE_AXIS = {"slider": 0, "slot": 0, "cylinder": 2}  # along which axis of its ends a joint slides
 
 
@@ -294,6 +295,37 @@ def _judge_mobility(made: SpatialMachine, nodes: _Nodes) -> None:
 
 
 IDLE = 1e-6  # of a turn times the machine's extent: places that move less are those of a turn about the link's own line
+
+
+@contextmanager
+def held_as_drawn(made: SpatialMachine) -> Iterator[None]:
+    """Hold joints as they are drawn where springs lead what the drives do not: the rest of the machine can then move.
+
+    Parameters
+    ----------
+    made
+        The machine; after it, nothing is held.
+    """
+    machine, rows = made.machine, len(made.machine.rows)
+    left = len(mobility(machine).idle) if made.scene.springs else 0
+    sprung = {getattr(spring, "joint", "") for spring in made.scene.springs.values()}
+    for name in sorted(made.joints, key=lambda name: name not in sprung):
+        one, other = made.joints[name]
+        there = machine.drawn(other)
+        pair = machine.end(one.pose, there), machine.end(other.pose, there)
+        for measure in (*turn(SPACE), *(Measure(Look.ALONG, axis) for axis in range(3))):
+            if not left:
+                break
+            machine.rows.append(Row(pair, measure, name=name))
+            machine.forget_plan()
+            if (now := len(mobility(machine).idle)) < left:
+                left = now
+            else:
+                machine.rows.pop()
+    machine.forget_plan()
+    yield
+    del machine.rows[rows:]
+    machine.forget_plan()
 
 
 def _add_acting(made: SpatialMachine, nodes: _Nodes) -> None:

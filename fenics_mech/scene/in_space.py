@@ -42,6 +42,7 @@ NAME = r"[A-Za-z_][A-Za-z0-9_\-]*"
 AtPlace = Annotated[str, Field(pattern=rf"^{NAME}(\.{NAME})?(@(0?\.\d+|[01](\.0*)?))?$")]
 GAP = 1e-6  # of the machine's size, by which points of a joint may miss each other: digits of a written coordinate
 PARALLEL = 1e-6  # sine of the angle between two directions that are to differ
+NEAR = 1e-4  # of a member's length between places along it: 1e-5 loses its bending to rounding
 MEETING = ("revolute", "ball", "universal", "weld")  # kinds whose two points are one
 WITH_AXIS = ("revolute", "cylinder", "slider", "slot", "plane")
 TURNING = ("revolute", "cylinder", "plane")  # kinds with an angle, which a drive, a spring or a damper may take
@@ -305,6 +306,8 @@ class SpatialJoint(Part):
             self.axes is not None and self.kind != "universal"
         ):
             raise ValueError(f"a {self.kind} joint has no such direction: leave `axis` or `axes` out")
+        if self.misaligned is not None and self.kind == "ball":
+            raise ValueError("a ball has no axis that could lean: leave `misaligned` out")
         for way in (self.axis, *(self.axes or ()), None if self.misaligned is None else self.misaligned.about):
             if way is not None and not any(way):
                 raise ValueError("a direction of three zeros is none")
@@ -772,12 +775,31 @@ def _check_acting(scene: SpatialScene) -> None:
                     _check_point(scene, at, f"{place}.at")
             for point in getattr(part, "between", ()):
                 _check_point(scene, point, f"{place}.between")
+            if between := getattr(part, "between", ()):
+                first, last = (np.array(scene.point(point)[1]) for point in between)
+                if np.linalg.norm(last - first) <= GAP * scene.size:
+                    raise SceneError(
+                        f"the points {between[0]} and {between[1]} are at one place, and what acts along a line "
+                        "between them has no direction",
+                        place=f"{place}.between",
+                        hint="Name two places, or a joint for what acts about its axis",
+                    )
             if (joint := getattr(part, "joint", None)) is not None:
                 check_known(joint, scene.joints, "joint", f"{place}.joint")
                 needed = SLIDING if getattr(part, "push", 0.0) else TURNING
                 _check_freedom(scene, joint, needed, f"{place}.joint")
                 if isinstance(part, SpatialTorque) and bool(part.torque) == bool(part.push):
                     raise SceneError("a load at a joint has either a torque or a push", place=place)
+    for label, inside in scene.places_inside().items():
+        places = np.unique([0.0, *inside, 1.0])
+        if (gaps := np.diff(places)).min() < (1 - GAP) * NEAR:
+            k = int(np.argmin(gaps))
+            raise SceneError(
+                f"the places {places[k]:.12g} and {places[k + 1]:.12g} along member {label} are {gaps[k]:.3g} of its "
+                f"length apart, and an element between them is stiff beyond rounding: expected {NEAR:g} at least",
+                place="links",
+                hint="Name one place for both, or the member's end",
+            )
     driven: set[str] = set()
     for number, drive in enumerate(scene.drives):
         place = "drive" if len(scene.drives) == 1 else f"drive.{number}"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from fenics_mech._arrays import Array
 from fenics_mech.errors import SolverError
-from fenics_mech.geometry import Fourier
+from fenics_mech.geometry import Fourier, Given
 from fenics_mech.machine import Machine
 from fenics_mech.solve.statics import equilibria, equilibrium
 
@@ -65,7 +67,9 @@ def _doubled(machine: Machine, chart: Fourier) -> Fourier:
 
 def _beside(machine: Machine, chart: Fourier, t: Array) -> tuple[Array, Array]:
     """Give rigid places and rotations at some instants (s), near to a motion."""
-    machine.chart = chart
+    drawn = chart.at(t)  # between its positions, its rotations are not quite orthogonal: the nearest that are
+    left, _, right = np.linalg.svd(drawn.R)
+    machine.chart = Given(t, replace(drawn, R=left @ right))
     zero = np.zeros((len(t), machine.size))
     q, a = equilibria(machine, t, zero, loads=0.0, moving=False, tolerance=FOUND, most=20, what="rigid positions")
     for at, held in zip(t, a):
