@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 
 from fenics_mech._arrays import Array
 from fenics_mech._kernels import call
@@ -159,6 +158,8 @@ class Group:
 
     def _spread_together(self, found: Measured, pattern: Pattern, target: Target) -> None:
         """Add the tangents of elements that respond together: K += G'(D G + B G'), C += G' B G, with rates G' of G."""
+        from scipy.sparse import csr_matrix  # noqa: PLC0415  (slow to import, and few elements respond together)
+
         T, (sets, n) = len(found.x), self.block.shape
         one, rate = (self.on_coordinates(x, n) for x in (found.gradient, found.rate_by_variables))
         by_measure, by_rate = found.response.by_measure, found.response.by_rate
@@ -168,7 +169,7 @@ class Group:
         by_q, by_v = forces[0] @ one + forces[1] @ rate, forces[1] @ one
         entries = pattern.at(self.block, self.block).ravel()
         there = np.flatnonzero(entries >= 0)
-        to = sp.csr_matrix((np.ones(len(there)), (there, entries[there])), shape=(sets * n * n, pattern.entries))
+        to = csr_matrix((np.ones(len(there)), (there, entries[there])), shape=(sets * n * n, pattern.entries))
         target[3][:] += by_q.reshape(T, -1) @ to
         target[2][:] += by_v.reshape(T, -1) @ to
 
