@@ -116,7 +116,7 @@ def _in_space(scene: SpatialScene, over: list[str], folder: Path, jobs: int) -> 
     with loading():
         from fenics_mech._files import write_whole  # noqa: PLC0415
         from fenics_mech.studies.spatial_sweep import parsed_axis, sweep_in_space  # noqa: PLC0415
-        from fenics_mech.views.space.sweep import plot_sweep_in_space, told_sweep  # noqa: PLC0415
+        from fenics_mech.views.space.sweep import plot_sweep_in_space, sweep_table  # noqa: PLC0415
 
     values = dict(parsed_axis(scene, text) for text in over)
     make_folder(folder)
@@ -126,7 +126,7 @@ def _in_space(scene: SpatialScene, over: list[str], folder: Path, jobs: int) -> 
         )
     write_whole(folder / "sweep.nc", lambda temporary: found.to_netcdf(temporary, engine="h5netcdf"))
     plots = plot_sweep_in_space(found, folder)
-    out.print(told_sweep(found))
+    out.print(sweep_table(found))
     tell_written([Path("sweep.nc"), *plots], folder)
     if (found["error"] != "").all():
         raise MechanismError("every point of the sweep failed; the lines above and sweep.nc say why")

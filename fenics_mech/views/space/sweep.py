@@ -56,7 +56,7 @@ def plot_sweep_in_space(found: xr.Dataset, folder: Path) -> list[Path]:
     return [save(figure, folder / "sweep.png")]
 
 
-def told_sweep(found: xr.Dataset) -> str:
+def sweep_table(found: xr.Dataset) -> str:
     """Tell the largest sizes of each point in a line, and why points failed.
 
     Parameters
